@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace m100::core {
+
+/// What a broken invariant of our own ends in. It must not return; the machine's default stops the program, and the
+/// flight program installs one that leaves neutral sticks and released control behind.
+using AssertionHandler = void (*)(const char* file, int line);
+
+/// Replaces the handler and returns the former one. Not thread-safe; call it before the first tick.
+AssertionHandler set_assertion_handler(AssertionHandler handler);
+
+/// Calls the handler; traps if the handler returns.
+[[noreturn]] void assertion_failed(const char* file, int line);
+
+}  // namespace m100::core
+
+/// Checks an invariant of our own code, in every build type. Bad input is not our own mistake: that is a Status.
+#define M100_ASSERT(condition) \
+  (static_cast<bool>(condition) ? void() : ::m100::core::assertion_failed(__FILE__, __LINE__))

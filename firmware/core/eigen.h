@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The only way Eigen comes in: its own checks end in our handler, without texts, in every build type.
+#include "firmware/core/assert.h"
+
+#ifndef eigen_assert
+#define eigen_assert(condition) M100_ASSERT(condition)
+#endif
+
+#include <Eigen/Core>
+
+namespace m100::core {
+
+template <typename T, int kRows>
+using Vector = Eigen::Matrix<T, kRows, 1>;
+template <typename T, int kRows, int kCols>
+using Matrix = Eigen::Matrix<T, kRows, kCols>;
+
+}  // namespace m100::core

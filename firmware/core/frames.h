@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
+
+namespace m100::core {
+
+// Two families of frames, one conversion each (paper, III-A):
+//   the autopilot's: ground north-east-down (NED), body forward-right-down (FRD);
+//   ours:            world north-west-up (NWU),    body forward-left-up (FLU).
+// Each is the other turned by pi about x: R = R_x(pi) R_M100, so y and z change sign.
+
+/// Unit quaternion, scalar first, Hamilton convention: v_world = q v_body q*.
+template <typename T>
+struct Quaternion {
+  T w{1};
+  T x{0};
+  T y{0};
+  T z{0};
+};
+
+/// Roll, pitch, yaw about x, y, z, composed z-y-x (yaw first), all in rad.
+/// In FLU: +roll right side down, +pitch nose down, +yaw counter-clockwise.
+template <typename T>
+struct Euler {
+  T roll_rad{0};
+  T pitch_rad{0};
+  T yaw_rad{0};
+};
+
+/// A vector of the autopilot (NED or FRD) in our frames (NWU or FLU), and back: the same turn.
+template <typename T>
+Vector<T, 3> flip_yz(const Vector<T, 3>& v) {
+  return {v.x(), -v.y(), -v.z()};
+}
+
+/// FRD-in-NED attitude as FLU-in-NWU attitude, and back.
+template <typename T>
+Quaternion<T> flip_yz(const Quaternion<T>& q) {
+  return {q.w, q.x, -q.y, -q.z};
+}
+
+template <typename T>
+Euler<T> euler_of(const Quaternion<T>& q) {
+  return {.roll_rad = core::atan2(T(2) * (q.y * q.z + q.w * q.x), T(1) - T(2) * (q.x * q.x + q.y * q.y)),
+          .pitch_rad = core::asin(T(2) * (q.w * q.y - q.x * q.z)),
+          .yaw_rad = core::atan2(T(2) * (q.x * q.y + q.w * q.z), T(1) - T(2) * (q.y * q.y + q.z * q.z))};
+}
+
+template <typename T>
+Quaternion<T> quaternion_of(const Euler<T>& e) {
+  const T half = T(0.5);
+  const T cr = core::cos(half * e.roll_rad), sr = core::sin(half * e.roll_rad);
+  const T cp = core::cos(half * e.pitch_rad), sp = core::sin(half * e.pitch_rad);
+  const T cy = core::cos(half * e.yaw_rad), sy = core::sin(half * e.yaw_rad);
+  return {.w = cr * cp * cy + sr * sp * sy,
+          .x = sr * cp * cy - cr * sp * sy,
+          .y = cr * sp * cy + sr * cp * sy,
+          .z = cr * cp * sy - sr * sp * cy};
+}
+
+/// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the way back.
+template <typename T>
+Vector<T, 2> rotate_by_yaw(const Vector<T, 2>& v, T yaw_rad) {
+  const T c = core::cos(yaw_rad);
+  const T s = core::sin(yaw_rad);
+  return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
+}
+
+}  // namespace m100::core

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/time.h"
+
+namespace m100::est {
+
+/// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt); axis y by roll:
+/// y'' = -g tan(tilt). T is float or double whatever the filter computes in.
+template <typename T>
+struct AxisEstimate {
+  T position_m{0};
+  T velocity_m_s{0};
+  T tilt_rad{0};  ///< pitch (x) or roll (y), turned into the yaw-free frame
+  T tilt_rate_rad_s{0};
+  T disturbance_m_s2{0};  ///< what acts as an acceleration: wind, drag the model lacks
+  T input_offset_rad{0};  ///< what acts at the input: trim and command-gain errors (estimated as an angle)
+};
+
+/// The state at the present tick: everything the control law may look at.
+template <typename T>
+struct Estimate {
+  AxisEstimate<T> x;
+  AxisEstimate<T> y;
+  T height_m{0};
+  T climb_m_s{0};
+  T climb_offset_m_s{0};  ///< steady difference between commanded and flown climb speed
+  T yaw_rad{0};
+  T yaw_rate_rad_s{0};
+  core::Duration pose_age{0};       ///< of the newest pose that was used
+  std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
+  bool healthy = false;             ///< initialised, finite, covariance inside its limits
+};
+
+}  // namespace m100::est

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/frames.h"
+#include "firmware/core/time.h"
+
+namespace m100::est {
+
+/// What the sensors say in one tick, already in our frames (world NWU, body FLU), SI. Each part says whether it is new.
+/// T is float or double.
+template <typename T>
+struct Measurement {
+  /// From motion capture or another source of pose. age is how old the pose was when this tick began.
+  struct Pose {
+    bool is_new = false;
+    core::Duration age{0};
+    core::Vector<T, 3> position_w_m = core::Vector<T, 3>::Zero();
+    T yaw_rad{0};
+  };
+  /// From the autopilot's telemetry.
+  struct Attitude {
+    bool is_new = false;
+    core::Duration age{0};
+    T roll_rad{0};
+    T pitch_rad{0};
+    T yaw_rad{0};
+    core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();
+  };
+  Pose pose;
+  Attitude attitude;
+};
+
+}  // namespace m100::est
