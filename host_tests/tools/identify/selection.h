@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_tests/tools/identify/result.h"
+
+namespace m100::tools::identify {
+
+// Forward selection of model edits, shared by the stick axes and by translation. It knows neither: an axis family says
+// how to fit a structure to some blocks and what the error of every block then is.
+
+/// Base model first, then effects, in the order in which they were added.
+using Structure = std::vector<std::string>;
+
+/// A structure with numbers. `parameters` are the family's own, in its own order.
+struct Fit {
+  Structure structure;
+  std::vector<double> parameters;
+  std::string shape;            ///< variant of an effect where it has one
+  double sum_of_squares = 0.0;  ///< over the blocks it was fitted to
+  std::size_t free_parameters = 0;
+};
+
+/// Blocks of the training part are numbered 0 .. block_count() - 1, in time order.
+class Family {
+ public:
+  Family() = default;
+  Family(const Family&) = delete;
+  Family& operator=(const Family&) = delete;
+  virtual ~Family() = default;
+
+  virtual std::size_t block_count() const = 0;
+  virtual std::size_t samples_in(std::size_t block) const = 0;
+  /// Fits to the blocks whose weight is positive (an integer weight counts a block several times: bootstrap).
+  /// With `warm`, starts there and takes few iterations; without, takes several starts.
+  virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
+  /// Simulation error of one training block, sample by sample (several axes: one after the other).
+  virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
+  /// The structures that one edit of `present` can make, each with the name of the edit.
+  struct Edit {
+    std::string name;
+    Structure structure;
+  };
+  virtual std::vector<Edit> edits(const Structure& present) const = 0;
+  /// The structure without effect `name`; the same structure if it cannot be taken out.
+  virtual Structure without(const Structure& structure, const std::string& name) const = 0;
+  /// Whether effect `name` in this fit is large enough to mean something physically.
+  virtual bool big_enough(const Fit& fit, const std::string& name) const = 0;
+  /// Whether the data can tell the two apart at all; true: never (then both are named, and never both fitted).
+  virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
+    static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);
+    return false;
+  }
+};
+
+struct SelectionOptions {
+  double minimum_cv_gain = 0.04;
+  double minimum_delta_bic = 6.0;
+  double minimum_t = 1.7;
+  double strong_delta_bic = 15.0;  ///< with this much, minimum_t_strong is enough
+  double minimum_t_strong = 0.3;
+  double rival_margin = 0.05;  ///< cross-validated error within this of the winner's: not separable
+  double keep_cv_gain = 0.02;  ///< an earlier effect that earns less is dropped
+  std::size_t folds = 5;
+  std::size_t maximum_effects = 5;
+  std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
+};
+
+/// Cross-validated fit of one structure.
+struct Judged {
+  Fit fit;                       ///< to all blocks
+  std::vector<double> cv_block;  ///< sum of squares of each block, predicted by the fit to the other folds
+  double cv = 0.0;               ///< their sum
+  double effective_samples = 0.0;
+};
+
+struct Step {
+  std::string name;
+  double cv_gain = 0.0;
+  double delta_bic = 0.0;
+  double paired_t = 0.0;
+  struct Runner {
+    std::string name;
+    Fit fit;
+    double cv_ratio = 1.0;
+  };
+  std::vector<Runner> rivals;
+  bool alias_of_rival = false;
+};
+
+struct Selection {
+  Judged declared;
+  Judged final_model;
+  std::vector<Step> steps;  ///< the effects that stayed, in order of acceptance
+  std::vector<CandidateRow> table;
+  std::vector<std::vector<std::string>> not_separable;
+};
+
+/// Starts from `declared` and edits it as long as an edit is accepted.
+Selection select(const Family& family, const Structure& declared, const SelectionOptions& options);
+
+/// Fits `structure` to everything and cross-validates it. Folds are interleaved blocks.
+Judged judge(const Family& family, const Structure& structure, const Fit* warm, std::size_t folds);
+
+/// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum cut
+/// at its first non-positive term. Blocks are correlated within, not across.
+double effective_sample_size(const std::vector<std::vector<double>>& blocks);
+
+/// n_eff ln(mean square) + k ln(n_eff)
+double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
+
+}  // namespace m100::tools::identify
