@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace m100::host_tests {
+
+/// A file of the shared material (measured logs, vectors, instances), which is never part of the project: looked for in
+/// $M100_SHARED, then in ../shared beside the source tree. Empty when there is neither.
+inline std::optional<std::filesystem::path> shared_file(const std::string& name) {
+  std::error_code ignored;
+  if (const char* root = std::getenv("M100_SHARED"); root != nullptr) {
+    const std::filesystem::path path = std::filesystem::path(root) / name;
+    return std::filesystem::exists(path, ignored) ? std::optional(path) : std::nullopt;
+  }
+  for (const char* root : {"../shared", "../../shared", "../../../shared"}) {
+    const std::filesystem::path path = std::filesystem::path(root) / name;
+    if (std::filesystem::exists(path, ignored)) {
+      return path;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace m100::host_tests
+
+/// Declares `variable` as the path of a shared file, or skips the test by the file's name.
+#define M100_SHARED_FILE_OR_SKIP(variable, name)                                                 \
+  const auto variable##_found = ::m100::host_tests::shared_file(name);                           \
+  if (!variable##_found) {                                                                       \
+    GTEST_SKIP() << name << " is not here: set M100_SHARED to the folder of the shared material"; \
+  }                                                                                              \
+  const std::filesystem::path& variable = *variable##_found

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab: everything a PC does for the aircraft. One file per subcommand.
+#include <iostream>
+
+#include "host_tests/tools/input_error.h"
+#include "host_tests/tools/subcommands.h"
+
+int main(int argc, char** argv) {
+  CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
+  lab.require_subcommand(1);
+  lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
+  try {
+    lab.parse(argc, argv);
+  } catch (const CLI::RuntimeError& stop) {
+    return stop.get_exit_code();
+  } catch (const CLI::Success& help) {
+    return lab.exit(help);
+  } catch (const CLI::ParseError& wrong) {
+    std::cerr << "m100-lab: " << wrong.what() << "\n";
+    return m100::tools::kBadInput;
+  } catch (const std::exception& wrong) {
+    std::cerr << "m100-lab: " << wrong.what() << "\n";
+    return m100::tools::kBadInput;
+  }
+  return m100::tools::kDone;
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace m100::tools {
+
+/// Exit codes of both programs (documented in --help).
+enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
+
+// Each subcommand lives in a file of its own and adds itself here. Its callback throws InputError for bad input and
+// CLI::RuntimeError(kAnswerIsNo) when the answer is no.
+
+}  // namespace m100::tools

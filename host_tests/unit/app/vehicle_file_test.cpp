@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/vehicle_file.h"
+
+#include <gtest/gtest.h>
+
+#include "firmware/model/default_vehicle.h"
+
+namespace m100::app {
+namespace {
+
+constexpr const char* kGood = R"([axis.roll]
+scale_rad_per_count = 9.31e-4
+natural_frequency_rad_s = 8.69
+damping_ratio = 0.682
+dead_zone_counts = 16.1
+dead_zone_shape = "jump"
+source = "a test"
+[axis.pitch]
+scale_rad_per_count = 9e-4
+time_constant_s = 0.1
+)";
+
+TEST(VehicleFile, ReadsWhatTheContractShows) {
+  const VehicleFile file = parse_vehicle(kGood, "v.toml");
+  EXPECT_EQ(file.vehicle.roll.scale_rad_per_count, 9.31e-4);
+  EXPECT_FALSE(file.vehicle.roll.is_first_order());
+  EXPECT_EQ(file.vehicle.roll.dead_zone_shape, model::DeadZoneShape::kJump);
+  EXPECT_TRUE(file.vehicle.pitch.is_first_order());
+  EXPECT_EQ(file.sources.at("axis.roll"), "a test");
+  EXPECT_EQ(file.sections, (std::set<std::string>{"axis.roll", "axis.pitch"}));
+}
+
+// Catches a key that is written but not read, or a number that loses bits on its way through the text.
+TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
+  const std::map<std::string, std::string> sources{{"axis.roll", "log \"a\", 12 to 38 s"}};
+  model::Vehicle vehicle = model::paper_vehicle();
+  vehicle.roll.scale_rad_per_count = 1.0 / 1073.0;
+  const std::string text = to_text(vehicle, sources);
+  const VehicleFile file = parse_vehicle(text, "v.toml");
+  EXPECT_EQ(to_text(file.vehicle, file.sources), text);
+  EXPECT_EQ(file.digest, as_file(vehicle, sources).digest);
+}
+
+// Promise R10: any single bit changed changes the digest, and so parts the file from its gain table.
+TEST(VehicleFile, EverySingleBitChangesTheDigestOrIsRefused) {
+  const std::string text = kGood;
+  const core::Sha256Digest digest = parse_vehicle(text, "v.toml").digest;
+  for (std::size_t bit = 0; bit < 8 * text.size(); ++bit) {
+    std::string damaged = text;
+    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << (bit % 8)));
+    try {
+      EXPECT_NE(parse_vehicle(damaged, "v.toml").digest, digest) << "bit " << bit;
+    } catch (const VehicleFileError&) {
+      continue;  // refused: good
+    }
+  }
+  RecordProperty("promise", "R10");
+}
+
+struct BadCase {
+  const char* name;
+  std::string text;
+  const char* message;
+};
+
+class BadVehicleFile : public ::testing::TestWithParam<BadCase> {};
+
+TEST_P(BadVehicleFile, IsRefusedNamingFileLineAndKey) {
+  try {
+    static_cast<void>(parse_vehicle(GetParam().text, "v.toml"));
+    FAIL() << "accepted";
+  } catch (const VehicleFileError& wrong) {
+    EXPECT_STREQ(wrong.what(), GetParam().message);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BadVehicleFile,
+    ::testing::Values(
+        BadCase{"Empty", "", "v.toml: the file is empty"},
+        BadCase{"UnknownKey", "[axis.roll]\nscale_rad_per_count = 9e-4\ntime_constant_s = 0.1\nspeed = 3\n",
+                "v.toml:4: 'axis.roll.speed': unknown key"},
+        BadCase{"UnknownSection", "[wings]\narea = 3\n", "v.toml:1: 'wings': unknown section"},
+        BadCase{"UnknownAxis", "[axis.flap]\narea = 3\n", "v.toml:1: 'axis.flap': unknown axis"},
+        BadCase{"NegativeTimeConstant", "[axis.roll]\nscale_rad_per_count = 9e-4\ntime_constant_s = -0.1\n",
+                "v.toml:3: 'axis.roll.time_constant_s': -0.1 is outside [0.005, 5.0]"},
+        BadCase{"NotANumber", "[axis.roll]\nscale_rad_per_count = \"big\"\n",
+                "v.toml:2: 'axis.roll.scale_rad_per_count': must be a number"},
+        BadCase{"Nan", "[axis.roll]\nscale_rad_per_count = nan\n",
+                "v.toml:2: 'axis.roll.scale_rad_per_count': nan is outside [1e-05, 0.01]"},
+        BadCase{"BothOrders",
+                "[axis.roll]\nscale_rad_per_count = 9e-4\ntime_constant_s = 0.1\nnatural_frequency_rad_s = 9.0\n",
+                "v.toml:3: 'axis.roll.time_constant_s': an axis has a time constant or a natural frequency, not both"},
+        BadCase{"NoOrder", "[axis.roll]\nscale_rad_per_count = 9e-4\n",
+                "v.toml:1: 'axis.roll.time_constant_s': missing: give it, or natural_frequency_rad_s and "
+                "damping_ratio"}),
+    [](const auto& tested) { return tested.param.name; });
+
+}  // namespace
+}  // namespace m100::app
