@@ -28,9 +28,9 @@ inline std::optional<std::filesystem::path> shared_file(const std::string& name)
 }  // namespace m100::host_tests
 
 /// Declares `variable` as the path of a shared file, or skips the test by the file's name.
-#define M100_SHARED_FILE_OR_SKIP(variable, name)                                                 \
-  const auto variable##_found = ::m100::host_tests::shared_file(name);                           \
-  if (!variable##_found) {                                                                       \
+#define M100_SHARED_FILE_OR_SKIP(variable, name)                                                  \
+  const auto variable##_found = ::m100::host_tests::shared_file(name);                            \
+  if (!variable##_found) {                                                                        \
     GTEST_SKIP() << name << " is not here: set M100_SHARED to the folder of the shared material"; \
-  }                                                                                              \
+  }                                                                                               \
   const std::filesystem::path& variable = *variable##_found
