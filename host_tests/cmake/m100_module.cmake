@@ -17,7 +17,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 # What decides the bits of a result (promise R6) is PUBLIC: every file that sees a core type must agree on it.
 add_library(m100_numerics INTERFACE)
 target_compile_features(m100_numerics INTERFACE cxx_std_20)
-target_compile_options(m100_numerics INTERFACE -ffp-contract=off -fno-fast-math)
+target_compile_options(m100_numerics INTERFACE -ffp-contract=off -fno-fast-math -fno-math-errno)
 target_compile_definitions(m100_numerics INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_IO EIGEN_MPL2_ONLY
                                                    EIGEN_CACHEFRIENDLY_PRODUCT_THRESHOLD=64)
 target_include_directories(m100_numerics INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
