@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "protocol/bytes.h"
+
+/// 1: one 256-entry table per checksum (1.5 KiB of flash). 16: slicing tables (21 KiB), sixteen bytes a step.
+#ifndef M100_CRC_SLICES
+#define M100_CRC_SLICES 16
+#endif
+
+namespace m100::protocol {
+
+/// Register contents before the first byte; both checksums start from the same odd number (DJI's choice).
+inline constexpr std::uint16_t kCrc16Start = 0x3AA3;
+inline constexpr std::uint32_t kCrc32Start = 0x00003AA3;
+
+/// CRC-16, polynomial 0x8005 reflected (0xA001), no final XOR. The bytes of a header followed by its own CRC give 0.
+/// Cost: 1 table look-up per byte.
+std::uint16_t crc16(std::span<const std::byte> bytes, std::uint16_t state = kCrc16Start);
+
+/// crc16 over the 10 bytes that start at header: with slicing tables the look-ups do not wait for each other.
+std::uint16_t crc16_of_header(const std::byte* header);
+
+/// CRC-32, polynomial 0x04C11DB7 reflected (0xEDB88320), no final XOR. A frame with its own CRC gives 0.
+/// Cost: 1 table look-up per byte.
+std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
+
+/// What the register would hold after `zeros` bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
+///
+/// The register is linear over GF(2): feeding bytes D to the sum of two states is the sum of feeding D to one and zeros
+/// to the other. With prefix(i) = register after the first i bytes of a stream, started from anything,
+///   crc32(bytes a..b, start) = prefix(b) ^ crc32_advance(prefix(a) ^ start, b - a),
+/// so the checksum of any stretch costs a constant. Cost: 16 multiplications and 5 look-ups, whatever `zeros` is.
+std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros);
+
+}  // namespace m100::protocol

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/expected.h"
+#include "protocol/frame.h"
+
+namespace m100::protocol {
+
+/// What the parser has met. Errors are counted per start byte that looked like the beginning of a frame and was not.
+struct ParserStats {
+  std::uint64_t bytes = 0;            ///< taken
+  std::uint64_t frames = 0;           ///< delivered
+  std::uint64_t crc16_errors = 0;     ///< start byte, but the header checksum fails
+  std::uint64_t reserved_errors = 0;  ///< good header checksum, but VER, RES0 or RES1 is not zero
+  std::uint64_t length_errors = 0;    ///< good header checksum, but LEN is no length of a frame
+  std::uint64_t padding_errors = 0;   ///< more filler than DATA, or encrypted DATA that is no whole number of blocks
+  std::uint64_t crc32_errors = 0;     ///< good header, but the frame checksum fails
+  std::uint64_t resyncs = 0;          ///< times the parser fell out of step: stretches of dropped bytes
+  std::uint64_t bytes_dropped = 0;    ///< bytes that belong to no delivered frame
+};
+
+/// Finds frames in a byte stream that may start anywhere and may be damaged anywhere.
+///
+/// Invariants, whatever the bytes are: no more than kBufferBytes are stored; no frame is reported unless both checksums
+/// hold; each good frame that does not overlap a delivered one is delivered as soon as no earlier start byte can claim
+/// its bytes, so at most one longest frame of clean bytes after any damage.
+///
+/// Cost: each byte enters the running CRC32 at most once, and each start byte costs a constant: one CRC16 of 10 bytes
+/// and, if a header is good, one CRC32 of the whole frame from two running values (see crc32_advance). A stretch that
+/// proves to be no frame is searched again from its second byte without summing it again.
+class FrameParser {
+ public:
+  static constexpr std::size_t kBufferBytes = 2048;
+
+  /// Takes bytes, as many as there is room for; room for at least 1000 is there after poll() said kNotReady.
+  /// Views of earlier frames end here.
+  /// @returns the number of bytes taken.
+  [[nodiscard]] std::size_t push(std::span<const std::byte> bytes);
+
+  /// The next frame. It views the parser's buffer until the next push().
+  /// @returns kNotReady: none is complete yet.
+  core::Expected<FrameView> poll();
+
+  /// Feeds one byte and polls. One byte can complete several frames (those inside a stretch that a false header
+  /// claimed): after a frame, poll() until kNotReady.
+  core::Expected<FrameView> push(std::byte value);
+
+  /// Feeds all bytes and calls on_frame(const FrameView&) for each frame found.
+  template <typename OnFrame>
+  void consume(std::span<const std::byte> bytes, OnFrame&& on_frame) {
+    while (!bytes.empty()) {
+      bytes = bytes.subspan(push(bytes));
+      for (core::Expected<FrameView> frame = poll(); frame; frame = poll()) {
+        on_frame(*frame);
+      }
+    }
+  }
+
+  /// Gives up the header that is being waited for and searches on behind its start byte. For a link that has fallen
+  /// silent in the middle of a frame: what comes next is not its rest. poll() afterwards.
+  void abandon_candidate();
+
+  const ParserStats& stats() const { return stats_; }
+  /// Bytes taken that are neither delivered nor dropped yet.
+  std::size_t pending_bytes() const { return end_ - (begin_ > delivered_ ? begin_ : delivered_); }
+
+ private:
+  static constexpr std::size_t kBlockBytes = 16;
+
+  void make_room();
+  /// Moves the window on; bytes behind the last delivered frame count as dropped.
+  void drop(std::size_t count);
+  /// Counts an error of the candidate at begin_ (unless it lies in a delivered frame) and drops its start byte.
+  void refuse(std::uint64_t& counter);
+  /// Judges the 12 bytes at begin_. @returns false after refusing.
+  bool accept_header();
+  bool frame_checksum_holds();
+  FrameView deliver();
+  std::uint32_t running_crc(std::size_t position);
+
+  std::array<std::byte, kBufferBytes> buffer_{};
+  std::size_t begin_ = 0;      ///< window start
+  std::size_t end_ = 0;        ///< bytes in the buffer
+  std::size_t delivered_ = 0;  ///< end of the last delivered frame
+  std::size_t needed_ = 1;     ///< window size at which there is something to do
+  bool in_step_ = true;
+  FrameHeader header_;      ///< of the candidate at begin_, valid while needed_ > kHeaderBytes
+  std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
+  /// running_[i]: CRC register at buffer position 16 i, started from 0 at position 16 running_first_.
+  std::array<std::uint32_t, kBufferBytes / kBlockBytes + 1> running_{};
+  std::size_t running_first_ = 0;
+  std::size_t running_last_ = 0;
+  std::size_t known_position_ = 0;  ///< the running CRC asked for last: the end of one frame is the start of the next
+  std::uint32_t known_crc_ = 0;
+  ParserStats stats_;
+};
+
+}  // namespace m100::protocol
