@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/logs/column_map.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "host_tests/tools/input_error.h"
+
+namespace m100::tools::logs {
+namespace {
+
+long line_of(const toml::node& node) { return static_cast<long>(node.source().begin.line); }
+
+double number(const toml::node& node, const std::string& file, const std::string& key) {
+  const auto value = node.value<double>();
+  if (!value || !std::isfinite(*value)) {
+    throw InputError(file, line_of(node), key, "must be a finite number");
+  }
+  return *value;
+}
+
+std::string text_of(const toml::node& node, const std::string& file, const std::string& key) {
+  const auto value = node.value<std::string>();
+  if (!node.is_string() || value->empty()) {
+    throw InputError(file, line_of(node), key, "must be the name of a column");
+  }
+  return *value;
+}
+
+ColumnRef column_ref(const toml::node& node, const std::string& file, const std::string& key) {
+  ColumnRef ref;
+  ref.line = line_of(node);
+  const toml::table* table = node.as_table();
+  if (table == nullptr) {
+    ref.column = text_of(node, file, key);
+    return ref;
+  }
+  for (const auto& [name, value] : *table) {
+    const std::string part = key + "." + std::string(name.str());
+    if (name == "column") {
+      ref.column = text_of(value, file, part);
+    } else if (name == "offset") {
+      ref.offset = number(value, file, part);
+    } else if (name == "scale") {
+      ref.scale = number(value, file, part);
+    } else if (name == "sequence") {
+      ref.sequence = text_of(value, file, part);
+    } else if (name == "time") {
+      ref.time = text_of(value, file, part);
+    } else {
+      throw InputError(file, line_of(value), part, "unknown key (known: column, offset, scale, sequence, time)");
+    }
+  }
+  if (ref.column.empty()) {
+    throw InputError(file, ref.line, key, "names no column");
+  }
+  if (ref.scale == 0) {
+    throw InputError(file, ref.line, key + ".scale", "must not be zero");
+  }
+  return ref;
+}
+
+const toml::table& section(const toml::node& node, const std::string& file, const std::string& key) {
+  if (!node.is_table()) {
+    throw InputError(file, line_of(node), key, "must be a table");
+  }
+  return *node.as_table();
+}
+
+void read_signals(const toml::table& table, ColumnMap& map) {
+  for (const auto& [name, value] : table) {
+    const auto signal = signal_of(name.str());
+    if (!signal) {
+      throw InputError(map.file, line_of(value), std::string(name.str()), "is no canonical signal");
+    }
+    map.signals[static_cast<std::size_t>(*signal)] = column_ref(value, map.file, std::string(name.str()));
+  }
+}
+
+}  // namespace
+
+ColumnMap parse_column_map(std::string_view text, const std::string& file) {
+  toml::table root;
+  try {
+    root = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw InputError(file, static_cast<long>(error.source().begin.line), "", std::string(error.description()));
+  }
+  ColumnMap map;
+  map.file = file;
+  for (const auto& [name, value] : root) {
+    const std::string key(name.str());
+    if (key == "time") {
+      map.time = column_ref(value, file, key);
+    } else if (key == "signals") {
+      read_signals(section(value, file, key), map);
+    } else if (key == "extra") {
+      for (const auto& [extra, column] : section(value, file, key)) {
+        map.extra[std::string(extra.str())] = column_ref(column, file, "extra." + std::string(extra.str()));
+      }
+    } else {
+      throw InputError(file, line_of(value), key, "unknown key (known: time, [signals], [extra])");
+    }
+  }
+  if (map.time.column.empty()) {
+    throw InputError(file, 0, "time", "is missing: which column is the clock?");
+  }
+  if (root["signals"].as_table() == nullptr || root["signals"].as_table()->empty()) {
+    throw InputError(file, 0, "signals", "is missing or empty");
+  }
+  return map;
+}
+
+ColumnMap read_column_map(const std::string& file) {
+  std::ifstream in(file);
+  if (!in) {
+    throw InputError(file, 0, "", "cannot be opened");
+  }
+  std::stringstream text;
+  text << in.rdbuf();
+  return parse_column_map(text.str(), file);
+}
+
+}  // namespace m100::tools::logs

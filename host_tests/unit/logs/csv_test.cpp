@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/logs/raw_log.h"
+#include "host_tests/unit/logs/log_files.h"
+
+namespace m100::tools::logs {
+namespace {
+
+TEST(Csv, ReadsQuotesCrLfByteOrderMarkAndBlankLines) {
+  const TemporaryFile file("a.csv", "\xEF\xBB\xBF\"t, s\",x\r\n0,+1\r\n\r\n\"0.5\",-2e1\r\n");
+  const auto log = open_log(file.path());
+  EXPECT_EQ(log->names(), (std::vector<std::string>{"t, s", "x"}));
+  EXPECT_EQ(log->column("t, s", "time").values, (std::vector<double>{0, 0.5}));
+  EXPECT_EQ(log->column("x", "rate_x").values, (std::vector<double>{1, -20}));
+}
+
+TEST(Csv, TakesSemicolonsAndTabs) {
+  const TemporaryFile semicolons("a.csv", "t;x\n0;1\n1;2\n");
+  EXPECT_EQ(open_log(semicolons.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+  const TemporaryFile tabs("b.csv", "t\tx\n0\t1\n1\t2\n");
+  EXPECT_EQ(open_log(tabs.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+}
+
+// A text column, or holes in one that nobody asks for, is none of our business.
+TEST(Csv, LooksOnlyAtColumnsThatAreAskedFor) {
+  const TemporaryFile file("a.csv", "t,mode,x\n0,F,1\n1,,2\n");
+  EXPECT_EQ(open_log(file.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+}
+
+struct BadCsv {
+  const char* name;
+  const char* text;
+  const char* says;
+};
+
+class BadCsvFile : public ::testing::TestWithParam<BadCsv> {};
+
+TEST_P(BadCsvFile, IsRefusedWithItsPlace) {
+  const TemporaryFile file("x.csv", GetParam().text);
+  const std::string said = complaint_of([&] { open_log(file.path())->column("x", "rate_x"); });
+  EXPECT_EQ(said.rfind(file.path() + GetParam().says, 0), 0U) << said;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BadCsvFile,
+    ::testing::Values(BadCsv{"Empty", "", ": is empty"}, BadCsv{"OnlyBlankLines", "\n\r\n", ": is empty"},
+                      BadCsv{"NoSamples", "t,x\n", ":1: has a header but no samples"},
+                      BadCsv{"NoSuchColumn", "t,y\n0,1\n", ":1: 'x': no such column (wanted for rate_x); there are: "},
+                      BadCsv{"Nan", "t,x\n0,1\n1,nan\n", ":3: 'x': 'nan' is not a finite number"},
+                      BadCsv{"Infinite", "t,x\n0,inf\n", ":2: 'x': 'inf' is not a finite number"},
+                      BadCsv{"Hole", "t,x\n0,\n", ":2: 'x': '' is not a finite number"},
+                      BadCsv{"Text", "t,x\n0,1.5m\n", ":2: 'x': '1.5m' is not a finite number"},
+                      BadCsv{"ShortRow", "t,x\n0,1\n2\n", ":3: 'x': the row has 1 cells, the header 2"},
+                      BadCsv{"LongRow", "t,x\n0,1,2\n", ":2: 'x': the row has 3 cells, the header 2"},
+                      BadCsv{"OpenQuote", "t,x\n0,\"1\n", ":2: 'x': a quote is left open"},
+                      BadCsv{"TwiceTheSameName", "x,x\n0,1\n", ":1: 'x': the column appears twice"}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(OpenLog, NamesAFileThatIsNotThere) {
+  EXPECT_EQ(complaint_of([] { open_log("/nowhere/a.csv"); }), "/nowhere/a.csv: cannot be opened");
+}
+
+TEST(OpenLog, RefusesADamagedMatFile) {
+  const TemporaryFile file("a.mat", "MATLAB 5.0 MAT-file, cut short");
+  EXPECT_EQ(complaint_of([&] { open_log(file.path()); }).rfind(file.path() + ": ", 0), 0U);
+}
+
+}  // namespace
+}  // namespace m100::tools::logs

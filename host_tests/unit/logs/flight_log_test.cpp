@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/logs/flight_log.h"
+
+#include <cmath>
+#include <random>
+
+#include "host_tests/shared_files.h"
+#include "host_tests/unit/logs/log_files.h"
+
+namespace m100::tools::logs {
+namespace {
+
+/// Columns from memory, so that each test shows its clock.
+class MadeLog final : public RawLog {
+ public:
+  explicit MadeLog(std::map<std::string, RawColumn> columns) : RawLog("made"), columns_(std::move(columns)) {}
+  RawColumn column(const std::string& name, const std::string&) const override { return columns_.at(name); }
+  std::vector<std::string> names() const override { return {}; }
+
+ private:
+  std::map<std::string, RawColumn> columns_;
+};
+
+ColumnMap map_of(const std::string& signals) { return parse_column_map("time = \"t\"\n[signals]\n" + signals, "map"); }
+
+double wave(double t) { return std::sin(3.0 * t) + 0.5 * std::cos(1.3 * t); }
+
+std::vector<double> clock_of(std::size_t count, double period_s) {
+  std::vector<double> t(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    t[k] = 5.0 + static_cast<double>(k) * period_s;
+  }
+  return t;
+}
+
+template <typename F>
+std::vector<double> mapped(const std::vector<double>& t, F f) {
+  std::vector<double> out;
+  for (const double x : t) {
+    out.push_back(f(x));
+  }
+  return out;
+}
+
+TEST(FlightLog, PutsAnIrregularClockOnAUniformGrid) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> jitter(-0.004, 0.004);
+  auto t = clock_of(500, 0.01);
+  for (double& x : t) {
+    x += jitter(random);
+  }
+  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
+                     {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}}});
+  const FlightLog log = load(raw, map_of("rate_x = { column = \"x\", scale = 2, offset = 1 }"));
+  for (std::size_t k = 0; k < log.size; ++k) {
+    EXPECT_NEAR(log.of(Signal::kRateX)[k], 2 * (wave(log.time_s(k)) + 1), 1e-3);
+    EXPECT_EQ(log.gap[k], 0);
+  }
+  EXPECT_EQ(log.index_of(log.start_s), 0U);
+  EXPECT_EQ(log.index_of(log.start_s + 1.0), 100U);
+  EXPECT_EQ(log.index_of(1e9), log.size);
+}
+
+TEST(FlightLog, MarksDropoutsAndKeepsTheFirstOfRepeatedStamps) {
+  auto t = clock_of(300, 0.01);
+  t.erase(t.begin() + 100, t.begin() + 140);
+  auto x = mapped(t, wave);
+  t.insert(t.begin() + 11, t[10]);
+  x.insert(x.begin() + 11, 1e6);
+  const MadeLog raw(
+      {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = x, .time_s = {}, .sequence = {}}}});
+  const FlightLog log = load(raw, map_of("rate_x = \"x\""));
+  EXPECT_NEAR(log.of(Signal::kRateX)[10], wave(5.1), 1e-9);
+  EXPECT_EQ(log.gap[98], 0);
+  EXPECT_EQ(log.gap[101], 1);
+  EXPECT_EQ(log.gap[138], 1);
+  EXPECT_EQ(log.gap[141], 0);
+  EXPECT_EQ(log.notes.size(), 2U);
+}
+
+TEST(FlightLog, RefusesAClockThatRunsBackwards) {
+  auto t = clock_of(100, 0.01);
+  t[50] = t[20];
+  const MadeLog raw(
+      {{"t", {.values = t, .time_s = {}, .sequence = {}}}, {"x", {.values = t, .time_s = {}, .sequence = {}}}});
+  EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }), "made:51: 't': time runs backwards");
+}
+
+TEST(FlightLog, RefusesColumnsWhoseLengthsDoNotAgree) {
+  const MadeLog raw({{"t", {.values = clock_of(100, 0.01), .time_s = {}, .sequence = {}}},
+                     {"x", {.values = clock_of(99, 0.01), .time_s = {}, .sequence = {}}}});
+  EXPECT_EQ(
+      complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }).rfind("made: 'x': has 99 samples, its clock 100", 0),
+      0U);
+}
+
+TEST(FlightLog, RefusesATimeInMicroseconds) {
+  const MadeLog raw(
+      {{"t", {.values = mapped(clock_of(100, 0.01), [](double x) { return 1e12 * x; }), .time_s = {}, .sequence = {}}},
+       {"x", {.values = clock_of(100, 0.01), .time_s = {}, .sequence = {}}}});
+  EXPECT_EQ(complaint_of([&] { load(raw, map_of("rate_x = \"x\"")); }).rfind("made: 't': spans more than 10 days", 0),
+            0U);
+}
+
+// The defect of the published MAT-files: each stream's clock begins with its own first message.
+TEST(FlightLog, MovesSticksToMatchTheMessageCounters) {
+  const auto t = clock_of(400, 0.01);
+  std::vector<double> counter(400);
+  std::vector<double> stick(400);
+  std::vector<double> stick_counter(400);
+  for (std::size_t k = 0; k < 400; ++k) {
+    counter[k] = std::fmod(65500.0 + static_cast<double>(k), 65536.0);
+    stick_counter[k] = std::fmod(65502.0 + static_cast<double>(k), 65536.0);
+    stick[k] = wave(t[k] + 0.02);  // row k was sent two messages after the attitude of row k
+  }
+  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = counter}},
+                     {"x", {.values = stick, .time_s = {}, .sequence = stick_counter}}});
+  const FlightLog log = load(raw, map_of("stick_roll = \"x\""));
+  EXPECT_EQ(log.alignment.stick_shift_samples, 2);
+  EXPECT_EQ(log.alignment.evidence, "sequence");
+  for (std::size_t k = 2; k < log.size; ++k) {
+    EXPECT_NEAR(log.of(Signal::kStickRoll)[k], wave(log.time_s(k)), 1e-9);
+  }
+}
+
+TEST(FlightLog, FindsByCorrelationRatesThatLieBesideTheAttitude) {
+  const auto t = clock_of(2000, 0.01);
+  const auto rate = [](double at) { return 3.0 * std::cos(3.0 * (at + 0.07)) - 0.65 * std::sin(1.3 * (at + 0.07)); };
+  const MadeLog raw({{"t", {.values = t, .time_s = {}, .sequence = {}}},
+                     {"x", {.values = mapped(t, wave), .time_s = {}, .sequence = {}}},
+                     {"p", {.values = mapped(t, rate), .time_s = {}, .sequence = {}}}});
+  const FlightLog log = load(raw, map_of("attitude_roll = \"x\"\nrate_x = \"p\""));
+  EXPECT_EQ(log.alignment.rate_shift_samples, 7);
+  EXPECT_EQ(log.alignment.evidence, "correlation");
+}
+
+// data/README.md of the measured flights: "CSV row = odometry index i, RC index i - 2".
+TEST(FlightLog, ReadsThePublishedMatFileAsItsCsvWithTheStickRowsTwoSamplesLater) {
+  M100_SHARED_FILE_OR_SKIP(mat, "data/m100/ExperimentPitchRoll.mat");
+  M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");
+  const FlightLog from_mat = load(*open_log(mat.string()), parse_column_map(R"(
+time = "Experiment1.Vicon.t"
+[signals]
+stick_pitch = { column = "Experiment1.RCData.channel[1]", offset = -1024 }
+stick_roll = { column = "Experiment1.RCData.channel[2]", offset = -1024 }
+attitude_roll = "Experiment1.rpy[1]"
+rate_x = "Experiment1.IMU.w[1]"
+)",
+                                                                            "mat"));
+  const FlightLog from_csv = load(*open_log(csv.string()), parse_column_map(R"(
+time = "t_s"
+[signals]
+sequence = "seq"
+stick_roll = { column = "rc_roll", offset = -1024 }
+attitude_roll = "odom_roll_rad"
+rate_x = "imu_wx_rad_s"
+)",
+                                                                            "csv"));
+  EXPECT_EQ(from_mat.alignment.stick_shift_samples, 2);
+  EXPECT_EQ(from_mat.alignment.rate_shift_samples, 25);
+  EXPECT_EQ(from_mat.alignment.evidence, "sequence");
+  EXPECT_EQ(from_csv.alignment.stick_shift_samples, 0);
+  // Both start at their own first row; the CSV's first row is number 25 of the file.
+  const double offset_s = 0.25;
+  double worst_counts = 0;
+  for (std::size_t k = 1000; k < 5000; ++k) {
+    const std::size_t m = from_mat.index_of(from_csv.time_s(k) + offset_s);
+    worst_counts =
+        std::max(worst_counts, std::abs(from_mat.of(Signal::kStickRoll)[m] - from_csv.of(Signal::kStickRoll)[k]));
+    EXPECT_NEAR(from_mat.of(Signal::kAttitudeRoll)[m], from_csv.of(Signal::kAttitudeRoll)[k], 0.012);
+  }
+  EXPECT_LT(worst_counts, 60.0);  // sub-sample clock offset on the steepest stick movement
+}
+
+}  // namespace
+}  // namespace m100::tools::logs
