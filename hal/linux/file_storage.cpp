@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/file_storage.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+namespace m100::hal {
+
+FileStorage::FileStorage(std::string path, const SystemCalls& calls) : path_(std::move(path)), calls_(&calls) {}
+
+FileStorage::~FileStorage() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+}
+
+core::Status FileStorage::open() {
+  if (descriptor_ >= 0) {
+    return core::Status::kOk;
+  }
+  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor_ >= 0) {
+    return core::Status::kOk;
+  }
+  return errno == EEXIST || errno == EACCES || errno == EROFS ? core::Status::kRefused : core::Status::kUnavailable;
+}
+
+core::Expected<std::size_t> FileStorage::append(std::span<const std::byte> source) {
+  if (descriptor_ < 0) {
+    return core::Status::kUnavailable;
+  }
+  const ssize_t count = calls_->write(descriptor_, source.data(), source.size());
+  if (count >= 0) {
+    return static_cast<std::size_t>(count);
+  }
+  if (errno == EINTR || errno == EAGAIN) {
+    return std::size_t{0};
+  }
+  return errno == ENOSPC || errno == EDQUOT ? core::Status::kResourceExhausted : core::Status::kUnavailable;
+}
+
+core::Status FileStorage::sync() {
+  return descriptor_ >= 0 && fdatasync(descriptor_) == 0 ? core::Status::kOk : core::Status::kUnavailable;
+}
+
+}  // namespace m100::hal

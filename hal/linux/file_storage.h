@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "hal/linux/system_calls.h"
+#include "hal/storage.h"
+
+namespace m100::hal {
+
+/// A file that is only appended to. An existing file is refused, not overwritten: a flight is flown once.
+class FileStorage final : public Storage {
+ public:
+  explicit FileStorage(std::string path, const SystemCalls& calls = real_system_calls());
+  ~FileStorage();
+
+  /// @returns kOk; kRefused: exists already, or no right to write there; kUnavailable: anything else.
+  core::Status open();
+  core::Expected<std::size_t> append(std::span<const std::byte> source) override;
+  core::Status sync() override;
+
+ private:
+  std::string path_;
+  const SystemCalls* calls_;
+  int descriptor_ = -1;
+};
+
+}  // namespace m100::hal

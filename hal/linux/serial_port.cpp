@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/serial_port.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <utility>
+
+namespace m100::hal {
+namespace {
+
+struct Speed {
+  std::uint32_t baud;
+  speed_t code;
+};
+constexpr std::array kSpeeds{Speed{115200, B115200}, Speed{230400, B230400}, Speed{460800, B460800},
+                             Speed{921600, B921600}};
+
+const Speed* find_speed(std::uint32_t baud) {
+  for (const Speed& speed : kSpeeds) {
+    if (speed.baud == baud) {
+      return &speed;
+    }
+  }
+  return nullptr;
+}
+
+std::int64_t monotonic_us() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
+}
+
+/// An interrupted call is tried again; one that is interrupted this often is left for the next tick.
+constexpr int kInterruptions = 8;
+
+template <typename Call>
+ssize_t uninterrupted(const Call& call) {
+  ssize_t result = -1;
+  for (int attempt = 0; attempt < kInterruptions; ++attempt) {
+    result = call();
+    if (result >= 0 || errno != EINTR) {
+      break;
+    }
+  }
+  return result;
+}
+
+bool means_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
+
+}  // namespace
+
+const SystemCalls& real_system_calls() {
+  static constexpr SystemCalls kReal{&::read, &::write};
+  return kReal;
+}
+
+bool is_supported_baud(std::uint32_t baud) { return find_speed(baud) != nullptr; }
+
+SerialPort::SerialPort(std::string path, std::uint32_t baud, const SystemCalls& calls)
+    : path_(std::move(path)), baud_(baud), calls_(&calls) {}
+
+SerialPort::~SerialPort() { close(); }
+
+core::Status SerialPort::open() {
+  close();
+  if (find_speed(baud_) == nullptr) {
+    return core::Status::kInvalidArgument;
+  }
+  descriptor_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor_ < 0) {
+    const bool not_ours = errno == EACCES || errno == EPERM || errno == EBUSY;
+    return not_ours ? core::Status::kRefused : core::Status::kUnavailable;
+  }
+  if (!configure()) {
+    close();
+    return core::Status::kUnavailable;
+  }
+  ++openings_;
+  return core::Status::kOk;
+}
+
+bool SerialPort::configure() {
+  termios settings{};
+  if (tcgetattr(descriptor_, &settings) != 0) {
+    return false;
+  }
+  cfmakeraw(&settings);
+  settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS | PARENB | CSIZE | HUPCL);
+  settings.c_cflag |= CS8 | CLOCAL | CREAD;
+  settings.c_iflag &= ~static_cast<tcflag_t>(IXON | IXOFF | IXANY);
+  settings.c_cc[VMIN] = 0;
+  settings.c_cc[VTIME] = 0;
+  const speed_t code = find_speed(baud_)->code;
+  if (cfsetispeed(&settings, code) != 0 || cfsetospeed(&settings, code) != 0 ||
+      tcsetattr(descriptor_, TCSANOW, &settings) != 0) {
+    return false;
+  }
+  // tcsetattr succeeds when it could do any of what was asked (POSIX), so look.
+  termios granted{};
+  if (tcgetattr(descriptor_, &granted) != 0 || cfgetospeed(&granted) != code || (granted.c_cflag & CSIZE) != CS8) {
+    return false;
+  }
+  ioctl(descriptor_, TIOCEXCL);  // a second program on this port would eat half of the telemetry
+  tcflush(descriptor_, TCIOFLUSH);
+  return true;
+}
+
+void SerialPort::close() {
+  if (descriptor_ >= 0) {
+    ioctl(descriptor_, TIOCNXCL);
+    ::close(descriptor_);
+    descriptor_ = -1;
+  }
+}
+
+bool SerialPort::ensure_open() {
+  if (descriptor_ >= 0) {
+    return true;
+  }
+  const std::int64_t now_us = monotonic_us();
+  if (now_us < next_attempt_us_) {
+    return false;
+  }
+  next_attempt_us_ = now_us + kReopenInterval.count();
+  return open() == core::Status::kOk;
+}
+
+bool SerialPort::hung_up() const {
+  pollfd state{.fd = descriptor_, .events = POLLIN, .revents = 0};
+  return poll(&state, 1, 0) > 0 && (state.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
+}
+
+core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
+  if (!ensure_open()) {
+    return core::Status::kUnavailable;
+  }
+  if (destination.empty()) {
+    return std::size_t{0};
+  }
+  const ssize_t count =
+      uninterrupted([&] { return calls_->read(descriptor_, destination.data(), destination.size()); });
+  if (count > 0) {
+    return static_cast<std::size_t>(count);
+  }
+  // With VMIN = 0 a quiet line also reads as 0; only poll tells it from a port that is gone.
+  const bool quiet = count == 0 ? !hung_up() : means_later(errno);
+  if (quiet) {
+    return std::size_t{0};
+  }
+  close();
+  return core::Status::kUnavailable;
+}
+
+core::Expected<std::size_t> SerialPort::write(std::span<const std::byte> source) {
+  if (!ensure_open()) {
+    return core::Status::kUnavailable;
+  }
+  if (source.empty()) {
+    return std::size_t{0};
+  }
+  const ssize_t count = uninterrupted([&] { return calls_->write(descriptor_, source.data(), source.size()); });
+  if (count >= 0) {
+    return static_cast<std::size_t>(count);
+  }
+  if (means_later(errno)) {
+    return std::size_t{0};
+  }
+  close();
+  return core::Status::kUnavailable;
+}
+
+}  // namespace m100::hal

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "firmware/core/time.h"
+#include "hal/linux/system_calls.h"
+#include "hal/uart.h"
+
+namespace m100::hal {
+
+/// A serial port of the operating system (also a pseudo-terminal): raw, 8N1, no flow control, non-blocking.
+///
+/// The port may vanish and come back, also as another device under the same name: read() and write() then report
+/// kUnavailable and try to open the name again, at most every kReopenInterval. Input that was waiting in the driver
+/// when the port is opened is thrown away: it is older than the program. Allocates in the constructor only.
+class SerialPort final : public Uart {
+ public:
+  static constexpr core::Duration kReopenInterval = std::chrono::milliseconds(200);
+
+  /// Does not open yet; the first read() or write() does, or open() where the reason of a failure matters.
+  /// @param baud 115200, 230400, 460800 or 921600; others are refused by open().
+  SerialPort(std::string path, std::uint32_t baud, const SystemCalls& calls = real_system_calls());
+  ~SerialPort();
+
+  /// @returns kOk; kInvalidArgument: the baud rate is not supported; kRefused: no right to open it, or another program
+  ///   holds it; kUnavailable: no such device, or it is not a serial port.
+  core::Status open();
+  void close();
+  bool is_open() const { return descriptor_ >= 0; }
+
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override;
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override;
+
+  /// How often the name has been opened with success: more than 1 means that the port was gone in between.
+  std::uint32_t openings() const { return openings_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  bool ensure_open();
+  bool configure();
+  bool hung_up() const;
+
+  std::string path_;
+  std::uint32_t baud_;
+  const SystemCalls* calls_;
+  int descriptor_ = -1;
+  std::uint32_t openings_ = 0;
+  std::int64_t next_attempt_us_ = 0;  ///< CLOCK_MONOTONIC
+};
+
+/// True for the rates a SerialPort can be set to.
+bool is_supported_baud(std::uint32_t baud);
+
+}  // namespace m100::hal

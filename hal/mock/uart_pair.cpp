@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/mock/uart_pair.h"
+
+#include <algorithm>
+
+namespace m100::hal {
+namespace {
+
+constexpr std::int64_t kBitsPerByte = 10;  // start, eight data, stop
+constexpr std::int64_t kNanosPerSecond = 1000000000;
+constexpr std::int64_t kNanosPerMicro = 1000;
+
+std::int64_t nanos(core::TimePoint time) { return time.time_since_epoch().count() * kNanosPerMicro; }
+
+/// The first microsecond at which all of it has happened.
+core::TimePoint time_of(std::int64_t at_ns) {
+  return core::TimePoint{core::Duration{(at_ns + kNanosPerMicro - 1) / kNanosPerMicro}};
+}
+
+}  // namespace
+
+Line::Line(Clock& clock, std::uint32_t baud, std::uint64_t seed)
+    : clock_(clock),
+      byte_time_ns_(baud == 0 ? 0 : kBitsPerByte * kNanosPerSecond / baud),
+      random_(seed * 2 + 1),
+      queue_(kSenderBytes + kReceiverBytes) {
+  held_.reserve(kSenderBytes);
+}
+
+const LineFaults& Line::faults() const {
+  const core::TimePoint now = clock_.now();
+  for (const ScriptedFaults& window : script_) {
+    if (now >= window.from && now < window.until) {
+      return window.faults;
+    }
+  }
+  return always_;
+}
+
+// xorshift64* (Vigna, 2016): small, and the same everywhere.
+std::uint64_t Line::random() {
+  random_ ^= random_ >> 12U;
+  random_ ^= random_ << 25U;
+  random_ ^= random_ >> 27U;
+  return random_ * 0x2545F4914F6CDD1DULL;
+}
+
+bool Line::chance(double probability) {
+  return probability > 0.0 && static_cast<double>(random() >> 11U) * 0x1p-53 < probability;
+}
+
+void Line::settle() {
+  const core::TimePoint now = clock_.now();
+  while (arrived_ < size_ && queue_[(head_ + arrived_) % queue_.size()].arrival <= now) {
+    if (arrived_ < kReceiverBytes) {
+      ++arrived_;
+      continue;
+    }
+    // The receiver is full: this byte is lost, and those behind it move up.
+    for (std::size_t i = arrived_; i + 1 < size_; ++i) {
+      queue_[(head_ + i) % queue_.size()] = queue_[(head_ + i + 1) % queue_.size()];
+    }
+    --size_;
+    ++stats_.overruns;
+  }
+}
+
+void Line::enqueue(std::byte value, core::Duration delay) {
+  line_free_ns_ = std::max(line_free_ns_, nanos(clock_.now())) + byte_time_ns_;
+  if (size_ == queue_.size()) {
+    ++stats_.overruns;
+    return;
+  }
+  core::TimePoint arrival = time_of(line_free_ns_) + delay;
+  if (size_ > 0) {
+    arrival = std::max(arrival, queue_[(head_ + size_ - 1) % queue_.size()].arrival);
+  }
+  queue_[(head_ + size_) % queue_.size()] = {arrival, value};
+  ++size_;
+}
+
+void Line::add_noise(std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    enqueue(static_cast<std::byte>(random() >> 56U), core::Duration{0});
+  }
+  stats_.bytes_added += count;
+}
+
+void Line::carry_byte(std::byte value, const LineFaults& faults) {
+  if (chance(faults.drop_per_byte)) {
+    ++stats_.bytes_dropped;
+    line_free_ns_ = std::max(line_free_ns_, nanos(clock_.now())) + byte_time_ns_;
+    return;
+  }
+  if (faults.flip_per_bit > 0.0) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      if (chance(faults.flip_per_bit)) {
+        value ^= std::byte{1} << bit;
+        ++stats_.bits_flipped;
+      }
+    }
+  }
+  enqueue(value, faults.delay);
+  if (chance(faults.duplicate_per_byte)) {
+    enqueue(value, faults.delay);
+    ++stats_.bytes_added;
+  }
+}
+
+void Line::carry(std::span<const std::byte> source, const LineFaults& faults) {
+  for (const std::byte value : source) {
+    carry_byte(value, faults);
+  }
+}
+
+core::Expected<std::size_t> Line::write(std::span<const std::byte> source) {
+  settle();
+  const LineFaults& now = faults();
+  if (now.unplugged || !plugged_) {
+    size_ = 0;
+    arrived_ = 0;
+    held_.clear();
+    return core::Status::kUnavailable;
+  }
+  const std::size_t waiting = std::min(size_ - arrived_, kSenderBytes);
+  const std::size_t count = std::min({source.size(), kSenderBytes - waiting, now.longest_write});
+  const std::span<const std::byte> taken = source.first(count);
+  stats_.bytes_written += count;
+  if (count == 0) {
+    return count;
+  }
+  if (chance(now.drop_per_write)) {
+    ++stats_.writes_dropped;
+    stats_.bytes_dropped += count;
+    return count;
+  }
+  if (chance(now.burst_per_write)) {
+    add_noise(now.burst_bytes);
+  }
+  if (held_.empty() && chance(now.swap_per_write)) {
+    held_.assign(taken.begin(), taken.end());
+    return count;
+  }
+  carry(taken, now);
+  if (chance(now.duplicate_per_write)) {
+    carry(taken, now);
+    stats_.bytes_added += count;
+  }
+  carry(held_, now);
+  held_.clear();
+  return count;
+}
+
+core::Expected<std::size_t> Line::read(std::span<std::byte> destination) {
+  settle();
+  const LineFaults& now = faults();
+  if (now.unplugged || !plugged_) {
+    size_ = 0;
+    arrived_ = 0;
+    held_.clear();
+    return core::Status::kUnavailable;
+  }
+  const std::size_t count = std::min({destination.size(), arrived_, now.longest_read});
+  for (std::size_t i = 0; i < count; ++i) {
+    destination[i] = queue_[(head_ + i) % queue_.size()].value;
+  }
+  head_ = (head_ + count) % queue_.size();
+  size_ -= count;
+  arrived_ -= count;
+  stats_.bytes_read += count;
+  return count;
+}
+
+UartPair::UartPair(Clock& clock, std::uint32_t baud, std::uint64_t seed)
+    : a_to_b_(clock, baud, 2 * seed), b_to_a_(clock, baud, 2 * seed + 1), a_(a_to_b_, b_to_a_), b_(b_to_a_, a_to_b_) {}
+
+}  // namespace m100::hal

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/uart.h"
+
+namespace m100::hal {
+
+/// What a line does to the bytes written while it is in force. Probabilities in [0, 1]. "Write" is one call of write():
+/// senders here hand over one frame per call, so these are the faults of whole frames.
+struct LineFaults {
+  double drop_per_byte = 0.0;
+  double flip_per_bit = 0.0;
+  double duplicate_per_byte = 0.0;
+  double drop_per_write = 0.0;
+  double duplicate_per_write = 0.0;
+  double swap_per_write = 0.0;       ///< this write arrives after the next one
+  double burst_per_write = 0.0;      ///< noise in front of the write
+  std::size_t burst_bytes = 0;       ///< length of a burst of noise
+  core::Duration delay{0};           ///< added to the arrival of each byte
+  std::size_t longest_read = 4096;   ///< 1: one-byte reads
+  std::size_t longest_write = 4096;  ///< small: short writes
+  bool unplugged = false;            ///< reads and writes report kUnavailable; what was on the line is lost
+};
+
+/// Faults in force from `from` (included) to `until` (not included).
+struct ScriptedFaults {
+  core::TimePoint from{};
+  core::TimePoint until{};
+  LineFaults faults;
+};
+
+/// One direction of a line. A byte takes ten bit times and arrives, not before its predecessor, when it is complete.
+/// Allocates in the constructor and in script() only.
+class Line {
+ public:
+  static constexpr std::size_t kSenderBytes = 4096;    ///< waiting to leave; beyond it a write is short
+  static constexpr std::size_t kReceiverBytes = 4096;  ///< arrived and not read; beyond it the newest are lost
+
+  /// @param baud 0: no pacing, bytes arrive at once.
+  Line(Clock& clock, std::uint32_t baud, std::uint64_t seed);
+
+  /// Faults of always, where no scripted ones are in force.
+  void set_faults(const LineFaults& faults) { always_ = faults; }
+  /// Windows may overlap: the first that fits counts.
+  void script(std::vector<ScriptedFaults> windows) { script_ = std::move(windows); }
+  /// Cable out or in; out is the same as the fault `unplugged`.
+  void set_plugged(bool plugged) { plugged_ = plugged; }
+
+  core::Expected<std::size_t> write(std::span<const std::byte> source);
+  core::Expected<std::size_t> read(std::span<std::byte> destination);
+
+  struct Stats {
+    std::uint64_t bytes_written = 0;  ///< taken from the sender
+    std::uint64_t bytes_read = 0;
+    std::uint64_t bytes_dropped = 0;  ///< by drop faults
+    std::uint64_t bits_flipped = 0;
+    std::uint64_t bytes_added = 0;  ///< duplicates and noise
+    std::uint64_t overruns = 0;     ///< lost because nobody read
+    std::uint64_t writes_dropped = 0;
+  };
+  const Stats& stats() const { return stats_; }
+
+ private:
+  struct Travelling {
+    core::TimePoint arrival;
+    std::byte value;
+  };
+
+  const LineFaults& faults() const;
+  void settle();
+  void carry(std::span<const std::byte> source, const LineFaults& faults);
+  void carry_byte(std::byte value, const LineFaults& faults);
+  void add_noise(std::size_t count);
+  void enqueue(std::byte value, core::Duration delay);
+  bool chance(double probability);
+  std::uint64_t random();
+
+  Clock& clock_;
+  std::int64_t byte_time_ns_;
+  std::int64_t line_free_ns_ = 0;  ///< when the last byte has left
+  std::uint64_t random_;
+  bool plugged_ = true;
+  LineFaults always_;
+  std::vector<ScriptedFaults> script_;
+  std::vector<Travelling> queue_;  ///< ring: first arrived_, then still travelling
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+  std::size_t arrived_ = 0;
+  std::vector<std::byte> held_;  ///< a write that a swap holds back
+  Stats stats_;
+};
+
+/// Two ends of a serial cable, for one thread. What a writes b reads, and the other way round.
+class UartPair {
+ public:
+  UartPair(Clock& clock, std::uint32_t baud, std::uint64_t seed = 1);
+
+  Uart& a() { return a_; }
+  Uart& b() { return b_; }
+  Line& a_to_b() { return a_to_b_; }
+  Line& b_to_a() { return b_to_a_; }
+  /// Takes the cable away or puts it back.
+  void set_plugged(bool plugged) {
+    a_to_b_.set_plugged(plugged);
+    b_to_a_.set_plugged(plugged);
+  }
+
+ private:
+  class End final : public Uart {
+   public:
+    End(Line& out, Line& in) : out_(out), in_(in) {}
+    core::Expected<std::size_t> read(std::span<std::byte> destination) override { return in_.read(destination); }
+    core::Expected<std::size_t> write(std::span<const std::byte> source) override { return out_.write(source); }
+
+   private:
+    Line& out_;
+    Line& in_;
+  };
+
+  Line a_to_b_;
+  Line b_to_a_;
+  End a_;
+  End b_;
+};
+
+}  // namespace m100::hal

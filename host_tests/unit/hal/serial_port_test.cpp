@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/serial_port.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace m100::hal {
+namespace {
+
+/// The far side of a pseudo-terminal, with a name that can be moved to another one as udev does with adapters.
+class FarSide {
+ public:
+  FarSide() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    EXPECT_GE(descriptor_, 0);
+    EXPECT_EQ(grantpt(descriptor_), 0);
+    EXPECT_EQ(unlockpt(descriptor_), 0);
+  }
+  ~FarSide() { ::close(descriptor_); }
+  FarSide(const FarSide&) = delete;
+  FarSide& operator=(const FarSide&) = delete;
+
+  std::string name() const { return ptsname(descriptor_); }
+  void send(const std::string& text) {
+    ASSERT_EQ(::write(descriptor_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+  std::string receive() {
+    std::array<char, 65536> buffer;
+    std::string all;
+    ssize_t count = 0;
+    while ((count = ::read(descriptor_, buffer.data(), buffer.size())) > 0) {
+      all.append(buffer.data(), static_cast<std::size_t>(count));
+    }
+    return all;
+  }
+  termios settings() const {
+    termios result{};
+    EXPECT_EQ(tcgetattr(descriptor_, &result), 0);
+    return result;
+  }
+
+ private:
+  int descriptor_;
+};
+
+std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+core::Expected<std::size_t> read_within(SerialPort& port, std::span<std::byte> destination) {
+  for (int i = 0; i < 200; ++i) {
+    const core::Expected<std::size_t> count = port.read(destination);
+    if (count && *count > 0) {
+      return count;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return std::size_t{0};
+}
+
+TEST(SerialPort, IsRawAtTheAskedSpeed) {
+  FarSide far;
+  for (const auto& [baud, code] : {std::pair{115200U, B115200}, {230400U, B230400}, {921600U, B921600}}) {
+    SerialPort port(far.name(), baud);
+    ASSERT_EQ(port.open(), core::Status::kOk);
+    const termios settings = far.settings();
+    EXPECT_EQ(cfgetospeed(&settings), code);
+    EXPECT_EQ(settings.c_cflag & CSIZE, static_cast<tcflag_t>(CS8));
+    EXPECT_EQ(settings.c_cflag & (PARENB | CSTOPB | CRTSCTS), 0U);
+    EXPECT_EQ(settings.c_lflag & (ICANON | ECHO | ISIG), 0U);
+    EXPECT_EQ(settings.c_iflag & (IXON | ICRNL | ISTRIP), 0U);
+    EXPECT_EQ(settings.c_oflag & OPOST, 0U);
+  }
+}
+
+// Catches a port left in cooked mode: carriage returns, control characters and 0xFF would arrive changed.
+TEST(SerialPort, AllByteValuesPassBothWaysUnchanged) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  std::string all(256, '\0');
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = static_cast<char>(i);
+  }
+  EXPECT_EQ(port.write(bytes_of(all)).value(), all.size());
+  EXPECT_EQ(far.receive(), all);
+  far.send(all);
+  std::array<std::byte, 300> got;
+  std::size_t size = 0;
+  while (size < 256) {
+    const std::size_t count = read_within(port, std::span(got).subspan(size)).value();
+    ASSERT_GT(count, 0U);
+    size += count;
+  }
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(got.data()), size), all);
+}
+
+TEST(SerialPort, AQuietLineReadsAsNothingAndDoesNotBlock) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  std::array<std::byte, 16> destination;
+  const auto before = std::chrono::steady_clock::now();
+  EXPECT_EQ(port.read(destination).value(), 0U);
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::milliseconds(100));
+}
+
+TEST(SerialPort, AFullLineTakesPartThenNothing) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  const std::string much(1 << 20, 'x');
+  std::size_t taken = 0;
+  for (int i = 0; i < 100; ++i) {
+    const core::Expected<std::size_t> count = port.write(bytes_of(much));
+    ASSERT_TRUE(count.has_value());
+    taken += *count;
+    if (*count == 0) {
+      break;
+    }
+  }
+  EXPECT_GT(taken, 0U);
+  EXPECT_LT(taken, much.size());
+  EXPECT_EQ(port.write(bytes_of(much)).value(), 0U);
+}
+
+TEST(SerialPort, WhatWaitedInTheDriverBeforeOpeningIsThrownAway) {
+  FarSide far;
+  SerialPort port(far.name(), 230400);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  port.close();  // the line stays raw, so the old bytes wait in the driver
+  far.send("old");
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  std::array<std::byte, 16> destination;
+  EXPECT_EQ(port.read(destination).value(), 0U);
+}
+
+TEST(SerialPort, PulledAndPluggedInAgainAsAnotherDeviceItComesBack) {
+  const std::filesystem::path name = std::filesystem::temp_directory_path() / ("m100_port_" + std::to_string(getpid()));
+  std::filesystem::remove(name);
+  auto first = std::make_unique<FarSide>();
+  std::filesystem::create_symlink(first->name(), name);
+  SerialPort port(name.string(), 921600);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  std::array<std::byte, 16> destination;
+  EXPECT_EQ(port.read(destination).value(), 0U);
+
+  first.reset();
+  std::filesystem::remove(name);
+  EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
+  EXPECT_EQ(port.write(bytes_of("x")).status(), core::Status::kUnavailable);
+  EXPECT_FALSE(port.is_open());
+
+  FarSide other;
+  std::filesystem::create_symlink(other.name(), name);
+  std::this_thread::sleep_for(SerialPort::kReopenInterval);
+  EXPECT_EQ(port.write(bytes_of("x")).value(), 1U);
+  EXPECT_EQ(port.openings(), 2U);
+  other.send("back");
+  EXPECT_EQ(read_within(port, destination).value(), 4U);
+  std::filesystem::remove(name);
+}
+
+TEST(SerialPort, ReopeningIsNotTriedAtEveryTick) {
+  SerialPort port("/nonexistent/tty", 230400);
+  std::array<std::byte, 16> destination;
+  for (int i = 0; i < 1000; ++i) {
+    EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
+  }
+  EXPECT_EQ(port.openings(), 0U);
+}
+
+TEST(SerialPort, NamesWhyItCannotBeOpened) {
+  EXPECT_EQ(SerialPort("/nonexistent/tty", 230400).open(), core::Status::kUnavailable);
+  EXPECT_EQ(SerialPort("/dev/null", 230400).open(), core::Status::kUnavailable) << "not a serial port";
+  FarSide far;
+  EXPECT_EQ(SerialPort(far.name(), 250000).open(), core::Status::kInvalidArgument);
+}
+
+int interruptions_left = 0;
+int error_to_give = 0;
+
+ssize_t interrupted_read(int descriptor, void* destination, std::size_t size) {
+  if (interruptions_left > 0) {
+    --interruptions_left;
+    errno = error_to_give;
+    return -1;
+  }
+  return ::read(descriptor, destination, size);
+}
+ssize_t interrupted_write(int descriptor, const void* source, std::size_t size) {
+  if (interruptions_left > 0) {
+    --interruptions_left;
+    errno = error_to_give;
+    return -1;
+  }
+  return ::write(descriptor, source, size);
+}
+constexpr SystemCalls kInterrupted{&interrupted_read, &interrupted_write};
+
+TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
+  FarSide far;
+  SerialPort port(far.name(), 230400, kInterrupted);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  error_to_give = EINTR;
+  interruptions_left = 3;
+  EXPECT_EQ(port.write(bytes_of("ab")).value(), 2U);
+  interruptions_left = 1000;
+  EXPECT_EQ(port.write(bytes_of("ab")).value(), 0U);
+  std::array<std::byte, 4> destination;
+  EXPECT_EQ(port.read(destination).value(), 0U);
+  interruptions_left = 0;
+}
+
+TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
+  FarSide far;
+  std::array<std::byte, 4> destination;
+  for (const int error : {EIO, ENXIO, ENODEV, EBADF}) {
+    SerialPort port(far.name(), 230400, kInterrupted);
+    ASSERT_EQ(port.open(), core::Status::kOk);
+    error_to_give = error;
+    interruptions_left = 1;
+    EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
+    EXPECT_FALSE(port.is_open());
+    interruptions_left = 0;
+  }
+}
+
+}  // namespace
+}  // namespace m100::hal

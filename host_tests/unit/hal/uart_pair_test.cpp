@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/mock/uart_pair.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <vector>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/wrong_baud.h"
+
+namespace m100::hal {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+std::vector<std::byte> counting(std::size_t size) {
+  std::vector<std::byte> bytes(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    bytes[i] = static_cast<std::byte>(i);
+  }
+  return bytes;
+}
+
+std::vector<std::byte> read_all(Uart& uart) {
+  std::vector<std::byte> all;
+  std::array<std::byte, 512> chunk;
+  while (true) {
+    const core::Expected<std::size_t> count = uart.read(chunk);
+    if (!count || *count == 0) {
+      return all;
+    }
+    all.insert(all.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+}
+
+struct UartPairTest : ::testing::Test {
+  ManualClock clock;
+  UartPair pair{clock, 230400};
+};
+
+// Catches a mock that delivers at once and hides every problem of a slow line. Protocol, section 10: 6.16 ms.
+TEST_F(UartPairTest, AFullTelemetryFrameTakesItsTimeOnTheLine) {
+  ASSERT_EQ(pair.a().write(counting(142)).value(), 142U);
+  clock.advance(microseconds(6163));
+  EXPECT_EQ(read_all(pair.b()).size(), 141U);
+  clock.advance(microseconds(1));
+  EXPECT_EQ(read_all(pair.b()).size(), 1U);
+}
+
+TEST_F(UartPairTest, BothDirectionsAreIndependent) {
+  ASSERT_EQ(pair.a().write(counting(10)).value(), 10U);
+  ASSERT_EQ(pair.b().write(counting(20)).value(), 20U);
+  clock.advance(milliseconds(5));
+  EXPECT_EQ(read_all(pair.b()), counting(10));
+  EXPECT_EQ(read_all(pair.a()), counting(20));
+}
+
+TEST_F(UartPairTest, AFullSenderTakesOnlyWhatFits) {
+  EXPECT_EQ(pair.a().write(counting(5000)).value(), Line::kSenderBytes);
+  EXPECT_EQ(pair.a().write(counting(1)).value(), 0U);
+  clock.advance(microseconds(44));  // one byte is 43.4 us
+  EXPECT_EQ(pair.a().write(counting(5)).value(), 1U);
+}
+
+TEST_F(UartPairTest, AReaderWhoSleepsTooLongLosesTheNewest) {
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(pair.a().write(std::vector<std::byte>(4000, std::byte(i))).value(), 4000U);
+    clock.advance(milliseconds(200));
+  }
+  const std::vector<std::byte> got = read_all(pair.b());
+  ASSERT_EQ(got.size(), Line::kReceiverBytes);
+  EXPECT_EQ(got.front(), std::byte{0});
+  EXPECT_EQ(pair.a_to_b().stats().overruns, 8000 - Line::kReceiverBytes);
+}
+
+TEST_F(UartPairTest, AScriptedWindowOfLossEndsWhenItSays) {
+  pair.a_to_b().script({{.from = core::TimePoint{milliseconds(10)},
+                         .until = core::TimePoint{milliseconds(20)},
+                         .faults = {.drop_per_byte = 1.0}}});
+  std::size_t received = 0;
+  for (int i = 0; i < 30; ++i) {
+    ASSERT_EQ(pair.a().write(counting(2)).value(), 2U);
+    clock.advance(milliseconds(1));
+    received += read_all(pair.b()).size();
+  }
+  EXPECT_EQ(received, 40U);
+}
+
+TEST_F(UartPairTest, EachFaultDoesWhatItsNameSays) {
+  Line& line = pair.a_to_b();
+  const auto send = [&](const LineFaults& faults, std::size_t size) {
+    line.set_faults(faults);
+    (void)pair.a().write(counting(size));
+    clock.advance(milliseconds(100));
+    return read_all(pair.b());
+  };
+  EXPECT_EQ(send({.duplicate_per_byte = 1.0}, 5).size(), 10U);
+  EXPECT_EQ(send({.duplicate_per_write = 1.0}, 5).size(), 10U);
+  EXPECT_TRUE(send({.drop_per_write = 1.0}, 5).empty());
+  EXPECT_EQ(send({.burst_per_write = 1.0, .burst_bytes = 7}, 5).size(), 12U);
+  EXPECT_EQ(send({.longest_write = 3}, 5).size(), 3U);
+  std::vector<std::byte> inverted = counting(5);
+  std::transform(inverted.begin(), inverted.end(), inverted.begin(), [](std::byte b) { return ~b; });
+  EXPECT_EQ(send({.flip_per_bit = 1.0}, 5), inverted);
+  EXPECT_TRUE(send({.delay = milliseconds(200)}, 5).empty());
+  clock.advance(milliseconds(200));
+  EXPECT_EQ(read_all(pair.b()).size(), 5U);
+}
+
+TEST_F(UartPairTest, ASwappedWriteArrivesAfterItsSuccessor) {
+  pair.a_to_b().set_faults({.swap_per_write = 1.0});
+  (void)pair.a().write(std::vector{std::byte{1}});
+  (void)pair.a().write(std::vector{std::byte{2}});
+  clock.advance(milliseconds(1));
+  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{2}, std::byte{1}}));
+}
+
+TEST_F(UartPairTest, OneByteReadsGiveOneByte) {
+  pair.a_to_b().set_faults({.longest_read = 1});
+  (void)pair.a().write(counting(3));
+  clock.advance(milliseconds(1));
+  std::array<std::byte, 16> destination;
+  EXPECT_EQ(pair.b().read(destination).value(), 1U);
+}
+
+TEST_F(UartPairTest, AnUnpluggedCableSaysSoAndForgetsWhatWasOnIt) {
+  (void)pair.a().write(counting(10));
+  pair.set_plugged(false);
+  std::array<std::byte, 16> destination;
+  EXPECT_EQ(pair.b().read(destination).status(), core::Status::kUnavailable);
+  EXPECT_EQ(pair.a().write(counting(1)).status(), core::Status::kUnavailable);
+  pair.set_plugged(true);
+  clock.advance(milliseconds(10));
+  EXPECT_EQ(pair.b().read(destination).value(), 0U);
+}
+
+TEST_F(UartPairTest, RandomLossIsOfTheAskedSizeAndTheSameForTheSameSeed) {
+  const auto lost = [](std::uint64_t seed) {
+    ManualClock own_clock;
+    UartPair own{own_clock, 0, seed};
+    own.a_to_b().set_faults({.drop_per_byte = 0.1});
+    std::size_t received = 0;
+    for (int i = 0; i < 1000; ++i) {
+      (void)own.a().write(counting(100));
+      received += read_all(own.b()).size();
+    }
+    return 100000 - received;
+  };
+  EXPECT_NEAR(static_cast<double>(lost(1)), 10000.0, 400.0);  // four standard deviations of the binomial: 4 * 95
+  EXPECT_EQ(lost(7), lost(7));
+  EXPECT_NE(lost(7), lost(8));
+}
+
+TEST(WrongBaud, TheRightRateChangesNothing) {
+  const std::vector<std::byte> sent = counting(256);
+  EXPECT_EQ(received_at(sent, 230400, 230400), sent);
+  EXPECT_EQ(received_at(sent, 230400, 233000), sent) << "1 % off is within what a UART must take";
+}
+
+TEST(WrongBaud, AnotherRateLeavesNothingOfTheMessage) {
+  const std::vector<std::byte> sent = counting(256);
+  const std::vector<std::byte> got = received_at(sent, 230400, 115200);
+  EXPECT_LT(got.size(), 150U);
+  EXPECT_TRUE(std::search(got.begin(), got.end(), sent.begin() + 100, sent.begin() + 104) == got.end());
+  EXPECT_GT(received_at(sent, 230400, 921600).size(), 256U);
+}
+
+TEST(ManualClockTest, SleepsMoveItAndStallsMoveItFurtherOnce) {
+  ManualClock clock;
+  clock.sleep_until(core::TimePoint{milliseconds(10)});
+  EXPECT_EQ(clock.now(), core::TimePoint{milliseconds(10)});
+  clock.stall_next_sleep(milliseconds(5));
+  clock.sleep_until(core::TimePoint{milliseconds(20)});
+  EXPECT_EQ(clock.now(), core::TimePoint{milliseconds(25)});
+  clock.sleep_until(core::TimePoint{milliseconds(20)});
+  EXPECT_EQ(clock.now(), core::TimePoint{milliseconds(25)});
+}
+
+}  // namespace
+}  // namespace m100::hal
