@@ -9,33 +9,49 @@ namespace m100::tools::identify {
 
 // What is left when the selection has ended: is it still predictable? Shared by the stick axes and by translation.
 
-/// A regressor, sample by sample on the same clock as the residual. Several may belong to one source, e.g. lags.
-struct Regressor {
+/// Regressors of one source, e.g. the lags of a stick. Each column has one value per sample of the residual.
+struct RegressorGroup {
   std::string source;  ///< what a reader is told: "stick_roll", "stick_roll * stick_pitch", "battery"
-  std::vector<double> values;
+  std::vector<std::vector<double>> columns;
 };
 
 struct ResidualInput {
   double sample_period_s = 0.01;
-  std::vector<double> residual;          ///< blocks one after the other
-  std::vector<std::size_t> block_begin;  ///< first sample of each block, ascending; the first is 0
-  std::vector<Regressor> regressors;
-  double noise_floor = 0.0;  ///< declared root mean square; 0: not declared
+  std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
+  std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
+                                               ///< what cross validation leaves out
+  std::vector<RegressorGroup> groups;          ///< may explain the residual
+  std::vector<RegressorGroup> activity;        ///< may explain its size
+  double noise_floor = 0.0;                    ///< declared root mean square; 0: not declared
 };
 
 struct ResidualOptions {
-  std::size_t shifts = 19;       ///< circular shifts of the residual; the best of them must be beaten
-  double minimum_share = 0.08;   ///< least cross-validated share of the variance that counts
+  std::size_t shifts = 99;       ///< circular shifts of the residual, the best of which must be beaten
+  double minimum_share = 0.10;   ///< least cross-validated share of the variance that counts
   double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
+  double periodic_peak = 14.0;   ///< and this many times its neighbourhood
   double floor_factor = 2.0;     ///< residual above this times the declared floor is a disturbance
 };
 
 struct ResidualFinding {
-  std::vector<std::string> unexplained;  ///< sentences; empty: at the floor
-  double predictable_share = 0.0;        ///< cross-validated share of the residual's variance
-  double shifted_share = 0.0;            ///< the best of the shifted residuals
+  std::vector<std::string> unexplained;  ///< sentences; empty: nothing left that could be predicted
+  struct Share {
+    std::string source;
+    double predicted = 0.0;  ///< cross-validated share of the variance
+    double shifted = 0.0;    ///< the best that any group reached on any shifted residual
+  };
+  std::vector<Share> shares;  ///< all groups, largest first
+  double line_hz = 0.0;       ///< strongest spectral line
+  double line_share = 0.0;
+  double rms = 0.0;
 };
 
+/// Ridge regression of the residual on each group, cross-validated over blocks and held against circular shifts of the
+/// residual; the same for its size; the strongest spectral line; the declared floor.
+/// Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
+
+/// Lags of a channel as columns: the value `lag` samples ago, for each lag.
+std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags);
 
 }  // namespace m100::tools::identify

@@ -37,10 +37,21 @@ class Family {
   virtual std::size_t block_count() const = 0;
   virtual std::size_t samples_in(std::size_t block) const = 0;
   /// Fits to the blocks whose weight is positive (an integer weight counts a block several times: bootstrap).
-  /// With `warm`, starts there and takes few iterations; without, takes several starts.
+  /// Without `warm`: from several starts. With `warm` of the same structure: from there, few iterations. With `warm` of
+  /// another structure: what both have in common from there, what is new from several starts.
   virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
   /// Simulation error of one training block, sample by sample (several axes: one after the other).
   virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
+  /// The same of all blocks with a positive weight; empty vectors for the others. Override where one pass is cheaper.
+  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const {
+    std::vector<std::vector<double>> out(block_count());
+    for (std::size_t block = 0; block < out.size(); ++block) {
+      if (weights[block] > 0) {
+        out[block] = error(fit, block);
+      }
+    }
+    return out;
+  }
   /// The structures that one edit of `present` can make, each with the name of the edit.
   struct Edit {
     std::string name;

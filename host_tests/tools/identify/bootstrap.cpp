@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/identify/bootstrap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace m100::tools::identify {
+
+std::vector<Interval> bootstrap(const Family& family, const Fit& fit, std::size_t draws, std::uint64_t seed) {
+  const std::size_t blocks = family.block_count();
+  std::mt19937_64 random(seed);
+  std::vector<std::vector<double>> samples(fit.parameters.size());
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    std::vector<int> weights(blocks, 0);
+    for (std::size_t i = 0; i < blocks; ++i) {
+      ++weights[static_cast<std::size_t>(random() % blocks)];
+    }
+    const Fit drawn = family.fit(fit.structure, weights, &fit);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+      samples[k].push_back(drawn.parameters[k]);
+    }
+  }
+  const double n = static_cast<double>(blocks);
+  const double p = static_cast<double>(fit.free_parameters) / std::max(1.0, n);
+  const double widening = n > 1.0 ? std::sqrt(n / std::max(1.0, n - 1.0 - std::min(p, 1.0))) : 1.0;
+  std::vector<Interval> out(samples.size());
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const double value = fit.parameters[k];
+    out[k] = {value, value, value};
+    if (samples[k].empty()) {
+      continue;
+    }
+    std::sort(samples[k].begin(), samples[k].end());
+    const auto quantile = [&](double fraction) {
+      const double at = fraction * static_cast<double>(samples[k].size() - 1);
+      const auto lower = static_cast<std::size_t>(at);
+      const std::size_t upper = std::min(lower + 1, samples[k].size() - 1);
+      return samples[k][lower] + (at - std::floor(at)) * (samples[k][upper] - samples[k][lower]);
+    };
+    out[k].low = std::min(value, value + widening * (quantile(0.025) - value));
+    out[k].high = std::max(value, value + widening * (quantile(0.975) - value));
+  }
+  return out;
+}
+
+}  // namespace m100::tools::identify
