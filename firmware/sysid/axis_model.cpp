@@ -134,8 +134,8 @@ template <typename Real>
 Real StaticLaw<Real>::command(Real stick_counts, Real other_counts, Real t_s) {
   Real stick = stick_counts;
   if (model_.backlash_counts > Real(0)) {
-    play_counts_ = started_ ? core::clamp(play_counts_, stick - model_.backlash_counts, stick + model_.backlash_counts)
-                            : stick;
+    play_counts_ =
+        started_ ? core::clamp(play_counts_, stick - model_.backlash_counts, stick + model_.backlash_counts) : stick;
     stick = play_counts_;
   }
   stick -= model_.trim_counts;

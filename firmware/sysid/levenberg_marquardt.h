@@ -104,8 +104,8 @@ LmReport levenberg_marquardt(Residual&& residual, std::span<double> x, std::span
         damped(i, i) += lambda * hessian(i, i) + 1e-300;
         // A parameter at its bound whose gradient pushes outwards takes no part.
         const std::size_t at = static_cast<std::size_t>(i);
-        const bool stuck = (before(i) <= box[at].low && gradient(i) > 0.0) ||
-                           (before(i) >= box[at].high && gradient(i) < 0.0);
+        const bool stuck =
+            (before(i) <= box[at].low && gradient(i) > 0.0) || (before(i) >= box[at].high && gradient(i) < 0.0);
         if (stuck || !(hessian(i, i) > 0.0)) {
           damped.row(i).setZero();
           damped.col(i).setZero();

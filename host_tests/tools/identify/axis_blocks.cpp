@@ -33,15 +33,15 @@ State measured_state(const AxisData& data, std::size_t at) {
       m[k] += powers[k] * data.measured[i];
     }
   }
-  const double det = s[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (s[1] * s[4] - s[3] * s[2]) +
-                     s[2] * (s[1] * s[3] - s[2] * s[2]);
+  const double det =
+      s[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * s[3] - s[2] * s[2]);
   if (s[0] < 4.0 || !(std::abs(det) > 1e-9)) {
     return {data.measured[at], 0.0};
   }
-  const double c0 = m[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (m[1] * s[4] - s[3] * m[2]) +
-                    s[2] * (m[1] * s[3] - s[2] * m[2]);
-  const double c1 = s[0] * (m[1] * s[4] - s[3] * m[2]) - m[0] * (s[1] * s[4] - s[3] * s[2]) +
-                    s[2] * (s[1] * m[2] - m[1] * s[2]);
+  const double c0 =
+      m[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (m[1] * s[4] - s[3] * m[2]) + s[2] * (m[1] * s[3] - s[2] * m[2]);
+  const double c1 =
+      s[0] * (m[1] * s[4] - s[3] * m[2]) - m[0] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * m[2] - m[1] * s[2]);
   return {c0 / det, c1 / det / data.period_s};
 }
 

@@ -43,8 +43,7 @@ constexpr std::array kParameters{
     Parameter{"trim_offset", "offset_counts", &Model::trim_counts, false, Unit::kStick, -0.7, 0.7, 4.0, 0.0},
     Parameter{"stick_curve", "exponent", &Model::stick_exponent, true, Unit::kPlain, 0.3, 4.0, 0.05, 1.0},
     Parameter{"backlash", "half_width_counts", &Model::backlash_counts, false, Unit::kStick, 0.0, 0.5, 3.0, 0.0},
-    Parameter{"gain_drift", "fraction_per_minute", &Model::gain_drift_per_s, false, Unit::kPlain, -1.5, 3.0, 0.05,
-              0.0},
+    Parameter{"gain_drift", "fraction_per_minute", &Model::gain_drift_per_s, false, Unit::kPlain, -1.5, 3.0, 0.05, 0.0},
     Parameter{"cross_axis", "coefficient", &Model::cross_axis, false, Unit::kPlain, -2.0, 2.0, 0.02, 0.0},
 };
 
@@ -253,8 +252,8 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
     return run(base, 6);
   }
   // What is known from `warm` stays; every effect that is new is started from each of its starts and variants.
-  const std::vector<const Parameter*> known = warm != nullptr ? parameters_of(warm->structure)
-                                                               : std::vector<const Parameter*>{};
+  const std::vector<const Parameter*> known =
+      warm != nullptr ? parameters_of(warm->structure) : std::vector<const Parameter*>{};
   std::vector<Fit> starts{base};
   if (warm != nullptr) {
     for (const char* token : {"jump", "slew"}) {

@@ -166,8 +166,7 @@ struct Line {
 // Periodogram over the thinned residual by plain sums: a few hundred frequencies, a few hundred samples per minute.
 Line strongest_line(const Vector& target, const Thinned& thinned, double period_s) {
   const Eigen::Index rows = target.size();
-  const double duration_s =
-      period_s * static_cast<double>(thinned.end.back() - thinned.begin.front());
+  const double duration_s = period_s * static_cast<double>(thinned.end.back() - thinned.begin.front());
   const double lowest_hz = 4.0 / duration_s;
   const auto bins = std::min<std::size_t>(600, static_cast<std::size_t>(4.0 * duration_s));
   std::vector<double> power(bins, 0.0);

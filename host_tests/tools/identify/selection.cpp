@@ -40,15 +40,14 @@ struct Comparison {
   double t = 0.0;
 };
 
-// Both criteria on the effective sample size of the better-explained residual: the one without the effect is coloured by
-// the very effect that is asked about.
+// Both criteria on the effective sample size of the better-explained residual: the one without the effect is coloured
+// by the very effect that is asked about.
 Comparison compare(const Judged& without, const Judged& with, double samples) {
   Comparison out;
   out.cv_gain = 1.0 - with.cv / without.cv;
   const double effective = with.effective_samples;
-  out.delta_bic =
-      information_criterion(without.fit.sum_of_squares / samples, effective, without.fit.free_parameters) -
-      information_criterion(with.fit.sum_of_squares / samples, effective, with.fit.free_parameters);
+  out.delta_bic = information_criterion(without.fit.sum_of_squares / samples, effective, without.fit.free_parameters) -
+                  information_criterion(with.fit.sum_of_squares / samples, effective, with.fit.free_parameters);
   out.t = paired_t(without.cv_block, with.cv_block);
   return out;
 }
@@ -76,7 +75,8 @@ std::vector<Tried> try_edits(const Family& family, const Judged& present, const 
     }
     Tried candidate{edit, judge(family, edit.structure, &present.fit, options.folds), {}, false};
     candidate.comparison = compare(present, candidate.judged, samples);
-    candidate.accepted = convincing(candidate.comparison, options) && family.big_enough(candidate.judged.fit, edit.name);
+    candidate.accepted =
+        convincing(candidate.comparison, options) && family.big_enough(candidate.judged.fit, edit.name);
     tried.push_back(std::move(candidate));
   }
   std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
@@ -207,8 +207,8 @@ Selection select(const Family& family, const Structure& declared, const Selectio
     if (options.progress) {
       options.progress("round " + std::to_string(round + 1) + ": " + winner->edit.name);
     }
-    Step step{winner->edit.name, winner->comparison.cv_gain, winner->comparison.delta_bic, winner->comparison.t, {},
-              false};
+    Step step{
+        winner->edit.name, winner->comparison.cv_gain, winner->comparison.delta_bic, winner->comparison.t, {}, false};
     note_rivals(family, tried, *winner, step, selection, banned, options);
     selection.steps.push_back(std::move(step));
     selection.final_model = winner->judged;

@@ -33,8 +33,7 @@ TEST(AxisDynamics, SecondOrderStepIsExact) {
   const double wd = w * std::sqrt(1.0 - z * z);
   for (int k = 1; k <= 100; ++k) {
     const double t = k * kPeriod_s;
-    const double exact =
-        1.0 - std::exp(-z * w * t) * (std::cos(wd * t) + z * w / wd * std::sin(wd * t));
+    const double exact = 1.0 - std::exp(-z * w * t) * (std::cos(wd * t) + z * w / wd * std::sin(wd * t));
     EXPECT_NEAR(dynamics.step(1.0), exact, 1e-12) << "after " << t << " s";
   }
 }
@@ -98,21 +97,21 @@ TEST_P(StaticLawTable, GivesTheCommandOfItsEquation) {
 using M = AxisModel<double>;
 INSTANTIATE_TEST_SUITE_P(
     Table, StaticLawTable,
-    ::testing::Values(
-        make("PlainGain", 100, 0, 100, [](M&) {}),
-        make("TrimComesBeforeTheDeadZone", 30, 0, 5, [](M& m) { m.trim_counts = 10, m.dead_zone_counts = 15; }),
-        make("ContinuousDeadZoneCountsFromItsEdge", -50, 0, -30, [](M& m) { m.dead_zone_counts = 20; }),
-        make("JumpDeadZonePassesTheWholeStick", -50, 0, -50,
-             [](M& m) { m.dead_zone_counts = 20, m.dead_zone_shape = model::DeadZoneShape::kJump; }),
-        make("InsideTheDeadZoneNothingPasses", 19, 0, 0, [](M& m) { m.dead_zone_counts = 20; }),
-        make("CurveKeepsFullTravel", 660, 0, 660, [](M& m) { m.stick_exponent = 1.6; }),
-        make("CurveSoftensTheMiddle", 330, 0, 165, [](M& m) { m.stick_exponent = 2.0; }),
-        make("AsymmetryKeepsTheMeanGain", 100, 0, 120, [](M& m) { m.gain_asymmetry = 1.5; }),
-        make("AsymmetryOfTheOtherSide", -100, 0, -80, [](M& m) { m.gain_asymmetry = 1.5; }),
-        make("DriftAfterOneMinute", 100, 0, 80, [](M& m) { m.gain_drift_per_s = -0.2 / 60; }),
-        make("OtherStickLeaksIn", 100, 50, 90, [](M& m) { m.cross_axis = -0.2; }),
-        make("SaturationClampsTheCommand", -100, 0, -60, [](M& m) { m.saturation = 60; }),
-        make("TiltLimitShortensTheVector", 30, 40, 15, [](M& m) { m.tilt_limit = 25; })),
+    ::testing::Values(make("PlainGain", 100, 0, 100, [](M&) {}),
+                      make("TrimComesBeforeTheDeadZone", 30, 0, 5,
+                           [](M& m) { m.trim_counts = 10, m.dead_zone_counts = 15; }),
+                      make("ContinuousDeadZoneCountsFromItsEdge", -50, 0, -30, [](M& m) { m.dead_zone_counts = 20; }),
+                      make("JumpDeadZonePassesTheWholeStick", -50, 0, -50,
+                           [](M& m) { m.dead_zone_counts = 20, m.dead_zone_shape = model::DeadZoneShape::kJump; }),
+                      make("InsideTheDeadZoneNothingPasses", 19, 0, 0, [](M& m) { m.dead_zone_counts = 20; }),
+                      make("CurveKeepsFullTravel", 660, 0, 660, [](M& m) { m.stick_exponent = 1.6; }),
+                      make("CurveSoftensTheMiddle", 330, 0, 165, [](M& m) { m.stick_exponent = 2.0; }),
+                      make("AsymmetryKeepsTheMeanGain", 100, 0, 120, [](M& m) { m.gain_asymmetry = 1.5; }),
+                      make("AsymmetryOfTheOtherSide", -100, 0, -80, [](M& m) { m.gain_asymmetry = 1.5; }),
+                      make("DriftAfterOneMinute", 100, 0, 80, [](M& m) { m.gain_drift_per_s = -0.2 / 60; }),
+                      make("OtherStickLeaksIn", 100, 50, 90, [](M& m) { m.cross_axis = -0.2; }),
+                      make("SaturationClampsTheCommand", -100, 0, -60, [](M& m) { m.saturation = 60; }),
+                      make("TiltLimitShortensTheVector", 30, 40, 15, [](M& m) { m.tilt_limit = 25; })),
     [](const auto& tested) { return tested.param.name; });
 
 // The play follows the stick by its half width, and stays when the stick turns back inside of it.
