@@ -7,24 +7,36 @@
 
 namespace m100::mpc {
 
-inline constexpr std::size_t kHorizon = 20;   ///< N
-inline constexpr std::size_t kMaxStates = 4;  ///< position, velocity, tilt [, tilt rate]
+inline constexpr std::size_t kHorizon = 20;       ///< N
+inline constexpr std::size_t kMaxStates = 4;      ///< position, velocity, tilt [, tilt rate]
+inline constexpr double kPredictionStep_s = 0.1;  ///< between two inputs of the sequence
+inline constexpr std::uint16_t kMaxChanges = 64;  ///< of the active set in one try; then the answer is clipped
 
 /// One axis' quadratic program (paper, Eq. 2, one axis at hover): everything that changes from tick to tick.
+///
+/// All of it belongs to the moment at which the input computed now begins to act: state and reference lie one transport
+/// delay ahead of the tick (see delay_predictor.h).
 template <typename T>
 struct Problem {
   std::array<T, kMaxStates> state{};  ///< m, m/s, rad, rad/s; the last unused for a first-order model
   T previous_input_rad{0};
   T disturbance_m_s2{0};
+  T input_offset_rad{0};                       ///< the vehicle answers to u + offset (trim); targets must include it
   std::array<T, kHorizon> position_ref_m{};    ///< r_1..r_20
   std::array<T, kHorizon> velocity_ref_m_s{};  ///< r_1..r_20
   std::array<T, kHorizon> tilt_ref_rad{};      ///< r_1..r_20
   std::array<T, kHorizon> input_ref_rad{};     ///< s_0..s_19
-  bool constant_reference = false;             ///< all four the same over the horizon: the set-point law may serve
+  bool constant_targets = false;               ///< tilt and input target: only entry 0 of each is read
+  bool constant_reference = false;  ///< positions and targets constant, velocity 0: the set-point law may serve
 };
 
 /// Which law answered.
-enum class Path : std::uint8_t { kSetpoint, kTable, kActiveSet, kClipped };
+enum class Path : std::uint8_t {
+  kSetpoint,   ///< the explicit law: exact, first input only
+  kTable,      ///< no limit binds: exact
+  kActiveSet,  ///< limits bind: exact, certified
+  kClipped,    ///< degraded: unconstrained sequence, clipped to the limits
+};
 
 template <typename T>
 struct Solution {

@@ -13,4 +13,6 @@ enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 void add_frames(CLI::App& lab);
 void add_report(CLI::App& lab);
 
+void add_mpc(CLI::App& lab);
+
 }  // namespace m100::tools

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "firmware/core/assert.h"
+#include "firmware/core/time.h"
+#include "firmware/mpc/gain_table.h"
+
+namespace m100::mpc {
+
+/// What the observer says about one axis now; tilt and tilt rate as they are seen.
+template <typename T>
+struct AxisState {
+  T position_m{0};
+  T velocity_m_s{0};
+  T tilt_rad{0};
+  T tilt_rate_rad_s{0};
+  T disturbance_m_s2{0};
+  T input_offset_rad{0};
+};
+
+/// Predicts one axis through its transport delay from the inputs already sent.
+///
+/// An input sent at tick k acts on the vehicle from t_k + D to t_{k+1} + D. With D = (n + f) 10 ms, 0 <= f < 1, what
+/// acts between now and now + D is u_{k-n-1} for f * 10 ms, then u_{k-n}, ..., u_{k-1}: all known. The MPC then starts
+/// at now + D, where the input it computes begins to act, so the quadratic program and its tables do not know the
+/// delay; the caller shifts the reference window by the same time. Model: the axis' linear model, disturbance constant.
+/// Cost: n + 1 products of 4 x 6. No allocation; D <= 0.3 s.
+template <typename T>
+class DelayPredictor {
+ public:
+  static constexpr std::size_t kCapacity = 32;
+
+  /// The model must outlive the predictor.
+  explicit DelayPredictor(const DelayModel<T>& model) : model_(&model) { M100_ASSERT(model.ticks + 1 < kCapacity); }
+
+  /// Notes the input that leaves in this tick; once per tick, after predict(). What was really sent, after the
+  /// supervisor, in rad.
+  void sent(T input_rad) {
+    newest_ = (newest_ + 1) % kCapacity;
+    inputs_rad_[newest_] = input_rad;
+  }
+  /// As if `input_rad` had been sent for ever.
+  void reset(T input_rad = T(0)) { inputs_rad_.fill(input_rad); }
+  /// The input of `ticks_ago` ticks ago; 1 is the newest that was sent.
+  T sent_ago(std::size_t ticks_ago) const { return inputs_rad_[(newest_ + kCapacity + 1 - ticks_ago) % kCapacity]; }
+
+  /// How far ahead predict() looks: the transport delay.
+  core::Duration lead() const {
+    return core::Duration(static_cast<core::Duration::rep>(model_->delay_s * T(1000000) + T(0.5)));
+  }
+
+  /// The model's states (Problem::state) at now + lead().
+  std::array<T, kMaxStates> predict(const AxisState<T>& now) const {
+    const T offset = now.input_offset_rad;
+    std::array<T, kMaxStates> state = model_states(now, sent_ago(model_->ticks + 1) + offset);
+    state = step(model_->rest, state, sent_ago(model_->ticks + 1) + offset, now.disturbance_m_s2);
+    for (std::size_t ago = model_->ticks; ago >= 1; --ago) {
+      state = step(model_->tick, state, sent_ago(ago) + offset, now.disturbance_m_s2);
+    }
+    return state;
+  }
+
+ private:
+  std::array<T, kMaxStates> model_states(const AxisState<T>& now, T acting_rad) const {
+    const LeadZero<T>& lead = model_->lead;
+    T chi = now.tilt_rad;
+    T chi_rate = now.tilt_rate_rad_s;
+    if (lead.share != T(0)) {
+      chi = (now.tilt_rad - lead.share * acting_rad) / (T(1) - lead.share);
+    } else if (lead.zero_s != T(0)) {
+      chi_rate = lead.rate_gain * (now.tilt_rate_rad_s - lead.jump * (acting_rad - now.tilt_rad));
+      chi = now.tilt_rad - lead.zero_s * chi_rate;
+    }
+    return {now.position_m, now.velocity_m_s, chi, chi_rate};
+  }
+
+  static std::array<T, kMaxStates> step(const StepModel<T>& model, const std::array<T, kMaxStates>& state, T input_rad,
+                                        T disturbance_m_s2) {
+    std::array<T, kMaxStates> next;
+    for (std::size_t row = 0; row < kMaxStates; ++row) {
+      T sum = model.input[row] * input_rad + model.disturbance[row] * disturbance_m_s2;
+      for (std::size_t col = 0; col < kMaxStates; ++col) {
+        sum += model.transition[row * kMaxStates + col] * state[col];
+      }
+      next[row] = sum;
+    }
+    return next;
+  }
+
+  const DelayModel<T>* model_;
+  std::array<T, kCapacity> inputs_rad_{};
+  std::size_t newest_ = 0;
+};
+
+}  // namespace m100::mpc

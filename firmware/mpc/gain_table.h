@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/sha256.h"
+#include "firmware/mpc/problem.h"
+
+namespace m100::mpc {
+
+// Lower triangles are stored by rows, each row padded to whole packs of four: row i starts at packed_row(i) and its
+// element (i, j), j <= i, is at packed_row(i) + j. What stands behind the diagonal inside the last pack is never used.
+inline constexpr std::size_t kPack = 4;
+constexpr std::size_t packed_row(std::size_t row) {
+  const std::size_t block = row / kPack;
+  return kPack * (block + 1) * (2 * block + row % kPack);
+}
+inline constexpr std::size_t kPackedSize = packed_row(kHorizon);
+
+/// The linear model of one axis between two ticks, for the prediction through the transport delay.
+///   x(t + h) = transition x + input (u + input_offset) + disturbance d, states as in Problem
+template <typename T>
+struct StepModel {
+  std::array<T, kMaxStates * kMaxStates> transition{};  ///< row-major
+  std::array<T, kMaxStates> input{};
+  std::array<T, kMaxStates> disturbance{};
+};
+
+/// How the attitude that is seen and the states of the model belong together when the axis has a lead zero z:
+///   tilt = chi + z chi', the model's states are (chi, chi').   chi' = rate_gain (tilt' - jump (u - tilt)),
+///   chi = tilt - z chi'. First order: chi = (tilt - share u) / (1 - share), share = z / tau.
+template <typename T>
+struct LeadZero {
+  T zero_s{0};  ///< 0: no zero, the states are tilt and tilt rate themselves
+  T rate_gain{1};
+  T jump{0};
+  T share{0};
+};
+
+/// Transport delay of one axis: whole ticks, and the rest of less than a tick that comes first.
+template <typename T>
+struct DelayModel {
+  std::uint32_t ticks = 0;
+  T delay_s{0};
+  StepModel<T> rest;  ///< over delay_s - ticks * 10 ms
+  StepModel<T> tick;  ///< over 10 ms
+  LeadZero<T> lead;
+};
+
+inline constexpr std::size_t kSetpointStates = 8;  ///< numbers per row of the set-point law
+struct SetpointNode {
+  std::uint16_t plane;                 ///< row of planes
+  std::array<std::uint16_t, 2> child;  ///< [z on the negative side, on the other]; see SetpointTree::kLeaf
+};
+
+/// The explicit law for a constant reference (README.md, "Set-point law"): a search tree over planes, then an affine
+/// law. Parameters z = (position error, velocity, tilt - target, tilt rate, previous input - steady input,
+/// steady input, 1, 0); the first plane decides by which sign z and the answer are mirrored.
+template <typename T>
+struct SetpointTree {
+  static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
+  std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
+  std::span<const T> planes{};                    ///< rows of kSetpointStates
+  std::span<const T> laws{};                      ///< rows of kSetpointStates: u_0 - steady input, before clipping
+  std::array<T, 6> box{};                         ///< the law holds where |z_i| <= box_i
+  std::uint32_t depth = 0;                        ///< most planes on any path
+};
+
+/// All that the vehicle fixes of one axis' controller, made by `m100-lab gains`. Plain data: constexpr tables stay in
+/// flash. One table: 3.5 KiB in float without the set-point law.
+///
+/// The unconstrained optimum. With positions counted from r_20, A the model's transition, q the shift by one stage,
+/// 1 + sum a_i q^i = det(I - q A') and C that polynomial as a 20 x 20 upper triangular band matrix:
+///   u = state_gain x + disturbance_gain d + tilt_target_gain th + input_target_gain s + filter_gain g,
+///   g = taps applied to p_ref, v_ref (and th_ref, s where they are not constant) + terminal taps + Rd u_prev e_0,
+/// where filter_gain = H^-1 C^-1 and g = C (S' Q r + R s + Rd u_prev e_0): the long memory of the adjoint model is in
+/// C^-1, which is constant, so that a preview of any kind costs a few taps. See README.md, decision 1.
+template <typename T>
+struct GainTable {
+  core::Sha256Digest vehicle{};  ///< of the vehicle file's text that the table was made from
+  std::uint32_t states = 3;
+  T input_min_rad{0};
+  T input_max_rad{0};
+  T tilt_sign{1};  ///< acceleration = tilt_sign * acceleration_per_tilt * tilt - drag * velocity + disturbance
+  T acceleration_per_tilt{0};
+  T drag_per_s{0};
+  T input_gain{1};  ///< steady tilt over input
+
+  T rate_weight{0};  ///< Rd
+  std::array<T, kMaxStates> position_taps{};
+  std::array<T, kMaxStates> velocity_taps{};
+  std::array<T, kMaxStates> tilt_taps{};
+  std::array<T, kMaxStates + 1> input_taps{};
+  std::array<T, kMaxStates> terminal_velocity_taps{};  ///< of r_20's velocity, into g_19, g_18, ...
+  std::array<T, kMaxStates> terminal_tilt_taps{};
+  std::array<T, kHorizon * kMaxStates> state_gain{};  ///< 20 x 4, column-major
+  std::array<T, kHorizon> disturbance_gain{};
+  std::array<T, kHorizon> tilt_target_gain{};
+  std::array<T, kHorizon> input_target_gain{};
+  std::array<T, kHorizon * kHorizon> filter_gain{};  ///< 20 x 20, column-major
+  std::array<T, kHorizon * kHorizon> hessian{};      ///< 20 x 20, symmetric
+  std::array<T, kPackedSize> inverse_hessian{};      ///< lower triangle, packed
+
+  DelayModel<T> delay;
+  SetpointTree<T> setpoint;
+};
+
+/// Both horizontal axes of one vehicle.
+template <typename T>
+struct GainTables {
+  GainTable<T> x;  ///< by pitch, x'' = +g tilt
+  GainTable<T> y;  ///< by roll,  y'' = -g tilt
+};
+
+}  // namespace m100::mpc

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/mpc/gain_table.h"
+#include "firmware/mpc/problem.h"
+
+namespace m100::mpc {
+
+/// What the preview law keeps from tick to tick: the tableau of the active-set iteration.
+template <typename T>
+struct Tableau {
+  std::array<T, kPackedSize> swept;        ///< principal pivot transform of H^-1 for the active set, lower triangle
+  std::array<std::int8_t, kHorizon> side;  ///< +1 at the upper limit, -1 at the lower, 0 free
+};
+
+/// Counts since the start; wrap.
+struct MpcCounters {
+  std::uint32_t setpoint = 0;
+  std::uint32_t table = 0;
+  std::uint32_t active_set = 0;
+  std::uint32_t clipped = 0;
+  std::uint32_t second_tries = 0;
+};
+
+/// Model predictive control of one horizontal axis (paper, III-E.1 and Eq. 2), exact, from tables.
+///
+///   minimise sum_k |x_k - r_k|^2_Q + R (u_k - s_k)^2 + Rd (u_k - u_{k-1})^2 + |x_20 - r_20|^2_P,  u_min <= u_k <=
+///   u_max
+///
+/// Set-point law (constant reference inside the table's box): a search tree, first input only.
+/// Preview law (any reference): one table product; where limits bind, a dual active-set iteration on a swept tableau
+/// that is kept across ticks, one rank-one update per change, certified by the optimality conditions, tried once more
+/// from scratch when the certificate fails, at most kMaxChanges changes a try; else the clipped sequence, flagged.
+/// T is float or double; the same bits on every machine. Cost and memory: README.md.
+template <typename T>
+class HorizontalMpc {
+ public:
+  using PreviewLaw = void (*)(const GainTable<T>&, Tableau<T>&, const Problem<T>&, Solution<T>&, MpcCounters&);
+
+  /// The table must outlive the controller.
+  explicit HorizontalMpc(const GainTable<T>& table);
+
+  /// Solves by the set-point law where it holds, else by the preview law. Inputs that are not finite give kClipped.
+  void solve(const Problem<T>& problem, Solution<T>& solution);
+  Solution<T> solve(const Problem<T>& problem) {
+    Solution<T> solution;
+    solve(problem, solution);
+    return solution;
+  }
+  /// The preview law only: the whole sequence.
+  void solve_preview(const Problem<T>& problem, Solution<T>& solution);
+
+  /// Forgets the active set of the last tick.
+  void reset();
+
+  const GainTable<T>& table() const { return *table_; }
+  const MpcCounters& counters() const { return counters_; }
+
+ private:
+  const GainTable<T>* table_;
+  PreviewLaw preview_law_;  ///< the copy for this machine's registers
+  alignas(32) Tableau<T> tableau_;
+  MpcCounters counters_;
+};
+
+extern template class HorizontalMpc<float>;
+extern template class HorizontalMpc<double>;
+
+}  // namespace m100::mpc

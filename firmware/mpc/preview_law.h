@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/mpc/active_set.h"
+#include "firmware/mpc/unconstrained.h"
+
+namespace m100::mpc::M100_LANES_NAMESPACE {
+
+/// More wrong multipliers than this: the kept active set belongs to another problem, start from the empty one.
+inline constexpr unsigned kStale = 8;
+
+template <typename T>
+M100_INLINE void start_over(const GainTable<T>& table, Tableau<T>& tableau) {
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < kPackedSize; i += kLanes) {
+    store<T>(tableau.swept.data() + i, load(table.inverse_hessian.data() + i));
+  }
+  for (std::size_t i = 0; i < kHorizon; ++i) {
+    tableau.side[i] = 0;
+  }
+}
+
+/// Writes the clipped unconstrained sequence; a NaN becomes the middle of the range.
+template <typename T>
+M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) {
+  for (std::size_t i = 0; i < kHorizon; ++i) {
+    const T value = unconstrained[i];
+    inputs[i] = value < low_rad ? low_rad : (value > high_rad ? high_rad : value);
+    if (!(value == value)) {
+      inputs[i] = T(0.5) * (low_rad + high_rad);
+    }
+  }
+}
+
+template <typename T>
+M100_INLINE void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, const T* unconstrained, T low_rad,
+                                   T high_rad, Solution<T>& solution, MpcCounters& counters) {
+  ActiveSet<T> iteration(table, tableau, unconstrained, low_rad, high_rad);
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (attempt > 0) {
+      start_over(table, tableau);
+      ++counters.second_tries;
+    }
+    const bool ended = iteration.run();
+    solution.changes = static_cast<std::uint16_t>(solution.changes + iteration.changes());
+    if (ended) {
+      solution.kkt_residual = iteration.finish(solution.input_rad.data());
+      if (solution.kkt_residual <= Tolerance<T>::kCertificate) {
+        solution.path = Path::kActiveSet;
+        ++counters.active_set;
+        return;
+      }
+    }
+  }
+  start_over(table, tableau);
+  clip(unconstrained, low_rad, high_rad, solution.input_rad.data());
+  solution.path = Path::kClipped;
+  ++counters.clipped;
+}
+
+/// The preview law; see HorizontalMpc.
+template <typename T>
+void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, const Problem<T>& problem, Solution<T>& solution,
+                   MpcCounters& counters) {
+  const T low_rad = table.input_min_rad + problem.input_offset_rad;
+  const T high_rad = table.input_max_rad + problem.input_offset_rad;
+  alignas(32) T unconstrained[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+  const bool free = table.states == kMaxStates
+                        ? solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, unconstrained)
+                        : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, unconstrained);
+  solution.changes = 0;
+  solution.kkt_residual = T(0);
+  if (free) {
+    solution.path = Path::kTable;
+    ++counters.table;
+    Column<T> inputs;
+    inputs.read(unconstrained);
+    inputs.write(solution.input_rad.data());
+  } else {
+    solve_constrained(table, tableau, unconstrained, low_rad, high_rad, solution, counters);
+  }
+  if (problem.input_offset_rad != T(0)) {
+    for (T& input : solution.input_rad) {
+      input -= problem.input_offset_rad;
+    }
+  }
+}
+
+}  // namespace m100::mpc::M100_LANES_NAMESPACE

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab mpc solve: the controller's own solver on quadratic programs from a file.
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <vector>
+
+#include "firmware/mpc/horizontal_mpc.h"
+#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/tools/gains/instances.h"
+#include "host_tests/tools/input_error.h"
+#include "host_tests/tools/subcommands.h"
+
+namespace m100::tools {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string scalar = "double";
+  std::string law = "preview";
+};
+
+const char* name(mpc::Path path) {
+  switch (path) {
+    case mpc::Path::kSetpoint:
+      return "setpoint";
+    case mpc::Path::kTable:
+      return "table";
+    case mpc::Path::kActiveSet:
+      return "active_set";
+    case mpc::Path::kClipped:
+      return "clipped";
+  }
+  return "unknown";
+}
+
+template <typename T>
+mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
+  if constexpr (std::is_same_v<T, double>) {
+    return problem;
+  } else {
+    return gains::to_float(problem);
+  }
+}
+
+template <typename T>
+void print(const gains::Instance& instance, const mpc::Solution<T>& solution) {
+  std::printf("{\"id\": %ld, \"u\": [", instance.id);
+  const std::size_t known = solution.path == mpc::Path::kSetpoint ? 1 : mpc::kHorizon;
+  for (std::size_t i = 0; i < known; ++i) {
+    std::printf("%s%.17g", i > 0 ? ", " : "", static_cast<double>(solution.input_rad.at(i)));
+  }
+  std::printf("], \"path\": \"%s\", \"changes\": %u, \"kkt\": %.3g}\n", name(solution.path),
+              static_cast<unsigned>(solution.changes), static_cast<double>(solution.kkt_residual));
+}
+
+template <typename T>
+void solve(const gains::InstanceFile& file) {
+  std::vector<mpc::GainTable<T>> tables;
+  for (const gains::AxisProblem& model : file.models) {
+    tables.push_back(gains::make_gain_table<T>(model));
+  }
+  std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
+  for (const mpc::GainTable<T>& table : tables) {
+    controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(table));
+  }
+  for (const gains::Instance& instance : file.instances) {
+    mpc::HorizontalMpc<T>& controller = *controllers.at(instance.model);
+    controller.reset();  // the instances of a file have nothing to do with each other
+    mpc::Solution<T> solution;
+    controller.solve_preview(problem_in<T>(instance.problem), solution);
+    print(instance, solution);
+  }
+}
+
+}  // namespace
+
+void add_mpc(CLI::App& lab) {
+  CLI::App* mpc = lab.add_subcommand("mpc", "the horizontal MPC on its own");
+  mpc->require_subcommand(1);
+  CLI::App* command = mpc->add_subcommand("solve", "solves quadratic programs: JSON lines in, JSON lines out");
+  auto options = std::make_shared<Options>();
+  command->add_option("FILE", options->file, "model records, then problems (JSON lines)")->required();
+  command->add_option("--scalar", options->scalar, "arithmetic of the controller")
+      ->check(CLI::IsMember({"double", "float"}));
+  command->add_option("--law", options->law, "preview: whole sequence; setpoint: the explicit law where it holds")
+      ->check(CLI::IsMember({"preview", "setpoint"}));
+  command->callback([options] {
+    std::ifstream stream(options->file);
+    if (!stream) {
+      throw InputError(options->file, 0, "", "cannot be opened");
+    }
+    const gains::InstanceFile file = gains::read_instances(stream, options->file);
+    if (options->scalar == "double") {
+      solve<double>(file);
+    } else {
+      solve<float>(file);
+    }
+  });
+}
+
+}  // namespace m100::tools
