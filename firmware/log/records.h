@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <type_traits>
+
+namespace m100::log {
+
+/// Changes with every change of a record's fields.
+inline constexpr std::uint32_t kVersion = 1;
+
+/// One tick of the flight: what came in, what was believed, what was wanted, what left. World NWU, body FLU, SI; sticks
+/// in counts. No padding: kFormat says the same in ULog's words, and a test holds the two together.
+struct TickRecord {
+  std::uint64_t timestamp = 0;  ///< us
+  std::array<double, 3> position{};
+  std::array<double, 3> velocity{};
+  std::array<double, 3> attitude{};  ///< roll, pitch in the yaw-free frame, yaw
+  std::array<double, 2> tilt_rate{};
+  std::array<double, 2> disturbance{};   ///< x, y, m/s^2
+  std::array<double, 2> input_offset{};  ///< pitch (x), roll (y), rad
+  double climb_offset = 0.0;
+  std::array<double, 3> ref_position{};
+  std::array<double, 3> ref_velocity{};
+  std::array<double, 2> ref_acceleration{};
+  double ref_yaw = 0.0;
+  std::array<double, 3> pose_position{};  ///< as measured; the last one where pose_new is 0
+  double pose_yaw = 0.0;
+  std::array<double, 3> imu_attitude{};  ///< roll, pitch, yaw as measured
+  std::array<double, 3> imu_rate{};
+  std::array<double, 4> wanted{};         ///< roll, pitch, climb, yaw rate of the law
+  std::array<double, 4> granted{};        ///< of the supervisor
+  float pose_age = 0.0F;                  ///< s, R3
+  float telemetry_age = 0.0F;             ///< s
+  float late = 0.0F;                      ///< s, this tick after its time
+  float residual = 0.0F;                  ///< of the residual monitor, in its sigmas
+  std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as sent
+  std::uint32_t facts = 0;
+  std::uint32_t refused_poses = 0;
+  std::uint32_t dropped_messages = 0;  ///< of this log
+  std::uint8_t state = 0;              ///< safety::State
+  std::uint8_t sent = 0;               ///< 1: a control frame left in this tick
+  std::uint8_t pose_new = 0;
+  std::uint8_t imu_new = 0;
+  std::uint8_t link_state = 0;  ///< app::SerialLink's step of the start-up
+  std::uint8_t mpc_path_x = 0;
+  std::uint8_t mpc_path_y = 0;
+  std::uint8_t mpc_changes = 0;  ///< of the active sets, both axes
+  std::uint32_t reserved = 0;
+};
+static_assert(std::is_trivially_copyable_v<TickRecord>);
+static_assert(sizeof(TickRecord) == 8 + 8 * (3 + 3 + 3 + 2 + 2 + 2 + 1 + 3 + 3 + 2 + 1 + 3 + 1 + 3 + 3 + 4 + 4) +
+                                        4 * 4 + 2 * 4 + 4 * 3 + 8 + 4);
+
+inline constexpr std::string_view kTickFormat =
+    "tick:uint64_t timestamp;double[3] position;double[3] velocity;double[3] attitude;double[2] tilt_rate;"
+    "double[2] disturbance;double[2] input_offset;double climb_offset;double[3] ref_position;double[3] ref_velocity;"
+    "double[2] ref_acceleration;double ref_yaw;double[3] pose_position;double pose_yaw;double[3] imu_attitude;"
+    "double[3] imu_rate;double[4] wanted;double[4] granted;float pose_age;float telemetry_age;float late;"
+    "float residual;uint16_t[4] sticks;uint32_t facts;uint32_t refused_poses;uint32_t dropped_messages;uint8_t state;"
+    "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
+    "uint8_t mpc_changes;uint32_t reserved;";
+
+/// Where bytes came from or went to.
+enum class Stream : std::uint8_t { kAutopilotIn = 0, kAutopilotOut = 1, kPoseIn = 2, kPoseOut = 3 };
+
+/// Raw bytes of one direction, as one read or write of the tick at `timestamp` moved them; longer ones take several.
+struct BytesRecord {
+  std::uint64_t timestamp = 0;
+  std::uint8_t stream = 0;
+  std::uint8_t count = 0;
+  std::array<std::uint8_t, 118> bytes{};
+};
+static_assert(sizeof(BytesRecord) == 128);
+
+inline constexpr std::string_view kBytesFormat =
+    "link_bytes:uint64_t timestamp;uint8_t stream;uint8_t count;uint8_t[118] bytes;";
+
+}  // namespace m100::log

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/ctl/command.h"
+#include "firmware/safety/facts.h"
+#include "firmware/safety/ladder.h"
+
+namespace m100::safety {
+
+/// What the supervisor lets through.
+template <typename T>
+struct Grant {
+  ctl::Command<T> command{};  ///< finite, inside the envelope and its slew limits
+  Rung state = Rung::kSilent;
+  bool transmit = false;  ///< whether a control byte may leave at all
+  bool release = false;   ///< true in the one tick in which control is to be given back
+};
+
+/// Counters for the log.
+struct SupervisorStats {
+  std::uint32_t unsound_commands = 0;  ///< not finite, or beyond twice the envelope
+  std::uint32_t limited_commands = 0;  ///< cut by range or slew
+  std::uint32_t coasts = 0;
+  std::uint32_t levels = 0;
+  std::uint32_t releases = 0;
+};
+
+/// Stands between the law and the wire and may only take away: the ladder of ladder.h, then range and slew (R5).
+///
+/// Cost: one pass over some 20 table rows, about 60 comparisons. No state but the ladder's, its clock and the last
+/// command. T is float or double.
+template <typename T>
+class Supervisor {
+ public:
+  Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope) {}
+
+  /// Once per tick. @param step_s the time since the last one, for the slew limits.
+  Grant<T> review(const ctl::Command<T>& wanted, const Facts& facts, T step_s);
+
+  Rung state() const { return state_; }
+  /// What the table saw in the last tick.
+  Sign seen() const { return seen_; }
+  const SupervisorStats& stats() const { return stats_; }
+
+ private:
+  Sign weigh(const ctl::Command<T>& wanted, const Facts& facts);
+  void enter(Rung state, core::TimePoint now);
+  ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
+  T limited(T wanted, T last, double range, double slew, T step_s);
+
+  Limits limits_;
+  Envelope envelope_;
+  Rung state_ = Rung::kSilent;
+  core::TimePoint entered_{};
+  std::uint32_t good_ticks_ = 0;
+  Sign seen_ = Sign::kNone;
+  ctl::Command<T> last_{};
+  SupervisorStats stats_;
+};
+
+extern template class Supervisor<float>;
+extern template class Supervisor<double>;
+
+}  // namespace m100::safety

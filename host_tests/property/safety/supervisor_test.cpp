@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/safety/supervisor.h"
+
+#include <gtest/gtest.h>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace m100::safety {
+namespace {
+
+using std::chrono::microseconds;
+
+Facts random_facts(std::mt19937_64& random, core::TimePoint now) {
+  const auto chance = [&random](double p) { return std::uniform_real_distribution<>(0.0, 1.0)(random) < p; };
+  const auto age = [&random](double mean_s) {
+    return microseconds(static_cast<std::int64_t>(std::exponential_distribution<>(1e-6 / mean_s)(random)));
+  };
+  return {.now = now,
+          .pose_age = age(0.03),
+          .telemetry_age = chance(0.01) ? age(1.0) : age(0.02),
+          .refused_poses = chance(0.01) ? 6U : 0U,
+          .estimate_healthy = chance(0.999),
+          .authority = chance(0.995),
+          .mode_f = chance(0.998),
+          .operator_engages = chance(0.05),
+          .operator_releases = chance(0.001)};
+}
+
+double random_number(std::mt19937_64& random) {
+  switch (std::uniform_int_distribution<>(0, 60)(random)) {
+    case 0:
+      return std::numeric_limits<double>::quiet_NaN();
+    case 1:
+      return -std::numeric_limits<double>::infinity();
+    case 2:
+      return 1e30;
+    default:
+      return std::normal_distribution<>(0.0, 0.3)(random);
+  }
+}
+
+class SupervisorFacts : public ::testing::TestWithParam<int> {};
+
+// Whatever is reported in whatever order: no transmission without authority and mode F, nothing up from level or
+// silence without the operator, every number finite, inside its range and its slew.
+TEST_P(SupervisorFacts, NeverGrantWhatTheyMustNot) {
+  RecordProperty("promise", "R4,R5");
+  std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
+  SCOPED_TRACE("seed " + std::to_string(GetParam()));
+  const Envelope envelope;
+  Supervisor<double> supervisor(Limits{}, envelope);
+  core::TimePoint now{};
+  ctl::Command<double> last;
+  for (int i = 0; i < 20000; ++i) {
+    now += microseconds(10000);
+    const Facts facts = random_facts(random, now);
+    const ctl::Command<double> wanted{random_number(random), random_number(random), random_number(random),
+                                      random_number(random)};
+    const Rung before = supervisor.state();
+    const Grant<double> grant = supervisor.review(wanted, facts, 0.01);
+    ASSERT_FALSE(grant.transmit && !(facts.authority && facts.mode_f));
+    ASSERT_FALSE((before == Rung::kSilent || before == Rung::kLevel || before == Rung::kRelease) &&
+                 grant.state == Rung::kNominal && !facts.operator_engages);
+    ASSERT_FALSE(before == Rung::kNominal && grant.state == Rung::kNominal &&
+                 facts.pose_age > std::chrono::milliseconds(60));
+    const auto check = [](double value, double was, double range, double slew) {
+      ASSERT_TRUE(std::isfinite(value));
+      ASSERT_LE(std::abs(value), range);
+      ASSERT_LE(std::abs(value - was), slew * 0.01 + 1e-12);
+    };
+    check(grant.command.roll_rad, last.roll_rad, envelope.tilt_rad, envelope.tilt_slew_rad_s);
+    check(grant.command.pitch_rad, last.pitch_rad, envelope.tilt_rad, envelope.tilt_slew_rad_s);
+    check(grant.command.climb_m_s, last.climb_m_s, envelope.climb_m_s, envelope.climb_slew_m_s2);
+    check(grant.command.yaw_rate_rad_s, last.yaw_rate_rad_s, envelope.yaw_rate_rad_s, envelope.yaw_slew_rad_s2);
+    last = grant.command;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorFacts, ::testing::Range(1, 9));
+
+// Every state, every set of facts, all 2^11 of them: whoever may not command is silent in the next tick.
+TEST(Transitions, LeaveEveryStateWhenAuthorityGoes) {
+  for (int bits = 0; bits < (1 << 11); ++bits) {
+    const Sign facts = static_cast<Sign>(bits);
+    for (const Rung state : {Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel, Rung::kRelease}) {
+      if (!has_any(facts, Sign::kCommandable)) {
+        ASSERT_EQ(next_rung(state, facts), Rung::kSilent) << "facts " << bits;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace m100::safety

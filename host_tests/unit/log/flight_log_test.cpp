@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/log/flight_log.h"
+
+#include <gtest/gtest.h>
+#include <cstring>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace m100::log {
+namespace {
+
+std::vector<std::uint8_t> drained(Ring& ring) {
+  std::vector<std::uint8_t> out;
+  while (!ring.front().empty()) {
+    for (const std::byte value : ring.front()) {
+      out.push_back(std::to_integer<std::uint8_t>(value));
+    }
+    ring.pop(ring.front().size());
+  }
+  return out;
+}
+
+struct Message {
+  char type;
+  std::string body;
+};
+std::vector<Message> messages(const std::vector<std::uint8_t>& file) {
+  std::vector<Message> out;
+  for (std::size_t at = 16; at + 3 <= file.size();) {
+    const std::size_t size = file[at] + 256U * file[at + 1];
+    out.push_back({static_cast<char>(file[at + 2]), std::string(file.begin() + static_cast<long>(at) + 3,
+                                                                file.begin() + static_cast<long>(at + 3 + size))});
+    at += 3 + size;
+  }
+  return out;
+}
+
+std::size_t bytes_of_format(std::string_view format) {
+  const std::map<std::string_view, std::size_t> sizes{{"uint64_t", 8}, {"double", 8},   {"float", 4},
+                                                      {"uint32_t", 4}, {"uint16_t", 2}, {"uint8_t", 1}};
+  std::size_t total = 0;
+  for (std::size_t at = format.find(':') + 1; at < format.size(); at = format.find(';', at) + 1) {
+    const std::string_view type = format.substr(at, format.find(' ', at) - at);
+    const std::size_t bracket = type.find('[');
+    const std::size_t count = bracket == std::string_view::npos ? 1 : std::stoul(std::string(type.substr(bracket + 1)));
+    total += count * sizes.at(type.substr(0, bracket));
+  }
+  return total;
+}
+
+// Catches a field that was added to the record and not to its description, or the other way round.
+TEST(Records, AreAsTheirFormatsSay) {
+  EXPECT_EQ(bytes_of_format(kTickFormat), sizeof(TickRecord));
+  EXPECT_EQ(bytes_of_format(kBytesFormat), sizeof(BytesRecord));
+}
+
+TEST(FlightLog, BeginsAsUlogDoes) {
+  std::vector<std::byte> storage(16384);
+  Ring ring(storage);
+  FlightLog log(ring);
+  const std::array notes{Note{"vehicle", "[axis.roll]\n"}};
+  ASSERT_EQ(log.begin(core::TimePoint(std::chrono::microseconds(0x0102)), notes), core::Status::kOk);
+  const std::vector<std::uint8_t> file = drained(ring);
+  const std::vector<std::uint8_t> expected{0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35, 0x01,
+                                           0x02, 0x01, 0,    0,    0,    0,    0,    0};
+  EXPECT_EQ(std::vector<std::uint8_t>(file.begin(), file.begin() + 16), expected);
+  const std::vector<Message> all = messages(file);
+  std::string types;
+  for (const Message& one : all) {
+    types += one.type;
+  }
+  EXPECT_EQ(types, "BFFIAA");
+  EXPECT_EQ(all[0].body, std::string(40, '\0'));
+  EXPECT_EQ(all[3].body, std::string("\x10") + "char[12] vehicle" + "[axis.roll]\n");
+  EXPECT_EQ(all[4].body, std::string("\0\0\0tick", 7));
+}
+
+TEST(FlightLog, KeepsEveryByteOfALongRead) {
+  std::vector<std::byte> storage(4096);
+  Ring ring(storage);
+  FlightLog log(ring);
+  std::vector<std::byte> sent(300);
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    sent[i] = static_cast<std::byte>(i);
+  }
+  log.append(Stream::kAutopilotIn, core::TimePoint(std::chrono::seconds(1)), sent);
+  std::vector<std::uint8_t> file(16);
+  for (const std::uint8_t value : drained(ring)) {
+    file.push_back(value);
+  }
+  std::vector<std::byte> back;
+  for (const Message& one : messages(file)) {
+    BytesRecord record;
+    std::memcpy(&record, one.body.data() + 2, sizeof record);
+    EXPECT_EQ(record.timestamp, 1000000U);
+    for (std::size_t i = 0; i < record.count; ++i) {
+      back.push_back(static_cast<std::byte>(record.bytes[i]));
+    }
+  }
+  EXPECT_EQ(back, sent);
+}
+
+// A slow medium costs whole messages, never half of one, and never time.
+TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
+  std::vector<std::byte> storage(1024);
+  Ring ring(storage);
+  FlightLog log(ring);
+  TickRecord record;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    record.timestamp = i;
+    log.append(record);
+  }
+  EXPECT_GT(log.dropped(), 0U);
+  std::vector<std::uint8_t> file(16);
+  for (const std::uint8_t value : drained(ring)) {
+    file.push_back(value);
+  }
+  const std::vector<Message> all = messages(file);
+  EXPECT_EQ(all.size(), 10U - log.dropped());
+  for (const Message& one : all) {
+    EXPECT_EQ(one.type, 'D');
+    EXPECT_EQ(one.body.size(), sizeof(TickRecord) + 2);
+  }
+}
+
+TEST(Ring, GivesBackWhatWentInAcrossItsEnd) {
+  std::vector<std::byte> storage(64);
+  Ring ring(storage);
+  std::vector<std::uint8_t> in;
+  std::vector<std::uint8_t> out;
+  std::uint8_t value = 0;
+  for (int round = 0; round < 50; ++round) {
+    std::vector<std::byte> piece(static_cast<std::size_t>(1 + round % 23));
+    for (std::byte& one : piece) {
+      one = static_cast<std::byte>(value);
+      in.push_back(value++);
+    }
+    ASSERT_TRUE(ring.push({}, piece));
+    for (const std::uint8_t one : drained(ring)) {
+      out.push_back(one);
+    }
+  }
+  EXPECT_EQ(in, out);
+}
+
+}  // namespace
+}  // namespace m100::log
