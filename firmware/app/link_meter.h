@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/app/link_health.h"
+#include "firmware/core/time.h"
+
+namespace m100::app {
+
+/// Turns what passes a link into LinkHealth.
+class LinkMeter {
+ public:
+  explicit LinkMeter(std::uint32_t baud) : baud_(baud) {}
+
+  void received(std::size_t bytes);
+  void sent(std::size_t bytes);
+  /// A telemetry package that carries the autopilot's clock.
+  void timed_package(core::TimePoint now, core::Duration autopilot_time);
+  /// Any telemetry package.
+  void package(core::TimePoint now);
+  /// The autopilot's clock is a new one.
+  void restart();
+  /// Once per tick: rates, shares, ages.
+  void tick(core::TimePoint now);
+
+  LinkHealth& counters() { return health_; }
+  const LinkHealth& health() const { return health_; }
+
+ private:
+  std::uint32_t baud_;
+  LinkHealth health_;
+  core::TimePoint window_start_{};
+  std::uint64_t window_received_ = 0;
+  std::uint64_t window_sent_ = 0;
+  std::uint32_t window_packages_ = 0;
+  bool has_package_ = false;
+  core::TimePoint last_package_{};
+  bool has_time_ = false;
+  core::TimePoint last_timed_{};
+  core::Duration last_autopilot_time_{0};
+  core::Duration least_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
+};
+
+}  // namespace m100::app

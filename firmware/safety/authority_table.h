@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "firmware/safety/authority.h"
+
+namespace m100::safety {
+
+/// A set of stages, so that one row can speak for several.
+struct StageSet {
+  std::uint32_t bits = 0;
+  constexpr StageSet() = default;
+  constexpr StageSet(Stage stage) : bits(1U << static_cast<unsigned>(stage)) {}  // NOLINT: a stage is a set of one
+  constexpr bool has(Stage stage) const { return (bits >> static_cast<unsigned>(stage) & 1U) != 0; }
+  friend constexpr StageSet operator|(StageSet a, StageSet b) {
+    a.bits |= b.bits;
+    return a;
+  }
+};
+constexpr StageSet operator|(Stage a, Stage b) { return StageSet(a) | StageSet(b); }
+
+struct AuthorityRow {
+  StageSet from;
+  Fact with;     ///< all of them
+  Fact without;  ///< none of them
+  Stage to;
+  Action action;
+  Reason reason;
+};
+
+inline constexpr StageSet kStartUp = Stage::kAskingVersion | Stage::kActivating | Stage::kSettingRates;
+inline constexpr StageSet kIdle = Stage::kAwaitingTelemetry | Stage::kReady | Stage::kSilent;
+inline constexpr StageSet kAcquiring = Stage::kObtaining | Stage::kSpacing | Stage::kConfirming | Stage::kEnabling;
+inline constexpr StageSet kHolding = Stage::kInControl | Stage::kReleasing;
+
+/// Read from top to bottom, the first row that matches wins. No row matches: the stage stays.
+inline constexpr auto kAuthorityTable = [] {
+  using enum Fact;
+  using S = Stage;
+  using A = Action;
+  using R = Reason;
+  return std::array{
+      // Authority is taken away before anything else is looked at.
+      AuthorityRow{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
+      AuthorityRow{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
+      AuthorityRow{kAcquiring | kHolding, kLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
+      AuthorityRow{kAcquiring | kHolding | kIdle, kNone, kHeard, S::kSilentCold, A::kNone, R::kLinkSilent},
+      AuthorityRow{kAcquiring | kHolding, kNone, kItemsFresh, S::kSilentCold, A::kNone, R::kLinkSilent},
+      AuthorityRow{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
+      AuthorityRow{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
+      AuthorityRow{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
+
+      // The operator gives control back.
+      AuthorityRow{kAcquiring | S::kInControl, kReleaseAsked, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
+      AuthorityRow{S::kReleasing, kDone, kNone, S::kReady, A::kNone, R::kReleased},
+      AuthorityRow{S::kReleasing, kAgain | kTriesLeft, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
+      AuthorityRow{S::kReleasing, kNoAnswer | kTriesLeft, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
+      AuthorityRow{S::kReleasing, kAgain, kNone, S::kSilent, A::kNone, R::kNotConfirmed},
+      AuthorityRow{S::kReleasing, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
+      AuthorityRow{S::kReleasing, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityRow{S::kReleasing, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityRow{S::kReleasing, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+
+      // Start-up, by itself, until the first loss.
+      AuthorityRow{S::kListening, kHeard, kNone, S::kAskingVersion, A::kAskVersion, R::kStarting},
+      AuthorityRow{S::kListening, kTimeOver, kNone, S::kAskingVersion, A::kAskVersion, R::kNothingHeard},
+      AuthorityRow{S::kAskingVersion, kDone, kNone, S::kActivating, A::kActivate, R::kStarting},
+      AuthorityRow{S::kAskingVersion, kNoAnswer, kHeard, S::kPausing, A::kNone, R::kNothingHeard},
+      AuthorityRow{S::kActivating, kDone, kNone, S::kSettingRates, A::kSetRates, R::kStarting},
+      AuthorityRow{S::kSettingRates, kDone, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      AuthorityRow{kStartUp, kRetry, kNone, S::kPausing, A::kNone, R::kAnswer},
+      AuthorityRow{kStartUp, kNoAnswer, kNone, S::kPausing, A::kNone, R::kNoAnswer},
+      AuthorityRow{kStartUp, kAgain, kNone, S::kPausing, A::kNone, R::kAnswer},
+      AuthorityRow{kStartUp, kRefused, kNone, S::kSilentCold, A::kNone, R::kAnswer},
+      AuthorityRow{kStartUp, kNotActivated, kNone, S::kPausing, A::kNone, R::kNotActivated},
+      AuthorityRow{S::kPausing, kTimeOver, kNone, S::kListening, A::kNone, R::kStarting},
+      AuthorityRow{S::kAwaitingTelemetry, kItemsFresh, kNone, S::kReady, A::kNone, R::kNone},
+      AuthorityRow{S::kAwaitingTelemetry, kTimeOver, kNone, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+
+      // The operator asks.
+      AuthorityRow{S::kSilentCold, kAsked, kNone, S::kListening, A::kNone, R::kStarting},
+      AuthorityRow{S::kSilent, kAsked, kNone, S::kAwaitingTelemetry, A::kNone, R::kStarting},
+      AuthorityRow{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
+      AuthorityRow{S::kReady, kAsked | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
+      AuthorityRow{S::kReady, kAsked, kModeF, S::kReady, A::kNone, R::kNotModeF},
+      AuthorityRow{S::kReady, kAsked | kSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+
+      // Every request has to be made twice: the first is answered "again" (protocol, 6.1).
+      AuthorityRow{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
+      AuthorityRow{S::kObtaining, kAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
+      AuthorityRow{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
+      AuthorityRow{S::kObtaining, kAgain, kNone, S::kSilent, A::kNone, R::kEndlessObtaining},
+      AuthorityRow{S::kObtaining, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
+      AuthorityRow{S::kObtaining, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityRow{S::kObtaining, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
+      AuthorityRow{S::kObtaining, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+      AuthorityRow{S::kSpacing, kSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+      AuthorityRow{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
+      AuthorityRow{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn,
+                   R::kGranted},
+      AuthorityRow{S::kConfirming, kTimeOver, kDeviceOurs, S::kReleasing, A::kReleaseControl, R::kNotConfirmed},
+      AuthorityRow{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
+      AuthorityRow{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
+      AuthorityRow{S::kEnabling, kTimeOver, kNone, S::kReleasing, A::kReleaseControl, R::kVirtualRcRefused},
+  };
+}();
+
+/// The row that matches, or null.
+constexpr const AuthorityRow* match(Stage stage, Fact facts) {
+  for (const AuthorityRow& row : kAuthorityTable) {
+    if (row.from.has(stage) && all(facts, row.with) && !any(facts, row.without)) {
+      return &row;
+    }
+  }
+  return nullptr;
+}
+
+/// The stage after one step.
+constexpr Stage next(Stage stage, Fact facts) {
+  const AuthorityRow* const row = match(stage, facts);
+  return row != nullptr ? row->to : stage;
+}
+
+namespace checks {
+
+using enum Fact;
+/// All is well in flight, over Virtual RC.
+inline constexpr Fact kFlying = kHeard | kItemsFresh | kModeF | kDeviceOurs | kVirtualRcOn | kNeedsVirtualRc;
+
+constexpr Fact except(Fact facts, Fact gone) { return facts & ~gone; }
+
+static_assert(next(Stage::kInControl, kFlying) == Stage::kInControl);
+static_assert(next(Stage::kInControl, except(kFlying, kModeF)) == Stage::kSilent);
+static_assert(next(Stage::kInControl, except(kFlying, kDeviceOurs)) == Stage::kSilent);
+static_assert(next(Stage::kInControl, except(kFlying, kVirtualRcOn)) == Stage::kSilent);
+static_assert(next(Stage::kInControl, except(kFlying, kItemsFresh)) == Stage::kSilentCold);
+static_assert(next(Stage::kInControl, except(kFlying, kHeard)) == Stage::kSilentCold);
+static_assert(next(Stage::kInControl, kFlying | kLostPush | kReleaseAsked) == Stage::kSilent, "loss before wishes");
+static_assert(next(Stage::kInControl, kFlying | kRestarted | kLostPush) == Stage::kSilentCold);
+static_assert(next(Stage::kInControl, except(kFlying, kVirtualRcOn | kNeedsVirtualRc)) == Stage::kInControl,
+              "the movement channel does not need Virtual RC");
+static_assert(next(Stage::kSilent, kFlying | kSpaced | kTriesLeft | kDone) == Stage::kSilent, "never by itself");
+static_assert(next(Stage::kSilentCold, kFlying | kSpaced | kTriesLeft | kDone) == Stage::kSilentCold);
+static_assert(next(Stage::kReady, kFlying | kSpaced | kTriesLeft) == Stage::kReady, "not unasked");
+static_assert(next(Stage::kReady, kFlying | kAsked) == Stage::kReady, "not before two seconds have passed");
+static_assert(next(Stage::kReady, kFlying | kAsked | kSpaced) == Stage::kObtaining);
+static_assert(match(Stage::kReady, except(kFlying, kModeF) | kAsked | kSpaced)->reason == Reason::kNotModeF);
+static_assert(next(Stage::kObtaining, kFlying | kAgain) == Stage::kSilent, "someone else holds control");
+static_assert(next(Stage::kObtaining, kFlying | kAgain | kTriesLeft) == Stage::kSpacing);
+
+/// Commands may leave only from a stage that one cannot enter without the proof in telemetry.
+constexpr bool control_needs_proof() {
+  for (const AuthorityRow& row : kAuthorityTable) {
+    if (may_command(row.to) && !any(row.with, kDeviceOurs | kVirtualRcOn)) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(control_needs_proof());
+
+/// Every request for control stands behind the two-second fact.
+constexpr bool requests_are_spaced() {
+  for (const AuthorityRow& row : kAuthorityTable) {
+    const bool bad_request = row.action == Action::kRequestControl && !all(row.with, kSpaced);
+    const bool bad_switch = row.action == Action::kSwitchVirtualRcOn && !all(row.with, kSwitchSpaced);
+    if (bad_request || bad_switch) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(requests_are_spaced());
+
+/// Only the operator leads out of silence.
+constexpr bool silence_ends_by_asking() {
+  for (const AuthorityRow& row : kAuthorityTable) {
+    const bool leaves = (row.from.has(Stage::kSilent) || row.from.has(Stage::kSilentCold)) &&
+                        row.to != Stage::kSilent && row.to != Stage::kSilentCold;
+    if (leaves && !all(row.with, kAsked)) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(silence_ends_by_asking());
+
+}  // namespace checks
+}  // namespace m100::safety
