@@ -136,15 +136,14 @@ void run(const Options& options) {
   if (terminal) {
     request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
   }
-  identify::IdentifyResult result =
-      options.axis == "translation" ? identify::identify_translation(request) : identify::identify_axis(request);
+  identify::IdentifyResult result = identify::identify_axis(request);
   if (terminal) {
     std::cerr << "\r\033[K";
   }
   if (!options.vehicle.empty()) {
-    const std::string source =
-        options.log.substr(options.log.find_last_of('/') + 1) + ", train " +
-        (options.split.empty() ? options.train : options.split) + " s, m100-lab identify --axis " + options.axis;
+    const std::string source = options.log.substr(options.log.find_last_of('/') + 1) + ", train " +
+                               (options.split.empty() ? options.train : options.split) +
+                               " s, m100-lab identify --axis " + options.axis;
     for (const std::string& homeless : identify::update_vehicle_file(options.vehicle, result, source)) {
       result.findings.push_back(homeless);
     }
@@ -172,9 +171,9 @@ void add_identify(CLI::App& lab) {
   auto options = std::make_shared<Options>();
   app->add_option("--log", options->log, "flight log: CSV, MATLAB 5 MAT-file or ULog")->required();
   app->add_option("--columns", options->columns, "column map (TOML)")->required();
-  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
+  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate or climb")
       ->required()
-      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
+      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb"}));
   app->add_option("--declare", options->declare,
                   "model believed before looking: first_order or second_order (translation: rigid_body), then effects "
                   "by name, with commas")

@@ -288,9 +288,9 @@ class AxisIdentification {
       result.findings.push_back(note);
     }
     if (found.stick_shift_samples != 0) {
-      result.findings.push_back("the sticks were " + std::to_string(std::abs(found.stick_shift_samples)) +
-                                " samples " + (found.stick_shift_samples > 0 ? "early" : "late") +
-                                " against the response, by " + found.evidence + "; moved");
+      result.findings.push_back("the sticks were " + std::to_string(std::abs(found.stick_shift_samples)) + " samples " +
+                                (found.stick_shift_samples > 0 ? "early" : "late") + " against the response, by " +
+                                found.evidence + "; moved");
     }
   }
 

@@ -23,7 +23,6 @@ struct AxisData {
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
-
 /// Part of a log, cut into consecutive blocks that each start from the measured state: the smoothed value and slope of
 /// a quadratic through eleven samples.
 class AxisBlocks {

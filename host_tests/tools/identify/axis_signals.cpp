@@ -79,8 +79,8 @@ void append(RegressorGroup& group, RegressorGroup more) {
 }  // namespace
 
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis) {
-  const Choice* choice = std::find_if(std::begin(kChoices), std::end(kChoices),
-                                      [&](const Choice& one) { return axis == one.axis; });
+  const Choice* choice =
+      std::find_if(std::begin(kChoices), std::end(kChoices), [&](const Choice& one) { return axis == one.axis; });
   if (choice == std::end(kChoices)) {
     throw InputError("--axis", 0, axis, "not a stick axis; choose roll, pitch, yaw_rate or climb");
   }

@@ -17,8 +17,8 @@ struct AxisSignals {
   std::string other_name;  ///< empty: none
 };
 
-/// Picks stick (or command in SI units), the other axis' stick and the measured response of `axis` out of a log. A climb
-/// speed or yaw rate that was not logged is the slope of height or yaw.
+/// Picks stick (or command in SI units), the other axis' stick and the measured response of `axis` out of a log. A
+/// climb speed or yaw rate that was not logged is the slope of height or yaw.
 /// @throws InputError naming file and signal.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis);
 

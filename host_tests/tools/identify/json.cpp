@@ -28,12 +28,9 @@ Json to_json(const ModelResult& model) {
   for (const auto& [age_s, rmse] : model.horizon_rmse) {
     horizons[horizon_key(age_s)] = rmse;
   }
-  return {{"structure", model.structure},
-          {"parameters", std::move(parameters)},
-          {"train_rmse", model.train_rmse},
-          {"validation_rmse", model.validation_rmse},
-          {"fit_percent", model.fit_percent},
-          {"horizon_rmse", std::move(horizons)}};
+  return {{"structure", model.structure},     {"parameters", std::move(parameters)},
+          {"train_rmse", model.train_rmse},   {"validation_rmse", model.validation_rmse},
+          {"fit_percent", model.fit_percent}, {"horizon_rmse", std::move(horizons)}};
 }
 
 Json to_json(const EffectResult& effect) {
@@ -46,8 +43,7 @@ Json to_json(const EffectResult& effect) {
   }
   Json rivals = Json::array();
   for (const Rival& rival : effect.rivals) {
-    rivals.push_back(
-        {{"name", rival.name}, {"validation_rmse", rival.validation_rmse}, {"cv_ratio", rival.cv_ratio}});
+    rivals.push_back({{"name", rival.name}, {"validation_rmse", rival.validation_rmse}, {"cv_ratio", rival.cv_ratio}});
   }
   return {{"name", effect.name},
           {"parameters", std::move(parameters)},
@@ -145,8 +141,8 @@ std::string to_text(const IdentifyResult& result) {
     }
   }
   for (const NamedInterval& parameter : result.final_intervals) {
-    text.line("  %-26s %12.6g   [%.6g, %.6g]", parameter.name.c_str(), parameter.interval.value,
-              parameter.interval.low, parameter.interval.high);
+    text.line("  %-26s %12.6g   [%.6g, %.6g]", parameter.name.c_str(), parameter.interval.value, parameter.interval.low,
+              parameter.interval.high);
   }
   for (std::size_t k = 0; k < result.final_model.horizon_rmse.size(); ++k) {
     text.line("  prediction error after %.1f s: %.5f declared, %.5f final", result.final_model.horizon_rmse[k].first,

@@ -61,9 +61,8 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
   axis.natural_frequency_rad_s = 0.0;
   axis.damping_ratio = 0.0;
   for (const NamedValue& parameter : result.final_model.parameters) {
-    const auto* place = std::find_if(std::begin(places), std::end(places), [&](const Place<Axis>& one) {
-      return parameter.name == one.parameter;
-    });
+    const auto* place = std::find_if(std::begin(places), std::end(places),
+                                     [&](const Place<Axis>& one) { return parameter.name == one.parameter; });
     if (place == std::end(places)) {
       homeless.push_back("the vehicle file has no place for " + parameter.name + " of axis " + result.axis);
     } else {
