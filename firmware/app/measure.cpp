@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/measure.h"
+
+#include "firmware/core/frames.h"
+
+namespace m100::app {
+namespace {
+
+/// NaN and infinity fail it.
+bool within(double value, double limit) { return value >= -limit && value <= limit; }
+
+core::Quaternion<double> attitude_of(const protocol::Telemetry& telemetry) {
+  return core::flip_yz(
+      core::Quaternion<double>{static_cast<double>(telemetry.attitude[0]), static_cast<double>(telemetry.attitude[1]),
+                               static_cast<double>(telemetry.attitude[2]), static_cast<double>(telemetry.attitude[3])});
+}
+
+core::Vector<double, 3> rates_of(const protocol::Telemetry& telemetry) {
+  return core::flip_yz(core::Vector<double, 3>(static_cast<double>(telemetry.angular_velocity_frd_rad_s[0]),
+                                               static_cast<double>(telemetry.angular_velocity_frd_rad_s[1]),
+                                               static_cast<double>(telemetry.angular_velocity_frd_rad_s[2])));
+}
+
+}  // namespace
+
+bool Measure::believable(const protocol::Telemetry& telemetry) {
+  const std::array<float, 7> reading{telemetry.attitude[0],
+                                     telemetry.attitude[1],
+                                     telemetry.attitude[2],
+                                     telemetry.attitude[3],
+                                     telemetry.angular_velocity_frd_rad_s[0],
+                                     telemetry.angular_velocity_frd_rad_s[1],
+                                     telemetry.angular_velocity_frd_rad_s[2]};
+  same_readings_ = reading == last_reading_ ? same_readings_ + 1 : 0;
+  last_reading_ = reading;
+  const core::Quaternion<double> q = attitude_of(telemetry);
+  const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  const core::Vector<double, 3> rates = rates_of(telemetry);
+  const core::Euler<double> euler = core::euler_of(q);
+  const bool good = within(norm2 - 1.0, 2.0 * plausible_.norm_error) && within(rates.x(), plausible_.rate_rad_s) &&
+                    within(rates.y(), plausible_.rate_rad_s) && within(rates.z(), plausible_.rate_rad_s) &&
+                    within(euler.roll_rad, plausible_.tilt_rad) && within(euler.pitch_rad, plausible_.tilt_rad);
+  const bool stuck = same_readings_ >= plausible_.stuck_readings;
+  stats_.refused_attitudes += good ? 0U : 1U;
+  stats_.stuck_attitudes += stuck ? 1U : 0U;
+  return good && !stuck;
+}
+
+bool Measure::believable(const PoseReport& pose, core::TimePoint now) {
+  const bool good = within(pose.position_w_m.x(), plausible_.position_m) &&
+                    within(pose.position_w_m.y(), plausible_.position_m) &&
+                    within(pose.position_w_m.z(), plausible_.position_m) && within(pose.yaw_rad, 2.0 * core::kPi) &&
+                    pose.captured <= now;
+  stats_.refused_poses += good ? 0U : 1U;
+  return good;
+}
+
+template <typename T>
+est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
+                                    const PoseReport& pose, core::TimePoint now) {
+  est::Measurement<T> measured;
+  if (pose.is_new && believable(pose, now)) {
+    measured.pose.is_new = true;
+    measured.pose.age = now - pose.captured;
+    measured.pose.position_w_m = pose.position_w_m.template cast<T>();
+    measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(pose.yaw_rad));
+  }
+  if (telemetry.has(protocol::TelemetryItem::kAttitude) && telemetry.has(protocol::TelemetryItem::kAngularVelocity) &&
+      believable(telemetry)) {
+    const core::Euler<double> euler = core::euler_of(attitude_of(telemetry));
+    measured.attitude.is_new = true;
+    measured.attitude.age = attitude_age;
+    measured.attitude.roll_rad = static_cast<T>(euler.roll_rad);
+    measured.attitude.pitch_rad = static_cast<T>(euler.pitch_rad);
+    measured.attitude.yaw_rad = static_cast<T>(euler.yaw_rad);
+    measured.attitude.rate_b_rad_s = rates_of(telemetry).template cast<T>();
+  }
+  return measured;
+}
+
+template est::Measurement<float> Measure::update(const protocol::Telemetry&, core::Duration, const PoseReport&,
+                                                 core::TimePoint);
+template est::Measurement<double> Measure::update(const protocol::Telemetry&, core::Duration, const PoseReport&,
+                                                  core::TimePoint);
+
+}  // namespace m100::app

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/time.h"
+#include "firmware/est/measurement.h"
+#include "protocol/telemetry.h"
+
+namespace m100::app {
+
+/// The newest pose of the pose link, in our frames.
+struct PoseReport {
+  bool is_new = false;  ///< came in this tick
+  core::TimePoint captured{};
+  core::Vector<double, 3> position_w_m = core::Vector<double, 3>::Zero();
+  double yaw_rad = 0.0;
+};
+
+/// Numbers that a working sensor cannot give; what lies outside is dropped and counted.
+struct Plausible {
+  double position_m = 100.0;          ///< the estimator's own range
+  double rate_rad_s = 20.0;           ///< twice the estimator's range; in degrees a slow turn is already beyond it
+  double norm_error = 0.01;           ///< of the unit quaternion
+  double tilt_rad = 1.2;              ///< a level flight that says more has its axes swapped
+  std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
+};
+
+struct MeasureStats {
+  std::uint32_t refused_poses = 0;      ///< not finite, out of range, or captured later than now
+  std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, too steep, too fast
+  std::uint32_t stuck_attitudes = 0;    ///< the same bits for too long
+};
+
+/// Telemetry and pose as one measurement in our frames: NED to world, FRD to body, here and nowhere else.
+class Measure {
+ public:
+  explicit Measure(const Plausible& plausible = {}) : plausible_(plausible) {}
+
+  /// @param attitude_age how old the telemetry's attitude is.
+  template <typename T>
+  est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age, const PoseReport& pose,
+                             core::TimePoint now);
+
+  const MeasureStats& stats() const { return stats_; }
+
+ private:
+  bool believable(const protocol::Telemetry& telemetry);
+  bool believable(const PoseReport& pose, core::TimePoint now);
+
+  Plausible plausible_;
+  MeasureStats stats_;
+  std::array<float, 7> last_reading_{};
+  std::uint32_t same_readings_ = 0;
+};
+
+}  // namespace m100::app
