@@ -8,7 +8,6 @@
 #define eigen_assert(condition) M100_ASSERT(condition)
 #endif
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace m100::core {

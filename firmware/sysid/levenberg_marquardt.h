@@ -6,6 +6,7 @@
 
 #include "firmware/core/eigen.h"
 // After our eigen.h, which redirects the checks.
+#include <Eigen/Cholesky>
 
 namespace m100::sysid {
 

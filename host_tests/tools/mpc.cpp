@@ -59,7 +59,7 @@ template <typename T>
 void solve(const gains::InstanceFile& file) {
   std::vector<mpc::GainTable<T>> tables;
   for (const gains::AxisProblem& model : file.models) {
-    tables.push_back(gains::make_gain_table<T>(model));
+    tables.push_back(gains::table_in<T>(gains::make_gain_table(model)));
   }
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   for (const mpc::GainTable<T>& table : tables) {

@@ -40,7 +40,7 @@ Worst solve_all(const InstanceFile& file, bool warm) {
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   tables.reserve(file.models.size());
   for (const AxisProblem& model : file.models) {
-    tables.push_back(make_gain_table<T>(model));
+    tables.push_back(table_in<T>(make_gain_table(model)));
     controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(tables.back()));
   }
   Worst worst;

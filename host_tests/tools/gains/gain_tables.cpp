@@ -5,16 +5,18 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "firmware/mpc/table_data.h"
+
 namespace m100::tools::gains {
 namespace {
 
 constexpr Eigen::Index kN = static_cast<Eigen::Index>(mpc::kHorizon);
 
-template <typename T, std::size_t kSize>
-void put(std::array<T, kSize>& to, const Matrix& from, std::size_t offset = 0) {
+template <std::size_t kSize>
+void put(std::array<double, kSize>& to, const Matrix& from, std::size_t offset = 0) {
   const Real* data = from.data();  // column-major
   for (std::size_t i = 0; i < static_cast<std::size_t>(from.size()); ++i) {
-    to.at(offset + i) = static_cast<T>(data[i]);
+    to.at(offset + i) = static_cast<double>(data[i]);
   }
 }
 
@@ -37,17 +39,16 @@ Adjoint adjoint(const DiscreteAxis& step) {
   return out;
 }
 
-template <typename T>
-mpc::StepModel<T> step_model(const ContinuousAxis& axis, Real step_s) {
+mpc::StepModel<double> step_model(const ContinuousAxis& axis, Real step_s) {
   const DiscreteAxis step = discretise(axis, step_s);
-  mpc::StepModel<T> out;
+  mpc::StepModel<double> out;
   for (Eigen::Index row = 0; row < step.a.rows(); ++row) {
     for (Eigen::Index col = 0; col < step.a.cols(); ++col) {
       out.transition.at(static_cast<std::size_t>(row) * mpc::kMaxStates + static_cast<std::size_t>(col)) =
-          static_cast<T>(step.a(row, col));
+          static_cast<double>(step.a(row, col));
     }
-    out.input.at(static_cast<std::size_t>(row)) = static_cast<T>(step.b(row));
-    out.disturbance.at(static_cast<std::size_t>(row)) = static_cast<T>(step.bd(row));
+    out.input.at(static_cast<std::size_t>(row)) = static_cast<double>(step.b(row));
+    out.disturbance.at(static_cast<std::size_t>(row)) = static_cast<double>(step.bd(row));
   }
   return out;
 }
@@ -78,8 +79,7 @@ Condensed condense(const AxisProblem& problem) {
   return out;
 }
 
-template <typename T>
-mpc::GainTable<T> make_gain_table(const AxisProblem& problem) {
+mpc::GainTable<double> make_gain_table(const AxisProblem& problem) {
   const Eigen::Index n = problem.step.a.rows();
   if (n != 3 && n != 4) {
     throw std::domain_error("an axis has 3 or 4 states");
@@ -93,15 +93,15 @@ mpc::GainTable<T> make_gain_table(const AxisProblem& problem) {
     c.diagonal(i + 1).setConstant(a.coefficients(i));
   }
 
-  mpc::GainTable<T> out;
+  mpc::GainTable<double> out;
   out.states = static_cast<std::uint32_t>(n);
-  out.input_min_rad = static_cast<T>(problem.u_min);
-  out.input_max_rad = static_cast<T>(problem.u_max);
-  out.tilt_sign = static_cast<T>(problem.tilt_sign);
-  out.acceleration_per_tilt = static_cast<T>(problem.acceleration_per_tilt);
-  out.drag_per_s = static_cast<T>(problem.drag_per_s);
-  out.input_gain = static_cast<T>(problem.input_gain);
-  out.rate_weight = static_cast<T>(problem.rd);
+  out.input_min_rad = static_cast<double>(problem.u_min);
+  out.input_max_rad = static_cast<double>(problem.u_max);
+  out.tilt_sign = static_cast<double>(problem.tilt_sign);
+  out.acceleration_per_tilt = static_cast<double>(problem.acceleration_per_tilt);
+  out.drag_per_s = static_cast<double>(problem.drag_per_s);
+  out.input_gain = static_cast<double>(problem.input_gain);
+  out.rate_weight = static_cast<double>(problem.rd);
   Vector last_velocity = Vector::Zero(n);
   Vector last_tilt = Vector::Zero(n);
   last_velocity(1) = 1;
@@ -110,7 +110,7 @@ mpc::GainTable<T> make_gain_table(const AxisProblem& problem) {
   put(out.position_taps, a.taps.col(0) * problem.q(0));
   put(out.velocity_taps, a.taps.col(1) * problem.q(1));
   put(out.tilt_taps, a.taps.col(2) * problem.q(2));
-  out.input_taps[0] = static_cast<T>(problem.r);
+  out.input_taps[0] = static_cast<double>(problem.r);
   put(out.input_taps, a.coefficients * problem.r, 1);
   put(out.terminal_velocity_taps, a.taps * extra * last_velocity);
   put(out.terminal_tilt_taps, a.taps * extra * last_tilt);
@@ -124,51 +124,57 @@ mpc::GainTable<T> make_gain_table(const AxisProblem& problem) {
   for (std::size_t i = 0; i < mpc::kHorizon; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       out.inverse_hessian.at(mpc::packed_row(i) + j) =
-          static_cast<T>(inverse_h(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+          static_cast<double>(inverse_h(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
     }
   }
   return out;
 }
 
-template <typename T>
-mpc::DelayModel<T> make_delay_model(const model::Vehicle& vehicle, Axis axis) {
+mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis) {
   const model::AttitudeAxis& attitude = attitude_of(vehicle, axis);
   const ContinuousAxis continuous = continuous_axis(vehicle, axis);
   constexpr Real kTick_s = Real(0.01);
-  mpc::DelayModel<T> out;
+  mpc::DelayModel<double> out;
   // A delay that is a whole number of ticks but for rounding has no rest.
   out.ticks = static_cast<std::uint32_t>(std::floor(Real(attitude.transport_delay_s) / kTick_s + Real(1e-6)));
-  out.delay_s = static_cast<T>(attitude.transport_delay_s);
-  out.rest = step_model<T>(continuous, std::max(Real(0), Real(attitude.transport_delay_s) - Real(out.ticks) * kTick_s));
-  out.tick = step_model<T>(continuous, kTick_s);
+  out.delay_s = static_cast<double>(attitude.transport_delay_s);
+  out.rest = step_model(continuous, std::max(Real(0), Real(attitude.transport_delay_s) - Real(out.ticks) * kTick_s));
+  out.tick = step_model(continuous, kTick_s);
   const Real zero = attitude.lead_zero_s;
   const Real w = attitude.natural_frequency_rad_s;
-  out.lead.zero_s = static_cast<T>(zero);
+  out.lead.zero_s = static_cast<double>(zero);
   if (attitude.is_first_order()) {
-    out.lead.share = static_cast<T>(zero / Real(attitude.time_constant_s));
+    out.lead.share = static_cast<double>(zero / Real(attitude.time_constant_s));
   } else {
-    out.lead.rate_gain = static_cast<T>(1 / (1 - 2 * Real(attitude.damping_ratio) * w * zero + w * w * zero * zero));
-    out.lead.jump = static_cast<T>(zero * w * w);
+    out.lead.rate_gain =
+        static_cast<double>(1 / (1 - 2 * Real(attitude.damping_ratio) * w * zero + w * w * zero * zero));
+    out.lead.jump = static_cast<double>(zero * w * w);
   }
   return out;
 }
 
-template <typename T>
-mpc::GainTables<T> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest) {
+mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest) {
   const auto axis_table = [&](Axis axis) {
-    mpc::GainTable<T> table = make_gain_table<T>(axis_problem(vehicle, axis));
+    mpc::GainTable<double> table = make_gain_table(axis_problem(vehicle, axis));
     table.vehicle = digest;
-    table.delay = make_delay_model<T>(vehicle, axis);
+    table.delay = make_delay_model(vehicle, axis);
     return table;
   };
   return {.x = axis_table(Axis::kX), .y = axis_table(Axis::kY)};
 }
 
-template mpc::GainTable<float> make_gain_table<float>(const AxisProblem&);
-template mpc::GainTable<double> make_gain_table<double>(const AxisProblem&);
-template mpc::DelayModel<float> make_delay_model<float>(const model::Vehicle&, Axis);
-template mpc::DelayModel<double> make_delay_model<double>(const model::Vehicle&, Axis);
-template mpc::GainTables<float> make_gain_tables<float>(const model::Vehicle&, const core::Sha256Digest&);
-template mpc::GainTables<double> make_gain_tables<double>(const model::Vehicle&, const core::Sha256Digest&);
+mpc::GainTable<float> to_float(const mpc::GainTable<double>& table) {
+  std::array<double, mpc::kTableNumbers> list;
+  std::size_t next = 0;
+  mpc::visit_numbers(table, [&](const char*, const auto& numbers) {
+    if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(numbers)>>) {
+      list.at(next++) = static_cast<double>(numbers);
+    } else {
+      std::copy(numbers.begin(), numbers.end(), list.begin() + static_cast<std::ptrdiff_t>(next));
+      next += numbers.size();
+    }
+  });
+  return mpc::table_of<float>(list, table.vehicle);
+}
 
 }  // namespace m100::tools::gains

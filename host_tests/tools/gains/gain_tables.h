@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <type_traits>
+
 #include "firmware/core/sha256.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/mpc/gain_table.h"
@@ -20,16 +22,27 @@ struct Condensed {
 Condensed condense(const AxisProblem& problem);
 
 /// The table of one quadratic program, without delay and set-point law.
-template <typename T>
-mpc::GainTable<T> make_gain_table(const AxisProblem& problem);
+mpc::GainTable<double> make_gain_table(const AxisProblem& problem);
 
 /// Prediction through the axis' transport delay.
-template <typename T>
-mpc::DelayModel<T> make_delay_model(const model::Vehicle& vehicle, Axis axis);
+mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
 /// Both axes' tables of a vehicle, made in memory within milliseconds, without the set-point law (the preview law then
 /// answers everything). `digest` is the vehicle file's. Throws std::domain_error when the model cannot be controlled.
+mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest = {});
+
+/// The table in float as the firmware has it: every double rounded. The set-point law is left out.
+mpc::GainTable<float> to_float(const mpc::GainTable<double>& table);
+inline mpc::GainTables<float> to_float(const mpc::GainTables<double>& tables) {
+  return {.x = to_float(tables.x), .y = to_float(tables.y)};
+}
 template <typename T>
-mpc::GainTables<T> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest = {});
+mpc::GainTable<T> table_in(const mpc::GainTable<double>& table) {
+  if constexpr (std::is_same_v<T, double>) {
+    return table;
+  } else {
+    return to_float(table);
+  }
+}
 
 }  // namespace m100::tools::gains

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/status.h"
+#include "firmware/mpc/gain_table.h"
+#include "firmware/mpc/table_data.h"
+
+namespace m100::mpc {
+
+/// A gain table file, for programs that get their vehicle at run time. Little-endian:
+///   "M100GAIN" | version u32 | 0 u32 | SHA-256 of the vehicle file | axis x | axis y | SHA-256 of all before
+///   axis: kTableNumbers doubles | planes, laws, nodes u32 each, 0 u32 | rows of 8 doubles | rows | nodes of 3 u16,
+///   padded to 8 bytes
+inline constexpr std::array<char, 8> kTableFileMagic{'M', '1', '0', '0', 'G', 'A', 'I', 'N'};
+inline constexpr std::uint32_t kTableFileVersion = 1;
+inline constexpr std::size_t kMaxSetpointPlanes = 512;
+inline constexpr std::size_t kMaxSetpointLaws = 256;
+inline constexpr std::size_t kMaxSetpointNodes = 2048;
+inline constexpr std::size_t kMaxTableFileBytes =
+    88 + 2 * (8 * kTableNumbers + 16 + 64 * (kMaxSetpointPlanes + kMaxSetpointLaws) + 6 * kMaxSetpointNodes + 8);
+
+/// Room for the tables of one file. Large: make it static, or once at start-up.
+template <typename T>
+class TableStorage {
+ public:
+  /// Reads a file's bytes. Nothing of it is used unless everything holds:
+  ///   kDataLoss: a bit of the file is not what was written;
+  ///   kInvalidArgument: not a table file, of another version, or sizes that cannot be;
+  ///   kRefused: the table was made from another vehicle file.
+  core::Status load(std::span<const std::byte> file, const core::Sha256Digest& vehicle);
+
+  /// Valid after load() gave kOk, as long as the storage lives.
+  const GainTables<T>& tables() const { return tables_; }
+
+ private:
+  struct Rows {
+    std::array<T, kMaxSetpointPlanes * kSetpointStates> planes;
+    std::array<T, kMaxSetpointLaws * kSetpointStates> laws;
+    std::array<SetpointNode, kMaxSetpointNodes> nodes;
+  };
+  GainTables<T> tables_;
+  Rows x_rows_;
+  Rows y_rows_;
+};
+
+extern template class TableStorage<float>;
+extern template class TableStorage<double>;
+
+}  // namespace m100::mpc

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/tools/gains/write_tables.h"
+
+namespace m100::tools::gains {
+namespace {
+
+// A table that was edited by hand, or forgotten after a change of the vehicle or of the generator.
+TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
+  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  std::ifstream stream("firmware/mpc/generated/gain_table.h");
+  const std::string there((std::istreambuf_iterator<char>(stream)), {});
+  EXPECT_TRUE(there == to_header(make_table_set(file), file.vehicle))
+      << "run: m100-lab gains --vehicle firmware/mpc/generated/vehicle.toml --out firmware/mpc/generated/gain_table.h";
+  EXPECT_EQ(mpc::generated::kVehicleDigest, file.digest);
+}
+
+// Catches a field that the vehicle file knows and the generated vehicle does not.
+TEST(GeneratedTable, CarriesTheWholeVehicle) {
+  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  EXPECT_EQ(app::to_text(mpc::generated::kVehicle, {}), app::to_text(file.vehicle, {}));
+}
+
+TEST(GeneratedTable, InFloatIsTheDoubleRounded) {
+  const mpc::GainTable<float>& single = mpc::generated::kX<float>;
+  const mpc::GainTable<double>& twice = mpc::generated::kX<double>;
+  for (std::size_t i = 0; i < single.hessian.size(); ++i) {
+    EXPECT_EQ(single.hessian.at(i), static_cast<float>(twice.hessian.at(i)));
+  }
+  EXPECT_EQ(single.setpoint.laws.size(), twice.setpoint.laws.size());
+}
+
+}  // namespace
+}  // namespace m100::tools::gains

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/mpc/table_file.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "host_tests/tools/gains/write_tables.h"
+
+namespace m100::mpc {
+namespace {
+
+using core::Status;
+using tools::gains::TableSet;
+using tools::gains::to_file;
+
+TableSet made_from(const app::VehicleFile& file) {
+  TableSet set;
+  set.tables = tools::gains::make_gain_tables(file.vehicle, file.digest);
+  set.x = {.planes = std::vector<double>(16, 0.5), .laws = std::vector<double>(24, -2.0), .nodes = {}};
+  constexpr auto kLeaf = SetpointTree<double>::kLeaf;
+  set.x.nodes = {{.plane = 0, .child = {kLeaf, 1}}, {.plane = 1, .child = {kLeaf + 1, kLeaf + 2}}};
+  return set;
+}
+
+struct TableFile : ::testing::Test {
+  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  const TableSet set = made_from(file);
+  const std::vector<std::byte> bytes = to_file(set);
+  const std::unique_ptr<TableStorage<double>> storage = std::make_unique<TableStorage<double>>();
+};
+
+TEST_F(TableFile, ComesBackToTheLastBit) {
+  ASSERT_EQ(storage->load(bytes, file.digest), Status::kOk);
+  const GainTables<double>& tables = storage->tables();
+  EXPECT_EQ(tables.x.filter_gain, set.tables.x.filter_gain);
+  EXPECT_EQ(tables.y.state_gain, set.tables.y.state_gain);
+  EXPECT_EQ(tables.y.delay.rest.transition, set.tables.y.delay.rest.transition);
+  EXPECT_EQ(tables.x.vehicle, file.digest);
+  ASSERT_EQ(tables.x.setpoint.nodes.size(), 2U);
+  EXPECT_EQ(tables.x.setpoint.nodes[1].child[1], SetpointTree<double>::kLeaf + 2);
+  EXPECT_EQ(tables.x.setpoint.laws[23], -2.0);
+  EXPECT_TRUE(tables.y.setpoint.nodes.empty());
+}
+
+TEST_F(TableFile, InFloatIsTheTableOfTheFirmware) {
+  const auto single = std::make_unique<TableStorage<float>>();
+  ASSERT_EQ(single->load(bytes, file.digest), Status::kOk);
+  EXPECT_EQ(single->tables().y.filter_gain, tools::gains::to_float(set.tables.y).filter_gain);
+}
+
+#ifdef __SANITIZE_ADDRESS__
+constexpr std::size_t kStride = 13;  // the release build walks through all of them; under sanitizers that takes minutes
+#else
+constexpr std::size_t kStride = 1;
+#endif
+
+// A digest over half of the file, or one that is compared in part, passes some of these.
+class EveryBit : public TableFile, public ::testing::WithParamInterface<unsigned> {};
+TEST_P(EveryBit, OfATableFileIsGuarded) {
+  RecordProperty("promise", "R10");
+  std::vector<std::byte> damaged = bytes;
+  std::size_t accepted = 0;
+  for (std::size_t i = 0; i < damaged.size(); i += kStride) {
+    damaged[i] ^= std::byte{1} << GetParam();
+    accepted += storage->load(damaged, file.digest) == Status::kOk ? 1U : 0U;
+    damaged[i] ^= std::byte{1} << GetParam();
+  }
+  EXPECT_EQ(accepted, 0U);
+  EXPECT_EQ(storage->load(damaged, file.digest), Status::kOk);
+}
+INSTANTIATE_TEST_SUITE_P(Bit, EveryBit, ::testing::Range(0U, 8U));
+
+TEST_F(TableFile, IsRefusedAfterAnyBitOfTheVehicleFileHasChanged) {
+  RecordProperty("promise", "R10");
+  std::string text = app::to_text(file.vehicle, file.sources);
+  const app::VehicleFile original = app::parse_vehicle(text, "vehicle");
+  const std::vector<std::byte> table = to_file(made_from(original));
+  std::size_t accepted = 0;
+  for (char& letter : text) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
+      try {
+        accepted += storage->load(table, app::parse_vehicle(text, "vehicle").digest) == Status::kOk ? 1U : 0U;
+      } catch (const app::VehicleFileError&) {
+        // refused even earlier
+      }
+      letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
+    }
+  }
+  EXPECT_EQ(accepted, 0U);
+  EXPECT_EQ(storage->load(table, original.digest), Status::kOk);
+}
+
+TEST_F(TableFile, MadeFromAnotherVehicleIsRefused) {
+  RecordProperty("promise", "R10");
+  model::Vehicle other = file.vehicle;
+  other.pitch.damping_ratio = std::nextafter(other.pitch.damping_ratio, 1.0);
+  EXPECT_EQ(storage->load(to_file(made_from(app::as_file(other))), file.digest), Status::kRefused);
+}
+
+TEST_F(TableFile, OfAnyOtherLengthIsRefused) {
+  for (std::size_t length = 0; length < bytes.size(); length += length < 200 ? 1 : 97) {
+    EXPECT_NE(storage->load(std::span(bytes).first(length), file.digest), Status::kOk) << length;
+  }
+  std::vector<std::byte> longer = bytes;
+  longer.push_back(std::byte{0});
+  EXPECT_NE(storage->load(longer, file.digest), Status::kOk);
+}
+
+// Whoever can compute a SHA-256 could still write a tree that never ends or points outside.
+TEST_F(TableFile, WithATreeThatWouldNotEndIsRefused) {
+  for (const SetpointNode& bad :
+       {SetpointNode{.plane = 0, .child = {0, 1}}, SetpointNode{.plane = 2, .child = {0x8000, 0x8000}},
+        SetpointNode{.plane = 0, .child = {0x8003, 1}}, SetpointNode{.plane = 0, .child = {0x8000, 2}}}) {
+    TableSet wrong = made_from(file);
+    wrong.x.nodes[0] = bad;
+    EXPECT_EQ(storage->load(to_file(wrong), file.digest), Status::kInvalidArgument);
+  }
+}
+
+}  // namespace
+}  // namespace m100::mpc
