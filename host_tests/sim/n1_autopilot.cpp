@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/n1_autopilot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "protocol/acks.h"
+#include "protocol/frame_encoder.h"
+#include "protocol/pushes.h"
+
+// The machine around the commands: time, line, happenings, telemetry. The commands themselves are in n1_commands.cpp.
+namespace m100::sim {
+namespace {
+
+constexpr std::int64_t kTicksPerSlot = 4;  // telemetry slots of 10 ms
+constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
+constexpr double kClimbStick_vrc = 1324.0;
+constexpr double kSinkStick_vrc = 824.0;
+constexpr double kOnGround_m = 0.02;
+constexpr std::int16_t kGearDown = -4545;
+constexpr double kFullStick = 10000.0;
+
+std::int16_t rc_value(double counts) {
+  return static_cast<std::int16_t>(std::lround((counts - protocol::kStickCentre_counts) * kFullStick / 660.0));
+}
+
+std::int16_t rc_mode(N1Mode mode) {
+  switch (mode) {
+    case N1Mode::kF:
+      return protocol::kRcModeF;
+    case N1Mode::kP:
+      return protocol::kRcModeP;
+    case N1Mode::kA:
+      break;
+  }
+  return protocol::kRcModeA;
+}
+
+}  // namespace
+
+N1Autopilot::N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& config)
+    : vehicle_(vehicle),
+      config_(config),
+      line_(uart, config.baud, config.seed),
+      random_(config.seed, "n1_autopilot"),
+      mode_(config.mode),
+      wanted_mode_(config.mode),
+      rates_(config.rates) {}
+
+std::uint32_t N1Autopilot::RateWatch::note(core::TimePoint now) {
+  times_[count_ % kDepth] = now;
+  ++count_;
+  std::uint32_t within = 0;
+  while (within < std::min(count_, kDepth) && now - times_[(count_ - 1 - within) % kDepth] < std::chrono::seconds(1)) {
+    ++within;
+  }
+  return within;
+}
+
+void N1Autopilot::tell(std::string_view what, std::string_view name, double value) const {
+  if (sink_) {
+    sink_({.at = time_, .what = what, .name = name, .value = value});
+  }
+}
+
+void N1Autopilot::advance(core::TimePoint now) {
+  while (time_ + kTick <= now) {
+    time_ += kTick;
+    step();
+  }
+}
+
+void N1Autopilot::step() {
+  while (next_line_ < config_.script.size() && time_ >= config_.script[next_line_].at) {
+    happen(config_.script[next_line_].what, config_.script[next_line_].value);
+    ++next_line_;
+  }
+  receive();
+  if (mode_ != wanted_mode_ && time_ >= deaf_to_switch_until_) {
+    set_real_mode(wanted_mode_);
+  }
+  if (virtual_rc_on_ && time_ - last_virtual_rc_ > config_.virtual_rc_timeout) {
+    end_virtual_rc(virtual_rc_falls_back_ ? "virtual_rc_silent" : "virtual_rc_silent_failsafe");
+  }
+  command_vehicle();
+  vehicle_.advance(kTick);
+  if (time_ >= off_until_) {
+    if (((time_ - booted_) / kTick) % kTicksPerSlot == 0) {
+      send_telemetry();
+    }
+    line_.pump(time_);
+  }
+}
+
+void N1Autopilot::receive() {
+  // The pieces of one visit are small when the line is paced, so a few visits take all there is.
+  for (int visit = 0; visit < 8; ++visit) {
+    const std::span<const std::byte> bytes = line_.read(time_);
+    if (bytes.empty()) {
+      return;
+    }
+    if (time_ >= off_until_) {
+      parser_.consume(bytes, [this](const protocol::FrameView& frame) {
+        if (!line_.loses_incoming()) {
+          handle(frame);
+        }
+      });
+    }
+  }
+}
+
+void N1Autopilot::happen(N1Happening what, double value) {
+  switch (what) {
+    case N1Happening::kMode:
+      wanted_mode_ = static_cast<N1Mode>(static_cast<char>(value));
+      break;
+    case N1Happening::kRc:
+      rc_on_ = value != 0.0;
+      tell("happened", rc_on_ ? "rc_on" : "rc_off");
+      if (!rc_on_) {
+        drop_control("rc_off", protocol::ControlDevice::kRemoteController);
+      }
+      break;
+    case N1Happening::kTake:
+      mobile_wants_control_ = static_cast<char>(value) == 'm';
+      drop_control(
+          mobile_wants_control_ ? "taken_by_mobile" : "taken_by_rc",
+          mobile_wants_control_ ? protocol::ControlDevice::kMobileApp : protocol::ControlDevice::kRemoteController);
+      end_virtual_rc("taken");
+      break;
+    case N1Happening::kRestart:
+      restart();
+      break;
+    case N1Happening::kSilence:
+      silent_until_ = time_ + core::Duration{std::llround(value * 1e6)};
+      break;
+    case N1Happening::kLoseAcks:
+      acks_to_lose_ = static_cast<std::uint32_t>(value);
+      break;
+    case N1Happening::kDelayAcks:
+      ack_delay_ = core::Duration{std::llround(value * 1e6)};
+      break;
+    case N1Happening::kDoubleAcks:
+      acks_to_double_ = static_cast<std::uint32_t>(value);
+      break;
+    case N1Happening::kNoise:
+      line_.make_noise(static_cast<std::size_t>(value));
+      break;
+    case N1Happening::kLoss:
+      line_.set_loss(value);
+      break;
+    case N1Happening::kIoc:
+      ioc_ = value != 0.0;
+      break;
+    case N1Happening::kActivation:
+      forced_activation_ = static_cast<std::uint16_t>(value);
+      break;
+    case N1Happening::kEndVirtualRc:
+      end_virtual_rc("ended_by_script");
+      break;
+  }
+}
+
+void N1Autopilot::set_real_mode(N1Mode mode) {
+  mode_ = mode;
+  tell("happened", "mode", rc_mode(mode));
+  if (mode != N1Mode::kF) {
+    asked_once_ = false;
+    release_asked_once_ = false;
+    end_virtual_rc("left_f");
+    drop_control("left_f", protocol::ControlDevice::kRemoteController);
+  }
+}
+
+void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now_in_control) {
+  const bool was_client = client_in_control();
+  const bool client_commanded = was_client || virtual_rc_on_;
+  device_ = now_in_control;
+  moving_ = false;
+  task_open_ = false;
+  asked_once_ = false;
+  if (client_commanded && !authority_lost_) {
+    authority_lost_ = true;
+    lost_at_ = time_;
+    ++record_.losses;
+  }
+  if (was_client) {
+    tell("did", why);
+    const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
+    push(protocol::ids::kControlLost, *value);
+  }
+}
+
+void N1Autopilot::end_virtual_rc(std::string_view why) {
+  if (!virtual_rc_on_) {
+    return;
+  }
+  virtual_rc_on_ = false;
+  tell("did", why);
+  authority_lost_ = true;
+  lost_at_ = time_;
+}
+
+void N1Autopilot::restart() {
+  tell("happened", "restart");
+  if (client_in_control() || virtual_rc_on_) {
+    authority_lost_ = true;
+    lost_at_ = time_;
+    ++record_.losses;
+  }
+  activated_ = false;
+  device_ = protocol::ControlDevice::kRemoteController;
+  asked_once_ = release_asked_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;
+  sessions_.reset();
+  parser_ = {};
+  line_.clear();
+  off_until_ = time_ + kBootTime;
+  booted_ = time_;
+  slot_ = 0;
+}
+
+void N1Autopilot::command_vehicle() {
+  if (moving_ && time_ - last_movement_ > config_.movement_timeout) {
+    moving_ = false;
+    tell("did", "movement_timed_out");
+  }
+  if (task_open_ && !task_done_) {
+    vehicle_.command(task_sticks());
+  } else if (virtual_rc_on_) {
+    const auto channel = [this](std::size_t index) { return static_cast<double>(virtual_rc_.channels[index]); };
+    vehicle_.command(StickInput{.roll_vrc = channel(protocol::vrc_channel::kRoll),
+                                .pitch_vrc = channel(protocol::vrc_channel::kPitch),
+                                .throttle_vrc = channel(protocol::vrc_channel::kThrottle),
+                                .yaw_vrc = channel(protocol::vrc_channel::kYaw)});
+  } else if (moving_) {
+    vehicle_.command(movement_);
+  } else {
+    vehicle_.command(client_in_control() ? StickInput{} : pilot_);
+  }
+}
+
+StickInput N1Autopilot::task_sticks() {
+  StickInput sticks;
+  const double height_m = vehicle_.state().position_w_m.z();
+  const bool climbing = task_ == protocol::Task::kTakeOff;
+  task_done_ = climbing ? height_m >= kTakeOffHeight_m : height_m <= kOnGround_m;
+  if (!task_done_) {
+    sticks.throttle_vrc = climbing ? kClimbStick_vrc : kSinkStick_vrc;
+  } else if (!climbing) {
+    vehicle_.set_motors(false);
+  }
+  return sticks;
+}
+
+protocol::FlightStatus N1Autopilot::flight_status() const {
+  if (task_open_ && !task_done_) {
+    return task_ == protocol::Task::kTakeOff ? protocol::FlightStatus::kTakingOff : protocol::FlightStatus::kLanding;
+  }
+  return vehicle_.state().in_air ? protocol::FlightStatus::kInAir : protocol::FlightStatus::kStandby;
+}
+
+protocol::Telemetry::Rc N1Autopilot::rc_item() const {
+  if (virtual_rc_on_ && config_.rc_item_shows_virtual) {
+    const auto channel = [this](std::size_t index) {
+      return rc_value(static_cast<double>(virtual_rc_.channels[index]));
+    };
+    const auto inverted = [&](std::size_t index) { return static_cast<std::int16_t>(-channel(index)); };
+    return {.roll = channel(protocol::vrc_channel::kRoll),
+            .pitch = channel(protocol::vrc_channel::kPitch),
+            .yaw = channel(protocol::vrc_channel::kYaw),
+            .throttle = channel(protocol::vrc_channel::kThrottle),
+            .mode = inverted(protocol::vrc_channel::kMode),
+            .gear = inverted(protocol::vrc_channel::kGear)};
+  }
+  if (!rc_on_) {
+    return {};
+  }
+  return {.roll = rc_value(pilot_.roll_vrc),
+          .pitch = rc_value(pilot_.pitch_vrc),
+          .yaw = rc_value(pilot_.yaw_vrc),
+          .throttle = rc_value(pilot_.throttle_vrc),
+          .mode = rc_mode(mode_),
+          .gear = kGearDown};
+}
+
+void N1Autopilot::send_telemetry() {
+  const std::uint16_t items = due_items(rates_, slot_);
+  ++slot_;
+  if (items == 0 || time_ < silent_until_) {
+    return;
+  }
+  const auto ticks = static_cast<std::uint32_t>((time_ - booted_) / kTick);
+  protocol::Telemetry telemetry = report(vehicle_.state(), ticks, config_.noise, random_);
+  telemetry.items = items;
+  telemetry.rc = rc_item();
+  telemetry.flight_status = flight_status();
+  telemetry.control.mode = moving_ ? 2 : 0;  // angle, vertical velocity, yaw rate
+  telemetry.control.bits = static_cast<std::uint8_t>(
+      static_cast<unsigned>(device_) | (client_in_control() || asked_once_ ? 8U : 0U) | (virtual_rc_on_ ? 16U : 0U));
+  push(protocol::ids::kTelemetry, encode(telemetry));
+  ++record_.telemetry_packages;
+}
+
+void N1Autopilot::push(protocol::MessageId id, std::span<const std::byte> value) {
+  std::array<std::byte, N1Line::kFrameBytes> space;
+  const core::Expected<std::span<const std::byte>> frame = protocol::encode_frame(
+      {.session = protocol::kUnansweredSession, .is_ack = false, .encrypted = false, .sequence = push_sequence_}, &id,
+      value, space);
+  ++push_sequence_;
+  if (frame) {
+    (void)line_.send(*frame, time_);
+  }
+}
+
+}  // namespace m100::sim

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host_tests/sim/n1_autopilot.h"
+#include "protocol/acks.h"
+#include "protocol/bytes.h"
+
+namespace m100::sim {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr std::uint32_t kVirtualRcMost_per_s = 25;
+constexpr std::uint32_t kMovementMost_per_s = 50;
+
+}  // namespace
+
+void N1Autopilot::handle(const protocol::FrameView& frame) {
+  if (frame.header.is_ack) {
+    return;  // to a push in a session, of which this autopilot makes none
+  }
+  const protocol::AnswerSessions::Reception reception = sessions_.accept(frame.header);
+  if (reception.verdict == protocol::AnswerSessions::Verdict::kRepeat) {
+    acknowledge(reception.bytes);
+    return;
+  }
+  if (reception.verdict == protocol::AnswerSessions::Verdict::kIgnore) {
+    return;
+  }
+  const bool answered = frame.header.session != protocol::kUnansweredSession;
+  const core::Expected<protocol::Message> message = protocol::open(frame, config_.cipher, scratch_);
+  const core::Expected<protocol::Command> command =
+      message && message->has_id ? protocol::decode_command(message->id, message->value)
+                                 : core::Expected<protocol::Command>(core::Status::kInvalidArgument);
+  if (!message || !command) {
+    ++record_.bad_commands;
+    tell("ignored", message ? "bad_command" : "undecipherable", frame.header.session);
+    if (answered && frame.header.encrypted()) {
+      answer(frame.header, protocol::encode_ack(protocol::kAckKeyError));
+    } else if (answered && message && message->has_id && message->id == protocol::ids::kTelemetryFrequency) {
+      answer(frame.header, protocol::encode_ack(1));  // a code above 5
+    }
+    return;
+  }
+  if (std::holds_alternative<protocol::VersionQuery>(*command) && answered) {
+    tell("received", "version_query");
+    answer(frame.header, version_answer());
+    return;
+  }
+  if (!answered) {
+    execute_unanswered(*command, message->id);
+    return;
+  }
+  const bool needs_activation = message->id.set == protocol::ids::kControlRequest.set;
+  const std::uint16_t code = needs_activation && !activated_ ? protocol::kAckNotAuthorised : execute(*command);
+  tell("answered", protocol::name(message->id), code);
+  answer(frame.header, protocol::encode_ack(code));
+}
+
+void N1Autopilot::answer(const protocol::FrameHeader& to, std::span<const std::byte> value) {
+  const core::Expected<protocol::Outgoing> frame = sessions_.answer(to, value, config_.cipher);
+  if (frame) {
+    acknowledge(frame->bytes);
+  }
+}
+
+void N1Autopilot::acknowledge(std::span<const std::byte> frame) {
+  if (acks_to_lose_ > 0) {
+    --acks_to_lose_;
+    tell("did", "lost_ack");
+    return;
+  }
+  const int copies = acks_to_double_ > 0 ? 2 : 1;
+  acks_to_double_ -= acks_to_double_ > 0 ? 1 : 0;
+  for (int copy = 0; copy < copies; ++copy) {
+    if (ack_delay_ > core::Duration{0}) {
+      line_.send_later(frame, time_ + ack_delay_);
+    } else {
+      (void)line_.send(frame, time_);
+    }
+  }
+}
+
+protocol::Value N1Autopilot::version_answer() const {
+  constexpr std::string_view kId = "0123456789";
+  constexpr std::string_view kText = "SDK-v1.0 BETA M100-03.01.01.00";  // protocol, 4.1: read as 3.1.10.0
+  protocol::VersionAnswer reply;
+  reply.code = activated_ ? protocol::kAckSuccess : protocol::kAckNotAuthorised;
+  reply.version_crc = 0xA6453AAC;
+  std::copy(kId.begin(), kId.end(), reply.device_id.begin());
+  std::copy(kText.begin(), kText.end(), reply.version_name.begin());
+  return encode(reply);
+}
+
+std::uint16_t N1Autopilot::execute(const protocol::Command& command) {
+  if (const auto* activation = std::get_if<protocol::Activation>(&command)) {
+    return activate(*activation);
+  }
+  if (const auto* wanted = std::get_if<protocol::TelemetryFrequency>(&command)) {
+    return set_rates(*wanted);
+  }
+  if (const auto* request = std::get_if<protocol::ControlRequest>(&command)) {
+    return control(request->obtain);
+  }
+  if (const auto* request = std::get_if<protocol::MotorRequest>(&command)) {
+    return motors(request->start);
+  }
+  if (const auto* request = std::get_if<protocol::TaskRequest>(&command)) {
+    return start_task(*request);
+  }
+  if (const auto* query = std::get_if<protocol::TaskQuery>(&command)) {
+    return task_result(*query);
+  }
+  return protocol::kAckSuccess;  // data to the mobile app
+}
+
+std::uint16_t N1Autopilot::activate(const protocol::Activation& activation) {
+  tell("received", "activate", activation.app_id);
+  if (forced_activation_ != 0) {
+    return forced_activation_;
+  }
+  if (activation.version != kVersion) {
+    return protocol::activation_ack::kVersionMismatch;
+  }
+  if (config_.app_id != 0 && activation.app_id != config_.app_id) {
+    return protocol::activation_ack::kServerRefused;
+  }
+  activated_ = true;
+  return protocol::activation_ack::kActivated;
+}
+
+std::uint16_t N1Autopilot::set_rates(const protocol::TelemetryFrequency& wanted) {
+  for (std::size_t item = 0; item < rates_.size(); ++item) {
+    rates_[item] = wanted.rates[item] == protocol::Rate::kAsItIs ? rates_[item] : wanted.rates[item];
+  }
+  return protocol::kAckSuccess;
+}
+
+std::uint16_t N1Autopilot::control(bool obtain) {
+  namespace ack = protocol::control_ack;
+  if (!obtain) {
+    if (!rc_in_f()) {
+      return ack::kNotInModeF;  // the switch was faster (protocol, section 11, state 8)
+    }
+    if (!client_in_control()) {
+      return ack::kReleased;
+    }
+    release_asked_once_ = !release_asked_once_;
+    if (release_asked_once_) {
+      return ack::kReleasing;
+    }
+    device_ = protocol::ControlDevice::kRemoteController;
+    moving_ = false;
+    tell("did", "released");
+    return ack::kReleased;
+  }
+  ++record_.obtain_requests;
+  if (record_.obtain_requests > 1) {
+    record_.least_obtain_spacing = std::min(record_.least_obtain_spacing, time_ - last_obtain_);
+  }
+  last_obtain_ = time_;
+  release_asked_once_ = false;
+  if (!rc_in_f()) {
+    return ack::kNotInModeF;
+  }
+  if (ioc_) {
+    return ack::kIocActive;
+  }
+  if (client_in_control()) {
+    return ack::kObtained;
+  }
+  if (mobile_wants_control_) {
+    return ack::kObtaining;  // for as long as somebody else holds it
+  }
+  asked_once_ = !asked_once_;
+  if (asked_once_) {
+    return ack::kObtaining;
+  }
+  device_ = protocol::ControlDevice::kOnboardComputer;
+  authority_lost_ = false;
+  tell("did", "obtained");
+  return ack::kObtained;
+}
+
+std::uint16_t N1Autopilot::motors(bool start) {
+  if (!client_in_control()) {
+    return protocol::motor_ack::kNeedsControl;
+  }
+  const VehicleState& state = vehicle_.state();
+  if (state.motors_on == start) {
+    return protocol::motor_ack::kAlready;
+  }
+  if (state.in_air) {
+    return protocol::motor_ack::kInAir;
+  }
+  vehicle_.set_motors(start);
+  return protocol::motor_ack::kDone;
+}
+
+std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
+  const bool take_off = request.task == protocol::Task::kTakeOff;
+  const VehicleState& state = vehicle_.state();
+  if (!client_in_control() || (take_off && state.in_air) || (!take_off && !state.in_air)) {
+    return protocol::task_ack::kRefused;
+  }
+  task_ = request.task;
+  task_number_ = request.sequence;
+  task_open_ = true;
+  task_done_ = false;
+  if (take_off) {
+    vehicle_.set_motors(true);
+  }
+  return protocol::task_ack::kStarted;
+}
+
+std::uint16_t N1Autopilot::task_result(const protocol::TaskQuery& query) const {
+  if (query.sequence != task_number_ || (!task_open_ && !task_done_)) {
+    return protocol::task_query_ack::kWrongNumber;
+  }
+  if (task_done_) {
+    return protocol::task_query_ack::kSucceeded;
+  }
+  return task_open_ ? protocol::task_query_ack::kInProgress : protocol::task_query_ack::kFailed;
+}
+
+void N1Autopilot::execute_unanswered(const protocol::Command& command, protocol::MessageId id) {
+  // Sets 0x04 and 0x05 are ignored before activation [inferred]; session 0 has no way to say so.
+  if (!activated_) {
+    tell("ignored", protocol::name(id));
+    return;
+  }
+  if (const auto* movement = std::get_if<protocol::Movement>(&command)) {
+    take_movement(*movement);
+  } else if (const auto* wanted = std::get_if<protocol::VirtualRcSwitch>(&command)) {
+    switch_virtual_rc(*wanted);
+  } else if (const auto* data = std::get_if<protocol::VirtualRcData>(&command)) {
+    take_virtual_rc(*data);
+  } else {
+    tell("received", protocol::name(id));
+  }
+}
+
+void N1Autopilot::note_control_frame(RateWatch& watch) {
+  record_.most_commands_per_s = std::max(record_.most_commands_per_s, watch.note(time_));
+  if (authority_lost_) {
+    ++record_.control_after_loss;
+    record_.latest_after_loss = std::max(record_.latest_after_loss, time_ - lost_at_);
+  }
+}
+
+void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
+  tell("received", "vrc_switch", wanted.on ? 1.0 : 0.0);
+  if (!wanted.on) {
+    virtual_rc_on_ = false;  // asked for, so no loss
+    return;
+  }
+  ++record_.virtual_rc_on_requests;
+  if (record_.virtual_rc_on_requests > 1) {
+    record_.least_on_spacing = std::min(record_.least_on_spacing, time_ - last_on_);
+    if (time_ - last_on_ < kSwitchSpacing) {
+      deaf_to_switch_until_ = time_ + kSwitchSpacing;
+      tell("violation", "virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
+    }
+  }
+  last_on_ = time_;
+  if (!rc_in_f()) {  // [inferred]: leaving F ends it, so it cannot begin outside of F
+    tell("ignored", "vrc_switch");
+    return;
+  }
+  if (!virtual_rc_on_) {
+    virtual_rc_.channels.fill(protocol::kStickCentre_counts);
+    virtual_rc_.channels[protocol::vrc_channel::kGear] = protocol::kGearDown_counts;
+  }
+  virtual_rc_on_ = true;
+  authority_lost_ = false;
+  virtual_rc_falls_back_ = wanted.fall_back_to_rc;
+  last_virtual_rc_ = time_;
+}
+
+void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
+  note_control_frame(virtual_rc_watch_);
+  if (record_.most_commands_per_s > kVirtualRcMost_per_s + 1) {
+    tell("violation", "virtual_rc_too_fast", record_.most_commands_per_s);
+  }
+  const bool right_id = !data.under_switch_id || config_.lenient_virtual_rc;
+  if (!virtual_rc_on_ || !right_id || protocol::check(data) != core::Status::kOk) {
+    ++record_.virtual_rc_ignored;
+    tell("ignored", "vrc_data", data.under_switch_id ? 1.0 : 0.0);
+    return;
+  }
+  ++record_.virtual_rc_taken;
+  virtual_rc_ = data;
+  last_virtual_rc_ = time_;
+  tell("received", "vrc_data", virtual_rc_.channels[protocol::vrc_channel::kRoll]);
+}
+
+void N1Autopilot::take_movement(const protocol::Movement& movement) {
+  note_control_frame(movement_watch_);
+  if (record_.most_commands_per_s > kMovementMost_per_s + 1) {
+    tell("violation", "movement_too_fast", record_.most_commands_per_s);
+  }
+  const core::Expected<protocol::MovementMode> mode = protocol::movement_mode(movement.flag);
+  const bool ours = mode && mode->horizontal == protocol::HorizontalMode::kAngle &&
+                    mode->vertical == protocol::VerticalMode::kVelocity && mode->yaw == protocol::YawMode::kRate &&
+                    mode->frame == protocol::HorizontalFrame::kBody;
+  if (!client_in_control() || !ours || protocol::check(movement) != core::Status::kOk) {
+    ++record_.movement_ignored;
+    tell("ignored", "movement", movement.flag);
+    return;
+  }
+  ++record_.movement_taken;
+  moving_ = true;
+  last_movement_ = time_;
+  movement_ = {.roll_rad = static_cast<double>(movement.x) * kRadians,
+               .pitch_rad = -static_cast<double>(movement.y) * kRadians,
+               .climb_m_s = static_cast<double>(movement.z),
+               .yaw_rate_rad_s = -static_cast<double>(movement.yaw) * kRadians};
+  tell("received", "movement", movement.flag);
+}
+
+}  // namespace m100::sim

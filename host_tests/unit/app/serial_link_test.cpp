@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/serial_link.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "host_tests/sim/link_bench.h"
+
+namespace m100::app {
+namespace {
+
+using safety::Reason;
+using safety::Stage;
+using sim::LinkBench;
+using sim::N1Happening;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+LinkBench::Options over(Channel channel) {
+  LinkBench::Options options;
+  options.link.channel.channel = channel;
+  return options;
+}
+
+class BothChannels : public ::testing::TestWithParam<Channel> {};
+INSTANTIATE_TEST_SUITE_P(SerialLink, BothChannels, ::testing::Values(Channel::kVirtualRc, Channel::kMovement),
+                         [](const auto& tested) {
+                           return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
+                         });
+
+TEST_P(BothChannels, StartUpRunsByItselfAndStopsBeforeAskingForControl) {
+  LinkBench bench(over(GetParam()));
+  ASSERT_TRUE(bench.run_until(Stage::kReady, seconds(3)));
+  EXPECT_TRUE(bench.autopilot.activated());
+  bench.run(seconds(10));
+  EXPECT_EQ(bench.link.authority().stage, Stage::kReady);
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 0U) << "nobody asked";
+  EXPECT_EQ(bench.autopilot.record().virtual_rc_on_requests, 0U);
+  EXPECT_NEAR(bench.link.health().telemetry_rate_hz, 100.0, 1.0);
+}
+
+TEST_P(BothChannels, FromStartUpToRelease) {
+  RecordProperty("promise", "R4");
+  LinkBench bench(over(GetParam()));
+  ASSERT_TRUE(bench.take_control());
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 2U);
+  EXPECT_GE(bench.autopilot.record().least_obtain_spacing, seconds(2) - sim::N1Autopilot::kTick);
+  const std::size_t before = bench.sent_at.size();
+  bench.run(seconds(10));
+  const double rate_hz = GetParam() == Channel::kVirtualRc ? 25.0 : 50.0;
+  EXPECT_NEAR(static_cast<double>(bench.sent_at.size() - before), 10.0 * rate_hz, 1.0);
+  EXPECT_EQ(bench.autopilot.record().virtual_rc_ignored + bench.autopilot.record().movement_ignored, 0U);
+  EXPECT_LE(bench.autopilot.record().most_commands_per_s, static_cast<std::uint32_t>(rate_hz) + 1U);
+  bench.link.release(bench.clock.now());
+  ASSERT_TRUE(bench.run_until(Stage::kReady, seconds(3)));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kReleased);
+  EXPECT_FALSE(bench.autopilot.client_in_control());
+  EXPECT_FALSE(bench.autopilot.virtual_rc_on());
+  EXPECT_EQ(bench.last_status, core::Status::kRefused);
+}
+
+struct Loss {
+  const char* name;
+  N1Happening what;
+  double value;
+  Reason reason;
+  Stage stage;
+};
+
+class EveryLoss : public ::testing::TestWithParam<std::tuple<Loss, Channel>> {};
+INSTANTIATE_TEST_SUITE_P(
+    SerialLink, EveryLoss,
+    ::testing::Combine(
+        ::testing::Values(Loss{"SwitchToA", N1Happening::kMode, 'A', Reason::kControlLost, Stage::kSilent},
+                          Loss{"SwitchToP", N1Happening::kMode, 'P', Reason::kControlLost, Stage::kSilent},
+                          Loss{"MobileApp", N1Happening::kTake, 'm', Reason::kControlLost, Stage::kSilent},
+                          Loss{"RcOff", N1Happening::kRc, 0, Reason::kControlLost, Stage::kSilent},
+                          Loss{"Restart", N1Happening::kRestart, 0, Reason::kLinkSilent, Stage::kSilentCold},
+                          Loss{"Silence", N1Happening::kSilence, 5, Reason::kLinkSilent, Stage::kSilentCold}),
+        ::testing::Values(Channel::kVirtualRc, Channel::kMovement)),
+    [](const auto& tested) {
+      return std::string(std::get<0>(tested.param).name) +
+             (std::get<1>(tested.param) == Channel::kVirtualRc ? "VirtualRc" : "Movement");
+    });
+
+// Catches a client that goes on sending, one that asks again by itself, and one that cannot come back at all.
+TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
+  RecordProperty("promise", "R4");
+  const auto& [loss, channel] = GetParam();
+  LinkBench bench(over(channel));
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(3));
+  const sim::N1Mode mode = sim::N1Mode::kF;
+  bench.autopilot.happen(loss.what, loss.value);
+  const core::TimePoint lost_at = bench.clock.now();
+  ASSERT_TRUE(bench.run_until(loss.stage, seconds(1)));
+  EXPECT_EQ(bench.link.authority().reason, loss.reason) << safety::name(bench.link.authority().reason);
+  bench.run(seconds(5));
+  // A restarted or silent autopilot can be noticed only by its silence, for which the promise sheet gives 500 ms.
+  const bool by_silence = loss.reason == Reason::kLinkSilent;
+  const core::Duration allowed =
+      by_silence ? SerialLink::kHeardFor + bench.link.command_period() : bench.link.command_period();
+  EXPECT_LE((bench.sent_at.back() - lost_at).count(), allowed.count());
+  if (!by_silence) {
+    EXPECT_LE(bench.autopilot.record().latest_after_loss.count(), bench.link.command_period().count());
+  }
+  const std::uint64_t bytes_before = bench.link.health().bytes_sent;
+  const std::uint32_t requests_before = bench.autopilot.record().obtain_requests;
+  // All is well again, and still nobody asks.
+  bench.autopilot.set_mode(mode);
+  bench.autopilot.happen(N1Happening::kTake, 'r');
+  bench.autopilot.happen(N1Happening::kRc, 1);
+  bench.run(seconds(10));
+  EXPECT_EQ(bench.link.health().bytes_sent, bytes_before) << "not one byte";
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, requests_before);
+  bench.link.request_control(bench.clock.now());
+  EXPECT_TRUE(bench.run_until(Stage::kInControl));
+  EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
+  EXPECT_GE(bench.autopilot.record().least_on_spacing.count(), 2000000 - 2500);
+}
+
+TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
+  LinkBench::Options options;
+  options.autopilot.mode = sim::N1Mode::kP;
+  LinkBench bench(options);
+  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  bench.link.request_control(bench.clock.now());
+  bench.run(seconds(5));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kNotModeF);
+  EXPECT_NE(safety::remedy(bench.link.authority().reason).find("F"), std::string_view::npos);
+  bench.autopilot.set_mode(sim::N1Mode::kF);
+  bench.run(seconds(5));
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 0U);
+}
+
+TEST(SerialLinkTest, EndlessObtainingEndsAfterThreeRequests) {
+  RecordProperty("promise", "R4");
+  LinkBench bench({});
+  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  bench.autopilot.happen(N1Happening::kTake, 'm');
+  bench.link.request_control(bench.clock.now());
+  ASSERT_TRUE(bench.run_until(Stage::kSilent));
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 3U);
+  EXPECT_EQ(bench.link.authority().reason, Reason::kEndlessObtaining);
+  bench.run(seconds(20));
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 3U);
+}
+
+struct Activation {
+  const char* name;
+  std::uint16_t code;
+  Stage stage;
+};
+class ActivationAnswer : public ::testing::TestWithParam<Activation> {};
+INSTANTIATE_TEST_SUITE_P(SerialLink, ActivationAnswer,
+                         ::testing::Values(Activation{"ParameterError", 1, Stage::kSilentCold},
+                                           Activation{"EncryptionNotUnderstood", 2, Stage::kSilentCold},
+                                           Activation{"NewDevice", 3, Stage::kPausing},
+                                           Activation{"NoMobileApp", 4, Stage::kPausing},
+                                           Activation{"NoInternet", 5, Stage::kPausing},
+                                           Activation{"ServerRefused", 6, Stage::kSilentCold},
+                                           Activation{"LevelInsufficient", 7, Stage::kSilentCold},
+                                           Activation{"VersionMismatch", 8, Stage::kPausing}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(ActivationAnswer, StopsOrRetriesSlowlyAndSaysWhy) {
+  LinkBench bench({});
+  bench.autopilot.happen(N1Happening::kActivation, GetParam().code);
+  ASSERT_TRUE(bench.run_until(GetParam().stage, seconds(3)));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kAnswer);
+  EXPECT_EQ(bench.link.authority().answer.code, GetParam().code);
+  EXPECT_FALSE(bench.link.authority().answer.remedy.empty());
+  bench.autopilot.happen(N1Happening::kActivation, 0);
+  EXPECT_EQ(bench.run_until(Stage::kReady, seconds(10)), GetParam().stage == Stage::kPausing);
+}
+
+TEST(SerialLinkTest, LostLateAndDoubledAcknowledgementsOnlyCostTime) {
+  for (const N1Happening what : {N1Happening::kLoseAcks, N1Happening::kDoubleAcks}) {
+    for (int count = 1; count <= 2; ++count) {
+      LinkBench bench({});
+      bench.autopilot.happen(what, count);
+      EXPECT_TRUE(bench.take_control()) << count;
+      EXPECT_LE(bench.autopilot.record().obtain_requests, 3U);
+    }
+  }
+  LinkBench late({});
+  late.autopilot.happen(N1Happening::kDelayAcks, 0.09);
+  EXPECT_TRUE(late.take_control());
+  EXPECT_GE(late.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
+}
+
+TEST(SerialLinkTest, ALostAnswerToAnObtainRequestIsMadeGoodByTheNextRequest) {
+  LinkBench bench({});
+  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  bench.autopilot.happen(N1Happening::kLoseAcks, 1);
+  bench.link.request_control(bench.clock.now());
+  ASSERT_TRUE(bench.run_until(Stage::kInControl));
+  EXPECT_EQ(bench.autopilot.record().obtain_requests, 2U);
+  EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
+}
+
+TEST(SerialLinkTest, PluggedInAgainItAsksNobodyForAnything) {
+  LinkBench bench({});
+  ASSERT_TRUE(bench.take_control());
+  bench.cable().set_plugged(false);
+  bench.run(milliseconds(200));  // shorter than the silence that ends control by itself
+  bench.cable().set_plugged(true);
+  bench.run(milliseconds(100));
+  EXPECT_EQ(bench.link.authority().stage, Stage::kSilentCold);
+  EXPECT_EQ(bench.link.authority().reason, Reason::kRestarted);
+  EXPECT_EQ(bench.link.health().outages, 1U);
+  bench.run(seconds(5));
+  EXPECT_EQ(bench.link.authority().stage, Stage::kSilentCold);
+  bench.link.request_control(bench.clock.now());
+  EXPECT_TRUE(bench.run_until(Stage::kInControl));
+}
+
+// Catches a queue of commands behind a stuck line: they would all leave, old, when it is free again.
+TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
+  RecordProperty("promise", "R4");
+  LinkBench bench(over(Channel::kMovement));
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(1));
+  bench.cable().a_to_b().set_faults({.longest_write = 0});
+  bench.run(milliseconds(300));
+  bench.cable().a_to_b().set_faults({});
+  const std::uint32_t before = bench.autopilot.record().movement_taken;
+  bench.run(milliseconds(20));
+  EXPECT_LE(bench.autopilot.record().movement_taken, before + 2);
+  EXPECT_GT(bench.link.health().commands_dropped, 10U);
+}
+
+TEST(SerialLinkTest, ShortWritesAndOneByteReadsChangeNothing) {
+  LinkBench bench(over(Channel::kMovement));
+  bench.cable().a_to_b().set_faults({.longest_write = 7});
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(5));
+  EXPECT_EQ(bench.autopilot.parser_stats().crc32_errors, 0U);
+  EXPECT_EQ(bench.autopilot.parser_stats().bytes_dropped, 0U);
+  EXPECT_GT(bench.autopilot.record().movement_taken, 50U);
+}
+
+TEST(SerialLinkTest, NumbersOutOfRangeNeverLeave) {
+  RecordProperty("promise", "R5");
+  LinkBench bench(over(Channel::kMovement));
+  ASSERT_TRUE(bench.take_control());
+  bench.commanding = false;
+  bench.run(milliseconds(100));
+  ctl::Command<double> command;
+  command.roll_rad = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(bench.link.send(command, bench.clock.now()), core::Status::kOutOfRange);
+  command.roll_rad = 10.0;
+  EXPECT_EQ(bench.link.send(command, bench.clock.now()), core::Status::kOk);
+  bench.run(milliseconds(20));
+  const auto* flown = std::get_if<sim::MovementInput>(&bench.vehicle.last_input());
+  ASSERT_NE(flown, nullptr);
+  EXPECT_NEAR(flown->roll_rad, 30.0 / 57.29577951, 1e-6) << "saturated at 30 degrees";
+}
+
+TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
+  RecordProperty("promise", "R5");
+  LinkBench bench(over(Channel::kVirtualRc));
+  ASSERT_TRUE(bench.take_control());
+  bench.commanding = false;
+  bench.run(milliseconds(100));
+  vrc::Sticks sticks;
+  sticks.roll = vrc::Stick{1685};
+  EXPECT_EQ(bench.link.send(sticks, bench.clock.now()), core::Status::kOutOfRange);
+  EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
+}
+
+TEST(SerialLinkTest, SignsOfTheMovementChannel) {
+  const protocol::Movement movement =
+      to_movement({.roll_rad = 0.1, .pitch_rad = 0.2, .climb_m_s = 1.0, .yaw_rate_rad_s = 0.5});
+  EXPECT_EQ(movement.flag, 0x0A);
+  EXPECT_NEAR(movement.x, 5.7296F, 1e-4F) << "roll right";
+  EXPECT_NEAR(movement.y, -11.4592F, 1e-4F) << "nose down is negative there";
+  EXPECT_NEAR(movement.z, 1.0F, 1e-6F) << "up";
+  EXPECT_NEAR(movement.yaw, -28.6479F, 1e-4F) << "clockwise is positive there";
+}
+
+TEST(SerialLinkTest, VirtualRcChannelsAreThoseOfTheProtocol) {
+  const protocol::VirtualRcData data = to_virtual_rc(
+      {.roll = vrc::Stick{1100}, .pitch = vrc::Stick{900}, .throttle = vrc::Stick{1200}, .yaw = vrc::Stick{1000}});
+  const std::array<std::uint32_t, 16> expected{1100, 900,  1200, 1000, 1324, 1024, 1024, 1024,
+                                               1024, 1024, 1024, 1024, 1024, 1024, 1024, 1024};
+  EXPECT_EQ(data.channels, expected);
+}
+
+TEST(SerialLinkTest, TheAutopilotsClockIsWatched) {
+  LinkBench bench({});
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(2));
+  EXPECT_EQ(bench.link.health().restarts, 0U);
+  std::uint32_t jitters = 0;
+  for (const std::uint32_t count : bench.link.health().jitter_histogram) {
+    jitters += count;
+  }
+  EXPECT_GT(jitters, 400U);
+  EXPECT_LT(bench.link.health().longest_gap, milliseconds(50));
+  EXPECT_NEAR(bench.link.health().receive_share, 0.43, 0.05);  // 97 bytes at 100 Hz and position at 10 Hz
+}
+
+}  // namespace
+}  // namespace m100::app
