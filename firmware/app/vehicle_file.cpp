@@ -237,6 +237,11 @@ class Writer {
 
   template <typename T>
   void section(const std::string& name, std::span<const NumberKey<T>> keys, const T& from) {
+    if constexpr (requires { from.natural_frequency_rad_s; }) {
+      if (!(from.time_constant_s > 0.0) && !(from.natural_frequency_rad_s > 0.0)) {
+        return;  // nobody has identified this axis yet
+      }
+    }
     text_ << "[" << name << "]\n";
     for (const NumberKey<T>& key : keys) {
       if (from.*key.member != T{}.*key.member || key.low <= 0.0 || key.low >= 1.0 || from.*key.member != 0.0) {

@@ -8,6 +8,7 @@
 #define eigen_assert(condition) M100_ASSERT(condition)
 #endif
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace m100::core {

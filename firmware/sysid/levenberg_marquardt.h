@@ -6,7 +6,6 @@
 
 #include "firmware/core/eigen.h"
 // After our eigen.h, which redirects the checks.
-#include <Eigen/Cholesky>
 
 namespace m100::sysid {
 

@@ -45,8 +45,8 @@ struct Sensors {
 
 struct Link {
   double baud = 921600.0;
-  double command_delay_s = 0.0;  ///< between the autopilot's decision and its attitude loop
-  double drop = 0.0;             ///< share of bytes that vanish
+  double command_delay_s = 0.010;  ///< from the autopilot's receiver to its attitude loop: one cycle of 100 Hz
+  double drop = 0.0;               ///< share of bytes that vanish
   double bit_error_rate = 0.0;
 };
 
@@ -68,8 +68,8 @@ struct Plant {
   Battery battery;
 };
 
-/// The plant as measured. Roll and pitch: identified from pitch_roll.csv; yaw rate and climb: the paper's fits of its
-/// own flights (Table I, II, III-D.3), dead zones of III-B.5; trim: III-B.3.
+/// The plant as measured. Roll, pitch: identified from pitch_roll.csv; climb: from height.csv; yaw rate: the paper's
+/// fit (Table I, III-D.3, III-B.5); trim: III-B.3. Which number comes from where stands in the source.
 Plant measured_plant();
 
 /// Adds the paper's fan (IV-C: 11..11.5 m/s at the hovering position; it stands in the south-east and pushes towards

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/sysid/axis_model.h"
+#include "host_tests/tools/identify/request.h"
 
 namespace m100::tools::identify {
 
@@ -21,9 +22,6 @@ struct AxisData {
   std::vector<char> valid;       ///< 0 where the log had a gap; same length as measured
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
-
-/// A time range [from, to) in seconds of the log's clock.
-using Range = std::pair<double, double>;
 
 /// Part of a log, cut into consecutive blocks that each start from the measured state: the smoothed value and slope of
 /// a quadratic through eleven samples.

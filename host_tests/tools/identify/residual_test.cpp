@@ -204,6 +204,34 @@ Line strongest_line(const Vector& target, const Thinned& thinned, double period_
   return line;
 }
 
+// A coloured Gaussian residual stays within four robust sigmas; a command that was lost for a while does not.
+void report_bursts(const Vector& target, const Thinned& thinned, const std::vector<double>& time_s,
+                   const ResidualOptions& options, std::vector<std::string>& out) {
+  std::vector<double> sizes(target.data(), target.data() + target.size());
+  for (double& size : sizes) {
+    size = std::abs(size);
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double sigma = 1.4826 * *middle;
+  double burst = 0.0;
+  Eigen::Index largest = 0;
+  for (Eigen::Index row = 0; row < target.size(); ++row) {
+    burst += std::abs(target(row)) > options.burst_sigma * sigma ? target(row) * target(row) : 0.0;
+    largest = std::abs(target(row)) > std::abs(target(largest)) ? row : largest;
+  }
+  if (sigma > 0.0 && burst > options.burst_share * target.squaredNorm()) {
+    std::string text = "bursts (" + percent(burst / target.squaredNorm()) + " of the power";
+    const std::size_t at = thinned.begin[static_cast<std::size_t>(largest)];
+    if (at < time_s.size()) {
+      char where[48];
+      std::snprintf(where, sizeof where, ", the largest at %.1f s", time_s[at]);
+      text += where;
+    }
+    out.push_back(text + ")");
+  }
+}
+
 void report_best(const std::vector<ResidualFinding::Share>& shares, const ResidualOptions& options,
                  const std::string& before, std::vector<std::string>& out) {
   if (shares.empty()) {
@@ -260,6 +288,13 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
       char text[64];
       std::snprintf(text, sizeof text, "periodic %.2f Hz", line.hz);
       finding.unexplained.emplace_back(text);
+      break;
+    }
+  }
+  for (const Vector& target : targets) {
+    const std::size_t before = finding.unexplained.size();
+    report_bursts(target, thinned, input.time_s, options, finding.unexplained);
+    if (finding.unexplained.size() > before) {
       break;
     }
   }

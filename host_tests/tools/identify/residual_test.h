@@ -20,6 +20,7 @@ struct ResidualInput {
   std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
   std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
                                                ///< what cross validation leaves out
+  std::vector<double> time_s;                  ///< of each sample, for messages; may be empty
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
   double noise_floor = 0.0;                    ///< declared root mean square; 0: not declared
@@ -30,6 +31,8 @@ struct ResidualOptions {
   double minimum_share = 0.10;   ///< least cross-validated share of the variance that counts
   double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
   double periodic_peak = 14.0;   ///< and this many times its neighbourhood
+  double burst_sigma = 6.0;      ///< an excursion beyond this many robust sigmas is a burst
+  double burst_share = 0.25;     ///< bursts that hold more than this share of the power are reported
   double floor_factor = 2.0;     ///< residual above this times the declared floor is a disturbance
 };
 

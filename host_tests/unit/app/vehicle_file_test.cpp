@@ -41,6 +41,15 @@ TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
   EXPECT_EQ(file.digest, as_file(vehicle, sources).digest);
 }
 
+// Catches a writer that invents an axis nobody has identified, which the reader then refuses.
+TEST(VehicleFile, AnAxisThatIsNotKnownYetIsLeftOut) {
+  model::Vehicle vehicle;
+  vehicle.roll.time_constant_s = 0.2;
+  const VehicleFile file = as_file(vehicle);
+  EXPECT_TRUE(file.sections.contains("axis.roll"));
+  EXPECT_FALSE(file.sections.contains("axis.pitch"));
+}
+
 // Promise R10: any single bit changed changes the digest, and so parts the file from its gain table.
 TEST(VehicleFile, EverySingleBitChangesTheDigestOrIsRefused) {
   const std::string text = kGood;
