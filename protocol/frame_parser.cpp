@@ -24,10 +24,15 @@ FrameHeader read_header(const std::byte* at) {
           .sequence = load<std::uint16_t>(at + 8)};
 }
 
-/// VER, RES0 and RES1 are zero.
-bool reserved_bits_clear(const std::byte* at) {
-  constexpr std::uint64_t kReserved = 0xFFFFFF00C0FC0000U;  // of bytes 0..7
-  return (load<std::uint64_t>(at) & kReserved) == 0;
+/// Of the first eight bytes of a header: the start byte, and VER, RES0, RES1 all zero.
+constexpr std::uint64_t kFixedBits = 0xFFFFFF00C0FC00FFU;
+
+bool fixed_bits_hold(const std::byte* at) {
+  return (load<std::uint64_t>(at) & kFixedBits) == std::to_integer<std::uint64_t>(kStartByte);
+}
+
+bool header_checksum_holds(const std::byte* at) {
+  return crc16_of_header(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
 }
 
 bool padding_makes_sense(const FrameHeader& header) {
@@ -60,31 +65,47 @@ core::Expected<FrameView> FrameParser::push(std::byte value) {
 
 core::Expected<FrameView> FrameParser::poll() {
   while (end_ - begin_ >= needed_) {  // each turn ends in a return, a longer need, or at least one byte less
-    if (buffer_[begin_] != kStartByte) {
-      const void* found = std::memchr(buffer_.data() + begin_, std::to_integer<int>(kStartByte), end_ - begin_);
-      drop(found == nullptr ? end_ - begin_
-                            : static_cast<std::size_t>(static_cast<const std::byte*>(found) - &buffer_[begin_]));
-      continue;
-    }
-    if (needed_ < kHeaderBytes) {
-      needed_ = kHeaderBytes;
-      continue;
-    }
-    if (needed_ == kHeaderBytes) {
-      if (!accept_header()) {
-        continue;
+    if (needed_ > kHeaderBytes) {
+      if (frame_checksum_holds()) {
+        return deliver();
       }
-      if (header_.length_bytes > kHeaderBytes) {
-        needed_ = header_.length_bytes;
-        continue;
-      }
-    } else if (!frame_checksum_holds()) {
       refuse(stats_.crc32_errors);
-      continue;
     }
-    return deliver();
+    seek();
+    needed_ = begin_ == end_ ? 1 : kHeaderBytes;
+    if (end_ - begin_ >= kHeaderBytes && accept_header()) {
+      if (header_.length_bytes == kHeaderBytes) {
+        return deliver();
+      }
+      needed_ = header_.length_bytes;
+    }
   }
   return core::Status::kNotReady;
+}
+
+void FrameParser::seek() {
+  const std::byte* const edge = buffer_.data() + delivered_;
+  const std::byte* const last = buffer_.data() + end_;
+  const std::byte* at = buffer_.data() + begin_;
+  std::uint64_t refused = 0;
+  while (at < last) {
+    if (*at != kStartByte) {
+      const void* const found = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
+      at = found != nullptr ? static_cast<const std::byte*>(found) : last;
+      continue;
+    }
+    if (last - at < static_cast<std::ptrdiff_t>(kHeaderBytes) || fixed_bits_hold(at)) {
+      break;
+    }
+    if (in_step_ && at == edge && header_checksum_holds(at)) {
+      ++stats_.reserved_errors;
+    } else if (at >= edge) {
+      ++refused;
+    }
+    ++at;
+  }
+  stats_.crc16_errors += refused;
+  drop(static_cast<std::size_t>(at - buffer_.data()) - begin_);
 }
 
 void FrameParser::abandon_candidate() {
@@ -141,12 +162,8 @@ void FrameParser::refuse(std::uint64_t& counter) {
 
 bool FrameParser::accept_header() {
   const std::byte* const at = buffer_.data() + begin_;
-  if (crc16_of_header(at) != load<std::uint16_t>(at + kHeaderBytes - 2)) {
+  if (!header_checksum_holds(at)) {
     refuse(stats_.crc16_errors);
-    return false;
-  }
-  if (!reserved_bits_clear(at)) {
-    refuse(stats_.reserved_errors);
     return false;
   }
   header_ = read_header(at);

@@ -13,15 +13,17 @@ namespace m100::protocol {
 
 /// What the parser has met. Errors are counted per start byte that looked like the beginning of a frame and was not.
 struct ParserStats {
-  std::uint64_t bytes = 0;            ///< taken
-  std::uint64_t frames = 0;           ///< delivered
-  std::uint64_t crc16_errors = 0;     ///< start byte, but the header checksum fails
-  std::uint64_t reserved_errors = 0;  ///< good header checksum, but VER, RES0 or RES1 is not zero
+  std::uint64_t bytes = 0;   ///< taken
+  std::uint64_t frames = 0;  ///< delivered
+  std::uint64_t crc16_errors =
+      0;  ///< start byte, but no header: its checksum fails or (out of step) a fixed bit is set
+  std::uint64_t reserved_errors = 0;  ///< where a frame was due: good header checksum, but VER, RES0 or RES1 not zero
   std::uint64_t length_errors = 0;    ///< good header checksum, but LEN is no length of a frame
   std::uint64_t padding_errors = 0;   ///< more filler than DATA, or encrypted DATA that is no whole number of blocks
   std::uint64_t crc32_errors = 0;     ///< good header, but the frame checksum fails
   std::uint64_t resyncs = 0;          ///< times the parser fell out of step: stretches of dropped bytes
   std::uint64_t bytes_dropped = 0;    ///< bytes that belong to no delivered frame
+  friend constexpr bool operator==(const ParserStats&, const ParserStats&) = default;
 };
 
 /// Finds frames in a byte stream that may start anywhere and may be damaged anywhere.
@@ -73,6 +75,8 @@ class FrameParser {
   static constexpr std::size_t kBlockBytes = 16;
 
   void make_room();
+  /// Moves the window to the next start byte that fixed bits do not rule out, or that is too near the end to judge.
+  void seek();
   /// Moves the window on; bytes behind the last delivered frame count as dropped.
   void drop(std::size_t count);
   /// Counts an error of the candidate at begin_ (unless it lies in a delivered frame) and drops its start byte.

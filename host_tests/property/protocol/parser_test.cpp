@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What must hold for any byte stream. Streams come from fixed seeds, printed on failure.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "host_tests/property/protocol/every_message.h"
+#include "host_tests/property/protocol/reference_parser.h"
+#include "host_tests/property/protocol/streams.h"
+#include "protocol/crc.h"
+#include "protocol/frame_parser.h"
+
+namespace m100::host_tests {
+namespace {
+
+using protocol::FrameParser;
+using protocol::FrameView;
+
+void collect(FrameParser& parser, std::span<const std::byte> bytes, std::vector<FoundFrame>& found) {
+  parser.consume(bytes, [&](const FrameView& frame) {
+    found.push_back({frame.offset, Bytes(frame.bytes.begin(), frame.bytes.end())});
+  });
+}
+
+std::vector<FoundFrame> parse(const Bytes& stream) {
+  FrameParser parser;
+  std::vector<FoundFrame> found;
+  collect(parser, stream, found);
+  return found;
+}
+
+/// Each byte of the stream is in a delivered frame, dropped or pending, exactly once.
+void expect_accounts_add_up(const FrameParser& parser, const std::vector<FoundFrame>& found, std::size_t bytes) {
+  std::uint64_t covered = 0;
+  std::uint64_t end = 0;
+  for (const FoundFrame& frame : found) {
+    const std::uint64_t frame_end = frame.offset + frame.bytes.size();
+    covered += frame_end - std::max(end, frame.offset);
+    end = std::max(end, frame_end);
+  }
+  EXPECT_EQ(parser.stats().bytes, bytes);
+  EXPECT_EQ(parser.stats().frames, found.size());
+  EXPECT_EQ(covered + parser.stats().bytes_dropped + parser.pending_bytes(), bytes);
+}
+
+// Catches any shortcut of the fast parser: running checksums, skipped bytes, compaction.
+TEST(Parser, FindsExactlyTheFramesThatTheRulesName) {
+  RecordProperty("promise", "R2");
+  std::size_t frames = 0;
+  for (unsigned seed = 0; seed < 3000; ++seed) {
+    std::mt19937 random(seed);
+    const Bytes stream = damaged_stream(40, random);
+    const std::vector<FoundFrame> expected = slow_parse(stream);
+    FrameParser parser;
+    std::vector<FoundFrame> found;
+    collect(parser, stream, found);
+    ASSERT_EQ(found, expected) << "seed " << seed;
+    expect_accounts_add_up(parser, found, stream.size());
+    frames += found.size();
+  }
+  EXPECT_GT(frames, 50000U) << "the streams hold too few frames to prove anything";
+}
+
+// The same stream in any portions gives the same frames and the same statistics.
+TEST(Parser, DoesNotCareWhereTheStreamIsCut) {
+  RecordProperty("promise", "R2");
+  for (unsigned seed = 0; seed < 400; ++seed) {
+    std::mt19937 random(seed);
+    const Bytes stream = damaged_stream(25, random);
+    FrameParser whole;
+    std::vector<FoundFrame> expected;
+    collect(whole, stream, expected);
+    FrameParser pieces;
+    std::vector<FoundFrame> found;
+    const std::size_t longest = 1 + random() % 3000;
+    for (std::size_t at = 0; at < stream.size();) {
+      const std::size_t count = std::min<std::size_t>(stream.size() - at, 1 + random() % longest);
+      collect(pieces, std::span(stream).subspan(at, count), found);
+      at += count;
+    }
+    ASSERT_EQ(found, expected) << "seed " << seed;
+    ASSERT_EQ(pieces.stats(), whole.stats()) << "seed " << seed;
+  }
+}
+
+TEST(Parser, TakesOneByteAtATime) {
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    std::mt19937 random(seed);
+    const Bytes stream = damaged_stream(25, random);
+    FrameParser parser;
+    std::vector<FoundFrame> found;
+    for (const std::byte value : stream) {
+      for (auto frame = parser.push(value); frame; frame = parser.poll()) {
+        found.push_back({frame->offset, Bytes(frame->bytes.begin(), frame->bytes.end())});
+      }
+      ASSERT_LE(parser.pending_bytes(), protocol::kMaxFrameBytes);
+    }
+    ASSERT_EQ(found, slow_parse(stream)) << "seed " << seed;
+  }
+}
+
+// Exhaustive: every bit of every message, flipped once. Never accepted as it is, and the frame behind it arrives.
+TEST(Parser, AcceptsNoMessageWithOneBitFlipped) {
+  RecordProperty("promise", "R2");
+  const Bytes next = telemetry_frame(7);
+  for (const NamedFrame& message : every_message()) {
+    for (std::size_t bit = 0; bit < 8 * message.bytes.size(); ++bit) {
+      Bytes stream = message.bytes;
+      stream[bit / 8] ^= static_cast<std::byte>(1U << (bit % 8));
+      append(stream, next);
+      append(stream, Bytes(protocol::kMaxFrameBytes));  // a flipped LEN may claim this much
+      const std::vector<FoundFrame> found = parse(stream);
+      ASSERT_EQ(found.size(), 1U) << message.name << ", bit " << bit;
+      ASSERT_EQ(found[0].bytes, next) << message.name << ", bit " << bit;
+    }
+  }
+}
+
+// Exhaustive: every message cut at every length, followed by a good frame at once.
+TEST(Parser, LosesNothingBehindATruncatedMessage) {
+  RecordProperty("promise", "R2");
+  const Bytes next = telemetry_frame(7);
+  for (const NamedFrame& message : every_message()) {
+    for (std::size_t size = 0; size < message.bytes.size(); ++size) {
+      Bytes stream(message.bytes.begin(), message.bytes.begin() + static_cast<std::ptrdiff_t>(size));
+      append(stream, next);
+      append(stream, Bytes(protocol::kMaxFrameBytes));
+      const std::vector<FoundFrame> found = parse(stream);
+      ASSERT_EQ(found.size(), 1U) << message.name << " cut to " << size;
+      ASSERT_EQ(found[0].bytes, next) << message.name << " cut to " << size;
+    }
+  }
+}
+
+// In step again after at most one longest frame of clean bytes, whatever came before.
+TEST(Parser, IsInStepAgainAfterOneLongestFrame) {
+  RecordProperty("promise", "R2");
+  for (unsigned seed = 0; seed < 500; ++seed) {
+    std::mt19937 random(seed);
+    Bytes stream = damaged_stream(5, random);
+    append(stream, random_bytes(random() % 50, random));
+    const std::size_t clean_from = stream.size();
+    for (std::uint16_t number = 0; number < 20; ++number) {
+      append(stream, telemetry_frame(number));
+    }
+    std::size_t late = 0;
+    for (const FoundFrame& frame : parse(stream)) {
+      late += frame.offset >= clean_from + protocol::kMaxFrameBytes ? 1U : 0U;
+    }
+    const std::size_t due = (20 * 142 - protocol::kMaxFrameBytes) / 142;
+    ASSERT_GE(late, due) << "seed " << seed;
+  }
+}
+
+TEST(Parser, RefusesWhatNoFrameCanBeAtOnce) {
+  struct Impossible {
+    const char* name;
+    std::size_t length;
+    std::uint8_t cipher_byte;
+    std::uint64_t protocol::ParserStats::*counter;
+  };
+  const std::uint8_t kEncrypted = 0x20;
+  for (const Impossible& bad : {
+           Impossible{"no length", 0, 0, &protocol::ParserStats::length_errors},
+           Impossible{"shorter than a header", 11, 0, &protocol::ParserStats::length_errors},
+           Impossible{"header and one byte", 13, 0, &protocol::ParserStats::length_errors},
+           Impossible{"header and half a checksum", 14, 0, &protocol::ParserStats::length_errors},
+           Impossible{"header and most of a checksum", 15, 0, &protocol::ParserStats::length_errors},
+           Impossible{"filler without data", 12, 1, &protocol::ParserStats::padding_errors},
+           Impossible{"more filler than data", 16 + 16, kEncrypted | 17, &protocol::ParserStats::padding_errors},
+           Impossible{"half a cipher block", 16 + 8, kEncrypted | 2, &protocol::ParserStats::padding_errors},
+           Impossible{"DJI's encrypted nothing", 28, kEncrypted | 16, &protocol::ParserStats::padding_errors},
+       }) {
+    Bytes stream = header(bad.length, 0, bad.cipher_byte, 1);
+    const Bytes next = telemetry_frame(1);
+    append(stream, next);  // delivered without a byte more: nothing is waited for
+    FrameParser parser;
+    std::vector<FoundFrame> found;
+    collect(parser, stream, found);
+    ASSERT_EQ(found.size(), 1U) << bad.name;
+    EXPECT_EQ(parser.stats().*bad.counter, 1U) << bad.name;
+    EXPECT_EQ(parser.stats().bytes_dropped, 12U) << bad.name;
+    EXPECT_EQ(parser.stats().resyncs, 1U) << bad.name;
+  }
+}
+
+TEST(Parser, NamesAnotherVersionOfTheProtocol) {
+  Bytes stream = header(40, 0, 0, 1);
+  stream[2] |= std::byte{4};  // VER 1
+  const std::uint16_t crc = protocol::crc16(std::span(stream).first(10));
+  stream[10] = static_cast<std::byte>(crc & 0xFFU);
+  stream[11] = static_cast<std::byte>(crc >> 8U);
+  FrameParser parser;
+  std::vector<FoundFrame> found;
+  collect(parser, stream, found);
+  EXPECT_EQ(parser.stats().reserved_errors, 1U);
+  EXPECT_EQ(parser.stats().crc16_errors, 0U);
+}
+
+// DJI's receiver keeps the last eleven bytes of a frame: a header may begin there.
+TEST(Parser, FindsAFrameThatBeginsInTheChecksumOfAnother) {
+  for (std::uint16_t sequence = 0; sequence < 2000; ++sequence) {
+    const Bytes first = make_frame({.is_ack = true, .sequence = sequence}, nullptr, Bytes(2));
+    if (first.back() != protocol::kStartByte) {
+      continue;
+    }
+    Bytes stream = first;
+    const Bytes second = telemetry_frame(sequence);
+    append(stream, std::span(second).subspan(1));
+    const std::vector<FoundFrame> found = parse(stream);
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_EQ(found[1].bytes, second);
+    return;
+  }
+  FAIL() << "no checksum ends in the start byte";
+}
+
+// A link that falls silent inside a frame: the next frame need not wait until the claimed length is full.
+TEST(Parser, AbandonsACandidateOnDemand) {
+  FrameParser parser;
+  std::vector<FoundFrame> found;
+  collect(parser, header(1000, 0, 0, 1), found);
+  const Bytes next = telemetry_frame(3);
+  collect(parser, next, found);
+  EXPECT_TRUE(found.empty());
+  parser.abandon_candidate();
+  collect(parser, Bytes(1), found);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].bytes, next);
+}
+
+TEST(Parser, KeepsGoodFramesAmongGarbageWithoutStartBytes) {
+  setenv("RC_PARAMS", "seed=7 max_success=200", 0);
+  const bool holds = rc::check("frames between stretches without a start byte all arrive", [] {
+    const auto gaps = *rc::gen::container<std::vector<std::vector<std::uint8_t>>>(
+        rc::gen::container<std::vector<std::uint8_t>>(rc::gen::distinctFrom(std::uint8_t{0xAA})));
+    Bytes stream;
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      append(stream, std::as_bytes(std::span(gaps[i])));
+      append(stream, telemetry_frame(static_cast<std::uint16_t>(i)));
+    }
+    RC_ASSERT(parse(stream).size() == gaps.size());
+  });
+  EXPECT_TRUE(holds);
+}
+
+}  // namespace
+}  // namespace m100::host_tests

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "host_tests/property/protocol/streams.h"
+
+namespace m100::host_tests {
+
+struct FoundFrame {
+  std::uint64_t offset = 0;
+  Bytes bytes;
+  bool operator==(const FoundFrame&) const = default;
+};
+
+/// The frames of a whole stream by the rules alone, with no buffer, no running checksum and no thought of speed:
+/// start byte, both checksums bit by bit, all fixed fields zero, a possible length, filler inside whole cipher blocks.
+/// After a frame the search goes on eleven bytes before its end, as DJI's receiver does.
+/// A good header whose frame is cut off by the end of the stream ends the search: a receiver still waits for it.
+std::vector<FoundFrame> slow_parse(const Bytes& stream);
+
+}  // namespace m100::host_tests
