@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/app/byte_tap.h"
 #include "firmware/app/command_channel.h"
 #include "firmware/app/link_health.h"
 #include "firmware/app/link_meter.h"
@@ -44,19 +45,6 @@ struct AuthorityView {
   bool mode_f = false;
   bool heard = false;            ///< a frame within the last 500 ms
   bool telemetry_fresh = false;  ///< a telemetry package within the last 100 ms
-};
-
-/// Sees every byte that passes, for the flight log.
-class ByteTap {
- public:
-  ByteTap(const ByteTap&) = delete;
-  ByteTap& operator=(const ByteTap&) = delete;
-  virtual void received(std::span<const std::byte> bytes, core::TimePoint now) = 0;
-  virtual void sent(std::span<const std::byte> bytes, core::TimePoint now) = 0;
-
- protected:
-  ByteTap() = default;
-  ~ByteTap() = default;
 };
 
 /// The autopilot at the other end of a UART: bytes to telemetry, and commands to bytes, by the authority table only.
