@@ -136,7 +136,8 @@ void run(const Options& options) {
   if (terminal) {
     request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
   }
-  identify::IdentifyResult result = identify::identify_axis(request);
+  identify::IdentifyResult result =
+      request.axis == "translation" ? identify::identify_translation(request) : identify::identify_axis(request);
   if (terminal) {
     std::cerr << "\r\033[K";
   }
@@ -171,9 +172,9 @@ void add_identify(CLI::App& lab) {
   auto options = std::make_shared<Options>();
   app->add_option("--log", options->log, "flight log: CSV, MATLAB 5 MAT-file or ULog")->required();
   app->add_option("--columns", options->columns, "column map (TOML)")->required();
-  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate or climb")
+  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
       ->required()
-      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb"}));
+      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
   app->add_option("--declare", options->declare,
                   "model believed before looking: first_order or second_order (translation: rigid_body), then effects "
                   "by name, with commas")

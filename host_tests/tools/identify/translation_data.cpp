@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/identify/translation_data.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host_tests/tools/input_error.h"
+
+namespace m100::tools::identify {
+namespace {
+
+using logs::FlightLog;
+using logs::Signal;
+
+constexpr double kHalfWindow_s = 0.1;
+
+/// Slope of the least-squares line through the samples i - half .. i + half.
+std::vector<double> slopes(const std::vector<double>& values, std::size_t half, double period_s) {
+  double moment = 0.0;
+  for (std::size_t j = 1; j <= half; ++j) {
+    moment += 2.0 * static_cast<double>(j * j);
+  }
+  std::vector<double> out(values.size(), 0.0);
+  for (std::size_t i = half; i + half < values.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t j = 1; j <= half; ++j) {
+      sum += static_cast<double>(j) * (values[i + j] - values[i - j]);
+    }
+    out[i] = sum / (moment * period_s);
+  }
+  return out;
+}
+
+std::vector<double> convolved(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> out(a.size() + b.size() - 1, 0.0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      out[i + j] += a[i] * b[j];
+    }
+  }
+  return out;
+}
+
+/// What slopes() of the trapezoidal integral does to an acceleration.
+std::vector<double> slope_weights(std::size_t half) {
+  std::vector<double> weights(2 * half + 1);
+  for (std::size_t m = 0; m < weights.size(); ++m) {
+    std::vector<double> integral(weights.size() + 0, 0.0);
+    for (std::size_t j = 0; j < integral.size(); ++j) {
+      integral[j] = j > m ? 1.0 : (j == m ? 0.5 : 0.0);
+    }
+    weights[m] = slopes(integral, half, 1.0)[half];
+  }
+  return weights;
+}
+
+void body_axes(const FlightLog& log, TranslationData& data) {
+  const auto& roll = log.of(Signal::kAttitudeRoll);
+  const auto& pitch = log.of(Signal::kAttitudePitch);
+  const auto& yaw = log.of(Signal::kAttitudeYaw);
+  for (std::size_t i = 0; i < log.size; ++i) {
+    const double psi = yaw.empty() ? 0.0 : yaw[i];
+    const double forward = std::sin(pitch[i]) * std::cos(roll[i]);
+    data.direction[0][i] = forward * std::cos(psi) + std::sin(roll[i]) * std::sin(psi);
+    data.direction[1][i] = forward * std::sin(psi) - std::sin(roll[i]) * std::cos(psi);
+    data.direction[2][i] = std::cos(pitch[i]) * std::cos(roll[i]);
+  }
+}
+
+/// Roll and pitch each by itself, as if the other were level; T is g.
+void take_tangents(const FlightLog& log, TranslationData& data) {
+  const auto tangent = [](double angle) {
+    constexpr double kSteepest_rad = 1.2;
+    return std::tan(std::clamp(angle, -kSteepest_rad, kSteepest_rad));
+  };
+  for (std::size_t i = 0; i < log.size; ++i) {
+    const double forward = tangent(log.of(Signal::kAttitudePitch)[i]);
+    const double left = -tangent(log.of(Signal::kAttitudeRoll)[i]);
+    data.direction[0][i] = forward * std::cos(data.yaw_rad[i]) - left * std::sin(data.yaw_rad[i]);
+    data.direction[1][i] = forward * std::sin(data.yaw_rad[i]) + left * std::cos(data.yaw_rad[i]);
+    data.direction[2][i] = 1.0;
+    data.thrust[i] = kStandardGravity_m_s2;
+  }
+}
+
+/// The accelerometer's reading turned into the world, gravity taken off.
+std::array<std::vector<double>, 3> force_in_world(const FlightLog& log, const TranslationData& data) {
+  std::array<std::vector<double>, 3> out;
+  out.fill(std::vector<double>(log.size));
+  const auto& roll = log.of(Signal::kAttitudeRoll);
+  const auto& pitch = log.of(Signal::kAttitudePitch);
+  for (std::size_t i = 0; i < log.size; ++i) {
+    const double fx = log.of(Signal::kForceX)[i];
+    const double fy = log.of(Signal::kForceY)[i];
+    const double fz = log.of(Signal::kForceZ)[i];
+    const double side = std::cos(roll[i]) * fy - std::sin(roll[i]) * fz;
+    const double up = std::sin(roll[i]) * fy + std::cos(roll[i]) * fz;
+    const double forward = std::cos(pitch[i]) * fx + std::sin(pitch[i]) * up;
+    const double psi = data.yaw_rad[i];
+    out[0][i] = forward * std::cos(psi) - side * std::sin(psi);
+    out[1][i] = forward * std::sin(psi) + side * std::cos(psi);
+    out[2][i] = std::cos(pitch[i]) * up - std::sin(pitch[i]) * fx - kStandardGravity_m_s2;
+  }
+  return out;
+}
+
+void require(const FlightLog& log, bool there, const char* key, const char* what) {
+  if (!there) {
+    throw InputError(log.file, 0, key, what);
+  }
+}
+
+}  // namespace
+
+TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
+    : start_s(log.start_s), period_s(log.period_s), yaw_rad(log.size, 0.0), valid(log.size, 1) {
+  const bool has_attitude = log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
+  const bool has_direction = log.has3(Signal::kThrustDirX);
+  const bool has_force = log.has3(Signal::kForceX) && has_attitude;
+  const bool has_position = log.has3(Signal::kPositionX);
+  has_velocity = log.has3(Signal::kVelocityX);
+  require(log, has_attitude || has_direction, "attitude_roll",
+          "translation needs attitude_roll and attitude_pitch, or thrust_dir_x, _y, _z");
+  require(log, has_velocity || has_position || has_force, "velocity_x",
+          "translation needs velocity, position or force, all three axes of it");
+  has_thrust = thrust_from == Thrust::kSetPoint;
+  axes = has_thrust ? 3 : 2;
+  has_yaw = log.has(Signal::kAttitudeYaw);
+  if (has_yaw) {
+    yaw_rad = log.of(Signal::kAttitudeYaw);
+  }
+  direction.fill(std::vector<double>(log.size));
+  velocity.fill(std::vector<double>(log.size, 0.0));
+  if (has_direction) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      direction[c] = log.of(logs::offset(Signal::kThrustDirX, static_cast<int>(c)));
+    }
+  } else {
+    body_axes(log, *this);
+  }
+
+  const auto half = static_cast<std::size_t>(std::max(2L, std::lround(kHalfWindow_s / period_s)));
+  weights = slope_weights(half);
+  margin = half;
+  source = has_velocity ? "velocity" : (has_position ? "position" : "force");
+  const std::array<std::vector<double>, 3> force =
+      has_force ? force_in_world(log, *this) : std::array<std::vector<double>, 3>{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int n = static_cast<int>(c);
+    if (has_velocity) {
+      velocity[c] = log.of(logs::offset(Signal::kVelocityX, n));
+      measured[c] = slopes(velocity[c], half, period_s);
+    } else if (has_position) {
+      velocity[c] = slopes(log.of(logs::offset(Signal::kPositionX, n)), half, period_s);
+      measured[c] = slopes(velocity[c], half, period_s);
+    }
+  }
+  if (source == "position") {
+    has_velocity = true;
+    weights = convolved(weights, weights);
+    margin = 2 * half;
+  }
+  if (source == "force") {
+    for (std::size_t c = 0; c < 3; ++c) {
+      measured[c].assign(log.size, 0.0);
+      for (std::size_t i = margin; i + margin < log.size; ++i) {
+        measured[c][i] = filtered(force[c], i);
+      }
+    }
+  }
+
+  thrust.assign(log.size, kStandardGravity_m_s2);
+  constexpr double kSteepest = 0.3;  // cosine of a tilt at which the vertical says nothing any more
+  for (std::size_t i = 0; i < log.size; ++i) {
+    const double upright = std::max(kSteepest, direction[2][i]);
+    if (has_thrust) {
+      thrust[i] = kStandardGravity_m_s2 * log.of(Signal::kThrustRatio)[i];
+    } else if (thrust_from == Thrust::kWeight) {
+      thrust[i] = kStandardGravity_m_s2 / upright;
+    } else {
+      thrust[i] = has_force ? log.of(Signal::kForceZ)[i] : (measured[2][i] + kStandardGravity_m_s2) / upright;
+    }
+  }
+  if (thrust_from == Thrust::kTangents) {
+    take_tangents(log, *this);
+  }
+  for (std::size_t i = 0; i < log.size; ++i) {
+    if (log.gap[i] != 0) {
+      const std::size_t from = i > margin ? i - margin : 0;
+      std::fill(valid.begin() + static_cast<std::ptrdiff_t>(from),
+                valid.begin() + static_cast<std::ptrdiff_t>(std::min(i + margin + 1, log.size)), char{0});
+    }
+  }
+}
+
+double TranslationData::filtered(const std::vector<double>& acceleration, std::size_t i) const {
+  double sum = 0.0;
+  for (std::size_t m = 0; m < weights.size(); ++m) {
+    sum += weights[m] * acceleration[i + m - margin];
+  }
+  return sum;
+}
+
+TranslationBlocks::TranslationBlocks(const TranslationData& of, const std::vector<Range>& ranges) : data(&of) {
+  const auto step = static_cast<std::size_t>(std::max(1L, std::lround(1.0 / (kRate_hz * of.period_s))));
+  const auto length = static_cast<std::size_t>(std::lround(kBlock_s / of.period_s));
+  sample_period_s = static_cast<double>(step) * of.period_s;
+  for (const Range& range : ranges) {
+    const double first = std::ceil((range.first - of.start_s) / of.period_s - 1e-6);
+    const double last = std::ceil((range.second - of.start_s) / of.period_s - 1e-6);
+    const auto end = static_cast<std::size_t>(std::clamp(last, 0.0, static_cast<double>(of.valid.size())));
+    auto begin = static_cast<std::size_t>(std::max(first, 0.0));
+    for (; begin + length / 2 < end; begin += length) {
+      Block block{.samples = {}, .row = rows};
+      for (std::size_t i = begin; i < std::min(end, begin + length); i += step) {
+        if (of.usable(i)) {
+          block.samples.push_back(i);
+        }
+      }
+      if (2 * block.samples.size() * step >= length) {
+        rows += of.axes * block.samples.size();
+        blocks.push_back(std::move(block));
+      }
+    }
+  }
+}
+
+}  // namespace m100::tools::identify
