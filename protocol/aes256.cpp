@@ -13,7 +13,7 @@ namespace {
 mbedtls_aes_context* context(std::array<std::byte, 320>& bytes) {
   static_assert(sizeof(mbedtls_aes_context) <= sizeof(bytes) &&
                 alignof(mbedtls_aes_context) <= alignof(std::max_align_t));
-  return std::launder(reinterpret_cast<mbedtls_aes_context*>(bytes.data()));
+  return std::launder(static_cast<mbedtls_aes_context*>(static_cast<void*>(bytes.data())));
 }
 
 void run(mbedtls_aes_context* with, int mode, CipherBlock block) {

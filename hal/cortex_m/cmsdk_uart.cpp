@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/cortex_m/cmsdk_uart.h"
+
+namespace m100::hal {
+namespace {
+
+constexpr std::uint32_t kTransmitterFull = 1U << 0U;
+constexpr std::uint32_t kReceiverFull = 1U << 1U;
+constexpr std::uint32_t kAllOn = 0xFU;
+constexpr std::uint32_t kTransmitInterrupt = 1U << 0U;
+constexpr std::uint32_t kReceiveInterrupt = 1U << 1U;
+constexpr std::uint32_t kSmallestDivider = 16;
+
+}  // namespace
+
+void CmsdkUart::start(std::uint32_t clock_hz, std::uint32_t baud) {
+  const std::uint32_t divider = clock_hz / baud;
+  registers_.divider = divider < kSmallestDivider ? kSmallestDivider : divider;
+  registers_.control = kAllOn;
+}
+
+core::Expected<std::size_t> CmsdkUart::read(std::span<std::byte> destination) {
+  return incoming_.pop_into(destination).size();
+}
+
+core::Expected<std::size_t> CmsdkUart::write(std::span<const std::byte> source) {
+  std::size_t taken = 0;
+  while (taken < source.size() && outgoing_.size() < outgoing_.capacity()) {
+    outgoing_.push(source[taken]);
+    ++taken;
+  }
+  if (taken > 0) {
+    pend_ = mask_;
+  }
+  return taken;
+}
+
+void CmsdkUart::on_receive() {
+  registers_.interrupt = kReceiveInterrupt;  // before the read: a byte that follows at once asks again
+  if ((registers_.state & kReceiverFull) != 0U) {
+    incoming_.push(static_cast<std::byte>(registers_.data & 0xFFU));
+    received_.store(received_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+}
+
+void CmsdkUart::on_transmit() {
+  registers_.interrupt = kTransmitInterrupt;
+  std::byte next{};
+  if ((registers_.state & kTransmitterFull) == 0U && outgoing_.pop(next)) {
+    registers_.data = std::to_integer<std::uint32_t>(next);
+  }
+}
+
+}  // namespace m100::hal

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/spsc_ring.h"
+#include "hal/uart.h"
+
+namespace m100::hal {
+
+/// Registers of the Arm CMSDK APB UART: one byte deep each way, 8N1.
+struct CmsdkUartRegisters {
+  volatile std::uint32_t data;
+  volatile std::uint32_t state;      ///< bit 0: transmitter full, bit 1: receiver full
+  volatile std::uint32_t control;    ///< bit 0, 1: transmitter, receiver on; bit 2, 3: their interrupts on
+  volatile std::uint32_t interrupt;  ///< bit 0, 1: transmit, receive interrupt; write 1 to clear
+  volatile std::uint32_t divider;    ///< peripheral clock over baud rate, at least 16
+};
+
+/// A UART that works in its two interrupts: each byte that comes goes into the receive ring, each byte to send comes
+/// out of the transmit ring. The loop never touches the data register, so neither ring has two ends on one side.
+class CmsdkUart final : public Uart {
+ public:
+  static constexpr std::size_t kReceiveBytes = 1024;  ///< 44 ms of 230400 baud
+  static constexpr std::size_t kTransmitBytes = 512;
+
+  /// pend: the NVIC's "set pending" register that holds this UART's transmit interrupt, mask its bit: writing it makes
+  /// the machine run on_transmit() as if the transmitter had asked.
+  CmsdkUart(CmsdkUartRegisters& registers, volatile std::uint32_t& pend, std::uint32_t mask)
+      : registers_(registers), pend_(pend), mask_(mask) {}
+
+  /// Switches both directions and their interrupts on; enabling them in the NVIC is the machine's.
+  void start(std::uint32_t clock_hz, std::uint32_t baud);
+
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override;
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override;
+
+  /// Interrupt handlers.
+  void on_receive();
+  void on_transmit();
+
+  /// Bytes since the start, lost ones included; wraps.
+  std::uint32_t received() const { return received_.load(std::memory_order_acquire); }
+  /// Bytes that came while the ring was full; wraps.
+  std::uint32_t lost() const { return incoming_.dropped(); }
+  bool transmitter_idle() const { return outgoing_.size() == 0; }
+
+ private:
+  CmsdkUartRegisters& registers_;
+  volatile std::uint32_t& pend_;
+  std::uint32_t mask_;
+  core::SpscRing<std::byte, kReceiveBytes> incoming_;
+  core::SpscRing<std::byte, kTransmitBytes> outgoing_;
+  std::atomic<std::uint32_t> received_{0};
+};
+
+}  // namespace m100::hal

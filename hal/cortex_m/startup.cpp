@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// From reset to main() and the vector table. The symbols in capitals and __lower come from linker/mps2_an500.ld.
+#include <array>
+#include <cstdint>
+
+#include "hal/cortex_m/exceptions.h"
+#include "hal/cortex_m/semihosting.h"
+#include "hal/cortex_m/stack_paint.h"
+
+/// The program's main(), which C++ does not let a program call by its own name.
+extern "C" int image_main() asm("main");
+
+extern "C" {
+extern std::uint32_t __stack_limit;
+extern std::uint32_t __stack_top;
+extern std::uint32_t __data_load;
+extern std::uint32_t __data_start;
+extern std::uint32_t __data_end;
+extern std::uint32_t __bss_start;
+extern std::uint32_t __bss_end;
+extern std::uint32_t __harness_start;
+extern std::uint32_t __harness_end;
+using Constructor = void (*)();
+extern Constructor __init_array_start;
+extern Constructor __init_array_end;
+}
+
+namespace m100::hal {
+namespace {
+
+void fill(std::uint32_t* from, const std::uint32_t* to, std::uint32_t value) {
+  for (volatile std::uint32_t* word = from; word != to; word = word + 1) {
+    *word = value;
+  }
+}
+
+void enable_fpu() {
+  auto* const coprocessor_access = reinterpret_cast<volatile std::uint32_t*>(0xE000ED88U);
+  *coprocessor_access = *coprocessor_access | (0xFU << 20U);
+  asm volatile("dsb\n isb");
+}
+
+void unhandled() {
+  print("unexpected exception or fault\n");
+  exit_emulator(kExitOfFault);
+}
+
+}  // namespace
+
+std::uint32_t deepest_stack_bytes() {
+  const std::uint32_t* word = &__stack_limit;
+  while (word != &__stack_top && *word == kStackPaint) {
+    ++word;
+  }
+  return static_cast<std::uint32_t>((&__stack_top - word) * 4);
+}
+
+std::uint32_t reserved_stack_bytes() { return static_cast<std::uint32_t>((&__stack_top - &__stack_limit) * 4); }
+
+}  // namespace m100::hal
+
+extern "C" {
+
+/// First instruction of the program. Order matters: no floating point before the FPU is on, no static object before
+/// its memory is set.
+void Reset_Handler() {
+  using namespace m100::hal;
+  enable_fpu();
+  std::uint32_t* stack_pointer = nullptr;
+  asm volatile("mov %0, sp" : "=r"(stack_pointer));
+  fill(&__stack_limit, stack_pointer, kStackPaint);
+  const std::uint32_t* source = &__data_load;
+  for (volatile std::uint32_t* word = &__data_start; word != &__data_end; word = word + 1) {
+    *word = *source++;
+  }
+  fill(&__bss_start, &__bss_end, 0);
+  fill(&__harness_start, &__harness_end, 0);
+  for (const Constructor* constructor = &__init_array_start; constructor != &__init_array_end; ++constructor) {
+    (*constructor)();
+  }
+  exit_emulator(image_main());
+}
+
+void Default_Handler() { m100::hal::unhandled(); }
+
+// A program defines the handlers it needs; the others end in Default_Handler.
+[[gnu::weak, gnu::alias("Default_Handler")]] void SysTick_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart0Rx_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart0Tx_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart1Rx_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart1Tx_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart2Rx_Handler();
+[[gnu::weak, gnu::alias("Default_Handler")]] void Uart2Tx_Handler();
+
+struct VectorTable {
+  const std::uint32_t* initial_stack;
+  std::array<void (*)(), 15> system;      // reset, NMI, faults, ..., SysTick
+  std::array<void (*)(), 16> interrupts;  // IRQ 0 ...
+};
+
+[[gnu::section(".vectors"), gnu::used]] const VectorTable vector_table{
+    &__stack_top,
+    {Reset_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, nullptr,
+     nullptr, nullptr, nullptr, Default_Handler, Default_Handler, nullptr, Default_Handler, SysTick_Handler},
+    {Uart0Rx_Handler, Uart0Tx_Handler, Uart1Rx_Handler, Uart1Tx_Handler, Uart2Rx_Handler, Uart2Tx_Handler,
+     Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,
+     Default_Handler, Default_Handler, Default_Handler, Default_Handler}};
+
+// What the C++ run time asks of a machine, without a heap and without an end of the program.
+void* __dso_handle = nullptr;
+int __aeabi_atexit(void*, void (*)(void*), void*) { return 0; }
+[[noreturn]] void __cxa_pure_virtual() {
+  m100::hal::print("pure virtual call\n");
+  m100::hal::exit_emulator(m100::hal::kExitOfFault);
+}
+[[noreturn]] void abort() {
+  m100::hal::print("abort\n");
+  m100::hal::exit_emulator(m100::hal::kExitOfFault);
+}
+
+}  // extern "C"

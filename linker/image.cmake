@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# How an image for the Cortex-M7 is linked, sized and checked. Only the bare-metal build comes here.
+
+find_package(Python3 COMPONENTS Interpreter REQUIRED)
+set(M100_LINKER_DIR ${CMAKE_CURRENT_LIST_DIR})
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${M100_LINKER_DIR}/budget.txt)
+
+file(STRINGS ${M100_LINKER_DIR}/budget.txt stack_line REGEX "^stack_bytes")
+string(REGEX MATCH "[0-9]+" M100_STACK_BYTES "${stack_line}")
+
+# m100_image(name SOURCES main.cpp DEPS m100::app [FLIGHT])
+#
+# Makes <name>.elf with start-up code and memory map. Each build prints its size by module; FLIGHT images are held to
+# budget.txt, in flash, RAM and stack.
+function(m100_image name)
+  cmake_parse_arguments(arg "FLIGHT" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES} $<TARGET_OBJECTS:m100_startup>)
+  target_link_libraries(${name} PRIVATE ${arg_DEPS} m100_numerics m100_warnings)
+  target_link_options(${name} PRIVATE -T ${M100_LINKER_DIR}/mps2_an500.ld
+    -Wl,--defsym=m100_stack_bytes=${M100_STACK_BYTES} -Wl,-Map=$<TARGET_FILE:${name}>.map -Wl,--no-warn-rwx-segments)
+  set_target_properties(${name} PROPERTIES LINK_DEPENDS "${M100_LINKER_DIR}/mps2_an500.ld")
+  if(arg_FLIGHT)
+    add_custom_command(TARGET ${name} POST_BUILD VERBATIM
+      COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/size_report.py $<TARGET_FILE:${name}>.map
+              ${M100_LINKER_DIR}/budget.txt)
+  endif()
+endfunction()
