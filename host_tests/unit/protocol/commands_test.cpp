@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "protocol/commands.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace m100::protocol {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct MovementCase {
+  const char* name;
+  Movement movement;
+  core::Status status;
+};
+
+class MovementLimits : public ::testing::TestWithParam<MovementCase> {};
+
+// Ranges of DJI's documents, at the edge and just beyond it, and what is no number at all.
+TEST_P(MovementLimits, AreHeldByTheEncoder) {
+  RecordProperty("promise", "R5");
+  EXPECT_EQ(encode(GetParam().movement).status(), GetParam().status);
+}
+
+constexpr auto kOk = core::Status::kOk;
+constexpr auto kOutOfRange = core::Status::kOutOfRange;
+constexpr auto kInvalid = core::Status::kInvalidArgument;
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, MovementLimits,
+    ::testing::Values(MovementCase{"TiltAtLimit", {0x0A, 30.F, -30.F, 4.F, 100.F}, kOk},
+                      MovementCase{"RollBeyond", {0x0A, 30.1F, 0.F, 0.F, 0.F}, kOutOfRange},
+                      MovementCase{"PitchBeyond", {0x0A, 0.F, -30.1F, 0.F, 0.F}, kOutOfRange},
+                      MovementCase{"ClimbBeyond", {0x0A, 0.F, 0.F, 4.1F, 0.F}, kOutOfRange},
+                      MovementCase{"YawRateBeyond", {0x0A, 0.F, 0.F, 0.F, -100.1F}, kOutOfRange},
+                      MovementCase{"YawAngleMayBeWider", {0x02, 0.F, 0.F, 0.F, -180.F}, kOk},
+                      MovementCase{"YawAngleBeyond", {0x02, 0.F, 0.F, 0.F, 180.1F}, kOutOfRange},
+                      MovementCase{"SpeedAtLimit", {0x48, 10.F, -10.F, 0.F, 0.F}, kOk},
+                      MovementCase{"SpeedBeyond", {0x48, 10.1F, 0.F, 0.F, 0.F}, kOutOfRange},
+                      MovementCase{"OffsetHasNoLimit", {0x88, 500.F, -500.F, 0.F, 0.F}, kOk},
+                      MovementCase{"HeightBelowTakeOff", {0x18, 0.F, 0.F, -0.1F, 0.F}, kOutOfRange},
+                      MovementCase{"ThrustAtLimits", {0x2A, 0.F, 0.F, 100.F, 0.F}, kOk},
+                      MovementCase{"ThrustTooLow", {0x2A, 0.F, 0.F, 9.9F, 0.F}, kOutOfRange},
+                      MovementCase{"RollIsNoNumber", {0x0A, kNaN, 0.F, 0.F, 0.F}, kOutOfRange},
+                      MovementCase{"OffsetIsInfinite", {0x88, kInfinity, 0.F, 0.F, 0.F}, kOutOfRange},
+                      MovementCase{"HeightIsNoNumber", {0x18, 0.F, 0.F, kNaN, 0.F}, kOutOfRange},
+                      MovementCase{"YawIsNoNumber", {0x0A, 0.F, 0.F, 0.F, kNaN}, kOutOfRange},
+                      MovementCase{"ThrustWithSpeed", {0x6A, 0.F, 0.F, 50.F, 0.F}, kInvalid},
+                      MovementCase{"HorizontalModeFour", {0xC0, 0.F, 0.F, 0.F, 0.F}, kInvalid},
+                      MovementCase{"VerticalModeFour", {0x30, 0.F, 0.F, 0.F, 0.F}, kInvalid},
+                      MovementCase{"FrameThree", {0x04, 0.F, 0.F, 0.F, 0.F}, kInvalid}),
+    [](const auto& tested) { return tested.param.name; });
+
+// The fourteen combinations DJI allows, times frame and stability: no more and no fewer.
+TEST(MovementMode, KnowsExactlyTheAllowedFlags) {
+  std::size_t allowed = 0;
+  for (unsigned flag = 0; flag < 256; ++flag) {
+    const auto mode = movement_mode(static_cast<std::uint8_t>(flag));
+    allowed += mode ? 1U : 0U;
+    if (mode) {
+      EXPECT_EQ(movement_flag(*mode), flag);
+    }
+  }
+  EXPECT_EQ(allowed, 14U * 2U * 2U);
+}
+
+// Yaw last: the 2015 document swaps it with z.
+TEST(Movement, PutsVerticalBeforeYaw) {
+  const auto value = encode(Movement{.flag = 0x0A, .x = 1.F, .y = 2.F, .z = 3.F, .yaw = 4.F});
+  ASSERT_TRUE(value);
+  ASSERT_EQ(value->size(), 17U);
+  EXPECT_EQ(load<float>(value->bytes().data() + 9), 3.F);
+  EXPECT_EQ(load<float>(value->bytes().data() + 13), 4.F);
+}
+
+TEST(VirtualRc, NoChannelLeavesTheTravelOfAStick) {
+  RecordProperty("promise", "R5");
+  VirtualRcData data;
+  data.channels.fill(kStickCentre_counts);
+  EXPECT_TRUE(encode(data));
+  for (std::size_t channel = 0; channel < data.channels.size(); ++channel) {
+    for (const std::uint32_t bad : {0U, kStickLow_counts - 1, kStickHigh_counts + 1, 0xFFFFFFFFU}) {
+      VirtualRcData wrong = data;
+      wrong.channels[channel] = bad;
+      EXPECT_EQ(encode(wrong).status(), core::Status::kOutOfRange) << channel << ' ' << bad;
+    }
+  }
+}
+
+// DJI's SDK never initialises the reserved bits: a receiver must read past them.
+TEST(VirtualRc, SwitchIsReadPastReservedBits) {
+  const std::array<std::byte, 1> value{std::byte{0xFD}};
+  const auto command = decode_command(ids::kVirtualRcSwitch, value);
+  ASSERT_TRUE(command);
+  const auto* const to = std::get_if<VirtualRcSwitch>(&*command);
+  ASSERT_NE(to, nullptr);
+  EXPECT_TRUE(to->on);
+  EXPECT_FALSE(to->fall_back_to_rc);
+}
+
+// SDK 3.3.0 to 4.1.0 sends stick data under the id of the switch; the length tells.
+TEST(VirtualRc, DataUnderTheIdOfTheSwitchIsToldByItsLength) {
+  const std::array<std::byte, 64> value{std::byte{1}};
+  const auto command = decode_command(ids::kVirtualRcSwitch, value);
+  ASSERT_TRUE(command);
+  const auto* const data = std::get_if<VirtualRcData>(&*command);
+  ASSERT_NE(data, nullptr);
+  EXPECT_TRUE(data->under_switch_id);
+  EXPECT_EQ(decode_command(ids::kVirtualRcSwitch, std::span(value).first(2)).status(), kInvalid);
+}
+
+// Every command and every size from nothing to too much: only sizes of the catalogue are read.
+TEST(DecodeCommand, RefusesEveryWrongSize) {
+  const std::vector<std::byte> bytes(200, std::byte{1});
+  for (const MessageInfo& info : kCatalogue) {
+    for (std::size_t size = 0; size <= bytes.size(); ++size) {
+      const bool fits = size >= info.min_value_bytes && size <= info.max_value_bytes;
+      const auto command = decode_command(info.id, std::span(bytes).first(size));
+      if (!fits || info.direction == Direction::kFromController) {
+        EXPECT_FALSE(command) << info.name << ' ' << size;
+      }
+    }
+  }
+}
+
+TEST(DecodeCommand, RefusesCodesThatDoNotExist) {
+  const std::array<std::byte, 2> two{std::byte{2}, std::byte{2}};
+  EXPECT_FALSE(decode_command(ids::kControlRequest, std::span(two).first(1)));
+  EXPECT_FALSE(decode_command(ids::kMotors, std::span(two).first(1)));
+  EXPECT_FALSE(decode_command(ids::kTask, two));
+  EXPECT_FALSE(decode_command({0x07, 0x07}, two));
+}
+
+// The SDK clamps what it does not know to "leave as it is", and so do we when we receive it.
+TEST(TelemetryFrequency, ClampsUnknownRatesAndZeroesReservedItems) {
+  std::array<std::byte, 16> value{};
+  value[3] = std::byte{9};
+  const auto command = decode_command(ids::kTelemetryFrequency, value);
+  ASSERT_TRUE(command);
+  EXPECT_EQ(std::get<TelemetryFrequency>(*command).rates[3], Rate::kAsItIs);
+  TelemetryFrequency all;
+  all.rates.fill(Rate::k100Hz);
+  const auto encoded = encode(all);
+  ASSERT_TRUE(encoded);
+  EXPECT_EQ(encoded->bytes()[11], std::byte{4});
+  EXPECT_EQ(encoded->bytes()[12], std::byte{0});
+  all.rates[0] = static_cast<Rate>(6);
+  EXPECT_EQ(encode(all).status(), kOutOfRange);
+}
+
+TEST(Gimbal, StaysInsideItsRanges) {
+  EXPECT_TRUE(encode(GimbalAngle{.yaw_decideg = 3200, .roll_decideg = -350, .pitch_decideg = 300}));
+  EXPECT_FALSE(encode(GimbalAngle{.yaw_decideg = 3201}));
+  EXPECT_FALSE(encode(GimbalAngle{.roll_decideg = 351}));
+  EXPECT_FALSE(encode(GimbalAngle{.pitch_decideg = 301}));
+  EXPECT_FALSE(encode(GimbalRate{.yaw_decideg_s = -1801}));
+}
+
+}  // namespace
+}  // namespace m100::protocol
