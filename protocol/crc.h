@@ -29,6 +29,12 @@ std::uint16_t crc16_of_header(const std::byte* header);
 /// Cost: 1 table look-up per byte.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
 
+inline constexpr std::size_t kCrc32BlockBytes = 16;
+
+/// Continues a running CRC32 block by block: running[i + 1] is running[i] after the i-th block of bytes.
+/// @param running has one entry more than there are blocks; the first is given.
+void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running);
+
 /// What the register would hold after `zeros` bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
 ///
 /// The register is linear over GF(2): feeding bytes D to the sum of two states is the sum of feeding D to one and zeros

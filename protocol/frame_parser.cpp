@@ -5,18 +5,19 @@
 #include <cstring>
 
 #include "protocol/bytes.h"
-#include "protocol/crc.h"
+#include "protocol/crc_kernels.h"
 
 namespace m100::protocol {
 namespace {
 
 constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // a header needs one byte more than is kept of a delivered frame
 
+std::size_t length_of(const std::byte* at) { return load<std::uint16_t>(at + 1) & kMaxFrameBytes; }
+
 FrameHeader read_header(const std::byte* at) {
-  const auto length = load<std::uint16_t>(at + 1);
   const auto flags = load<std::uint8_t>(at + 3);
   const auto cipher = load<std::uint8_t>(at + 4);
-  return {.length_bytes = static_cast<std::uint16_t>(length & 0x3FFU),
+  return {.length_bytes = static_cast<std::uint16_t>(length_of(at)),
           .session = static_cast<std::uint8_t>(flags & 0x1FU),
           .is_ack = (flags & 0x20U) != 0,
           .encryption = static_cast<std::uint8_t>(cipher >> 5U),
@@ -32,13 +33,15 @@ bool fixed_bits_hold(const std::byte* at) {
 }
 
 bool header_checksum_holds(const std::byte* at) {
-  return crc16_of_header(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
+  return crc_kernels::header_crc16(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
 }
 
-bool padding_makes_sense(const FrameHeader& header) {
-  const std::size_t data_bytes =
-      header.length_bytes > kHeaderBytes ? header.length_bytes - kFrameOverheadBytes : std::size_t{0};
-  return header.padding_bytes <= data_bytes && (!header.encrypted() || data_bytes % kCipherBlockBytes == 0);
+/// Filler fits into DATA, and encrypted DATA is whole cipher blocks.
+bool padding_makes_sense(const std::byte* at, std::size_t length) {
+  const auto cipher = load<std::uint8_t>(at + 4);
+  const std::size_t data_bytes = length > kHeaderBytes ? length - kFrameOverheadBytes : 0;
+  const bool encrypted = cipher >= 0x20;
+  return cipher == 0 || ((cipher & 0x1FU) <= data_bytes && (!encrypted || data_bytes % kCipherBlockBytes == 0));
 }
 
 }  // namespace
@@ -65,52 +68,74 @@ core::Expected<FrameView> FrameParser::push(std::byte value) {
 
 core::Expected<FrameView> FrameParser::poll() {
   while (end_ - begin_ >= needed_) {  // each turn ends in a return, a longer need, or at least one byte less
+    std::size_t from = begin_;
     if (needed_ > kHeaderBytes) {
       if (frame_checksum_holds()) {
         return deliver();
       }
-      refuse(stats_.crc32_errors);
+      stats_.crc32_errors += begin_ >= delivered_ ? 1U : 0U;
+      ++from;
     }
-    seek();
-    needed_ = begin_ == end_ ? 1 : kHeaderBytes;
-    if (end_ - begin_ >= kHeaderBytes && accept_header()) {
-      if (header_.length_bytes == kHeaderBytes) {
-        return deliver();
-      }
-      needed_ = header_.length_bytes;
+    if (seek(from) && length_ == kHeaderBytes) {
+      return deliver();
     }
   }
   return core::Status::kNotReady;
 }
 
-void FrameParser::seek() {
+bool FrameParser::seek(std::size_t from) {
   const std::byte* const edge = buffer_.data() + delivered_;
   const std::byte* const last = buffer_.data() + end_;
-  const std::byte* at = buffer_.data() + begin_;
+  const std::byte* at = buffer_.data() + from;
   std::uint64_t refused = 0;
-  while (at < last) {
+  bool found = false;
+  while (at < last && !found) {
     if (*at != kStartByte) {
-      const void* const found = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
-      at = found != nullptr ? static_cast<const std::byte*>(found) : last;
+      const void* const start = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
+      at = start != nullptr ? static_cast<const std::byte*>(start) : last;
       continue;
     }
-    if (last - at < static_cast<std::ptrdiff_t>(kHeaderBytes) || fixed_bits_hold(at)) {
+    if (last - at < static_cast<std::ptrdiff_t>(kHeaderBytes)) {
       break;
     }
-    if (in_step_ && at == edge && header_checksum_holds(at)) {
-      ++stats_.reserved_errors;
-    } else if (at >= edge) {
-      ++refused;
+    if (!fixed_bits_hold(at)) {
+      if (in_step_ && at == edge && header_checksum_holds(at)) {
+        ++stats_.reserved_errors;
+      } else {
+        refused += at >= edge ? 1U : 0U;
+      }
+      ++at;
+      continue;
     }
-    ++at;
+    std::uint64_t* const error = judge_header(at);
+    found = error == nullptr;
+    if (!found) {
+      *error += at >= edge ? 1U : 0U;
+      ++at;
+    }
   }
   stats_.crc16_errors += refused;
-  drop(static_cast<std::size_t>(at - buffer_.data()) - begin_);
+  drop_to(static_cast<std::size_t>(at - buffer_.data()));
+  needed_ = found ? length_ : (at == last ? 1 : kHeaderBytes);
+  return found;
+}
+
+std::uint64_t* FrameParser::judge_header(const std::byte* at) {
+  if (!header_checksum_holds(at)) {
+    return &stats_.crc16_errors;
+  }
+  length_ = length_of(at);
+  if (length_ < kFrameOverheadBytes && length_ != kHeaderBytes) {
+    return &stats_.length_errors;
+  }
+  return padding_makes_sense(at, length_) ? nullptr : &stats_.padding_errors;
 }
 
 void FrameParser::abandon_candidate() {
   if (needed_ > 1) {
-    refuse(needed_ > kHeaderBytes ? stats_.crc32_errors : stats_.crc16_errors);
+    std::uint64_t& counter = needed_ > kHeaderBytes ? stats_.crc32_errors : stats_.crc16_errors;
+    counter += begin_ >= delivered_ ? 1U : 0U;
+    seek(begin_ + 1);
   }
 }
 
@@ -142,44 +167,17 @@ void FrameParser::make_room() {
   }
 }
 
-void FrameParser::drop(std::size_t count) {
+void FrameParser::drop_to(std::size_t position) {
   const std::size_t from = std::max(begin_, delivered_);
-  begin_ += count;
-  needed_ = 1;
-  if (begin_ > from) {
-    stats_.bytes_dropped += begin_ - from;
+  begin_ = position;
+  if (position > from) {
+    stats_.bytes_dropped += position - from;
     stats_.resyncs += in_step_ ? 1U : 0U;
     in_step_ = false;
   }
 }
 
-void FrameParser::refuse(std::uint64_t& counter) {
-  if (begin_ >= delivered_) {
-    ++counter;
-  }
-  drop(1);
-}
-
-bool FrameParser::accept_header() {
-  const std::byte* const at = buffer_.data() + begin_;
-  if (!header_checksum_holds(at)) {
-    refuse(stats_.crc16_errors);
-    return false;
-  }
-  header_ = read_header(at);
-  if (header_.length_bytes < kFrameOverheadBytes && header_.length_bytes != kHeaderBytes) {
-    refuse(stats_.length_errors);
-    return false;
-  }
-  if (!padding_makes_sense(header_)) {
-    refuse(stats_.padding_errors);
-    return false;
-  }
-  return true;
-}
-
 bool FrameParser::frame_checksum_holds() {
-  const std::size_t last = begin_ + header_.length_bytes;
   if (running_last_ < begin_ / kBlockBytes) {  // bytes in between belong to no candidate: start afresh behind them
     running_first_ = running_last_ = begin_ / kBlockBytes;
     running_[running_first_] = 0;
@@ -187,7 +185,7 @@ bool FrameParser::frame_checksum_holds() {
     known_crc_ = 0;
   }
   const std::uint32_t before = running_crc(begin_);
-  return crc32_advance(before ^ kCrc32Start, header_.length_bytes) == running_crc(last);
+  return crc_kernels::advance(before ^ kCrc32Start, length_) == running_crc(begin_ + length_);
 }
 
 std::uint32_t FrameParser::running_crc(std::size_t position) {
@@ -195,19 +193,21 @@ std::uint32_t FrameParser::running_crc(std::size_t position) {
     return known_crc_;
   }
   const std::size_t block = position / kBlockBytes;
-  for (; running_last_ < block; ++running_last_) {
-    running_[running_last_ + 1] =
-        crc32({buffer_.data() + running_last_ * kBlockBytes, kBlockBytes}, running_[running_last_]);
+  if (running_last_ < block) {
+    crc_kernels::run_blocks(buffer_.data() + running_last_ * kBlockBytes, running_.data() + running_last_,
+                            block - running_last_);
+    running_last_ = block;
   }
   known_position_ = position;
-  known_crc_ = crc32({buffer_.data() + block * kBlockBytes, position % kBlockBytes}, running_[block]);
+  const std::size_t rest = position % kBlockBytes;
+  known_crc_ = crc_kernels::step_rest(running_[block], buffer_.data() + block * kBlockBytes, rest);
   return known_crc_;
 }
 
 FrameView FrameParser::deliver() {
-  const std::size_t length = header_.length_bytes;
+  const std::size_t length = length_;
   const std::span<const std::byte> bytes = std::span<const std::byte>(buffer_).subspan(begin_, length);
-  const FrameView frame{.header = header_,
+  const FrameView frame{.header = read_header(buffer_.data() + begin_),
                         .bytes = bytes,
                         .data = length == kHeaderBytes ? std::span<const std::byte>{}
                                                        : bytes.subspan(kHeaderBytes, length - kFrameOverheadBytes),

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "firmware/core/expected.h"
+#include "protocol/crc.h"
 #include "protocol/frame.h"
 
 namespace m100::protocol {
@@ -72,17 +73,16 @@ class FrameParser {
   std::size_t pending_bytes() const { return end_ - (begin_ > delivered_ ? begin_ : delivered_); }
 
  private:
-  static constexpr std::size_t kBlockBytes = 16;
+  static constexpr std::size_t kBlockBytes = kCrc32BlockBytes;
 
   void make_room();
-  /// Moves the window to the next start byte that fixed bits do not rule out, or that is too near the end to judge.
-  void seek();
+  /// Moves the window to the first good header at or behind a position, or to a start byte too near the end to judge.
+  /// @returns true for a good header; length_ is of its frame then.
+  bool seek(std::size_t from);
+  /// Judges 12 bytes. @returns the counter of what is wrong with them, null if nothing is.
+  std::uint64_t* judge_header(const std::byte* at);
   /// Moves the window on; bytes behind the last delivered frame count as dropped.
-  void drop(std::size_t count);
-  /// Counts an error of the candidate at begin_ (unless it lies in a delivered frame) and drops its start byte.
-  void refuse(std::uint64_t& counter);
-  /// Judges the 12 bytes at begin_. @returns false after refusing.
-  bool accept_header();
+  void drop_to(std::size_t position);
   bool frame_checksum_holds();
   FrameView deliver();
   std::uint32_t running_crc(std::size_t position);
@@ -93,7 +93,7 @@ class FrameParser {
   std::size_t delivered_ = 0;  ///< end of the last delivered frame
   std::size_t needed_ = 1;     ///< window size at which there is something to do
   bool in_step_ = true;
-  FrameHeader header_;      ///< of the candidate at begin_, valid while needed_ > kHeaderBytes
+  std::size_t length_ = 0;  ///< LEN of the candidate at begin_, while needed_ > kHeaderBytes
   std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
   /// running_[i]: CRC register at buffer position 16 i, started from 0 at position 16 running_first_.
   std::array<std::uint32_t, kBufferBytes / kBlockBytes + 1> running_{};

@@ -56,6 +56,15 @@ TEST(Crc, OfAHeaderIsTheCrcOfTenBytes) {
   }
 }
 
+TEST(Crc, RunsFromBlockToBlock) {
+  const std::vector<std::byte> bytes = random_bytes(160, 2);
+  std::vector<std::uint32_t> running(11, 77U);
+  crc32_running(bytes.data(), running);
+  for (std::size_t block = 0; block < running.size(); ++block) {
+    EXPECT_EQ(running[block], crc32(std::span(bytes).first(block * kCrc32BlockBytes), 77U)) << block;
+  }
+}
+
 // Catches a wrong power or a carry in the product: every distance, against feeding zeros.
 TEST(Crc, AdvanceEqualsFeedingZeros) {
   const std::vector<std::byte> zeros(1023);
