@@ -139,10 +139,10 @@ Real StaticLaw<Real>::command(Real stick_counts, Real other_counts, Real t_s) {
     stick = play_counts_;
   }
   stick -= model_.trim_counts;
-  Real command = dead_zone_and_curve(stick) + model_.cross_axis * other_counts;
+  Real command = dead_zone_and_curve(stick);
   command *= command < Real(0) ? negative_gain_ : positive_gain_;
-  const Real drift = Real(1) + model_.gain_drift_per_s * t_s;
-  command *= drift;
+  command += model_.gain * model_.cross_axis * other_counts;
+  command *= Real(1) + model_.gain_drift_per_s * t_s;
   if (model_.tilt_limit > Real(0)) {
     const Real other =
         (model_.other_gain > Real(0) ? model_.other_gain : model_.gain) * dead_zone_and_curve(other_counts);

@@ -12,7 +12,7 @@ namespace m100::sysid {
 /// axis is rad (roll, pitch), rad/s (yaw rate) or m/s (climb).
 ///
 ///   v = play(u) - trim                                    u stick in counts from neutral
-///   c = gain (1 + drift t) A(v) (curve(dead_zone(v)) + cross_axis u_other)
+///   c = (1 + drift t) (A(v) curve(dead_zone(v)) + gain cross_axis u_other)      A the gain of the stick's side
 ///   a = slew(limit(c)) delay_s ago
 ///   y'' = w^2 (a + lead_zero a' - y) - 2 z w y'           second order
 ///   y'  = (a - y) / time_constant                         first order

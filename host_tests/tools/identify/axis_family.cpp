@@ -39,8 +39,8 @@ constexpr std::array kParameters{
     Parameter{"saturation", "limit", &Model::saturation, true, Unit::kCommand, 0.1, 3.0, 0.0, 0.0},
     Parameter{"tilt_limit", "limit_rad", &Model::tilt_limit, true, Unit::kCommand, 0.1, 4.0, 0.0, 0.0},
     Parameter{"rate_limit", "limit_per_s", &Model::rate_limit_per_s, true, Unit::kRate, 0.05, 6.0, 0.0, 0.0},
-    Parameter{"gain_asymmetry", "ratio", &Model::gain_asymmetry, true, Unit::kPlain, 0.25, 4.0, 0.05, 1.0},
-    Parameter{"trim_offset", "offset_counts", &Model::trim_counts, false, Unit::kStick, -0.7, 0.7, 4.0, 0.0},
+    Parameter{"gain_asymmetry", "ratio", &Model::gain_asymmetry, true, Unit::kPlain, 0.25, 4.0, 0.08, 1.0},
+    Parameter{"trim_offset", "offset_counts", &Model::trim_counts, false, Unit::kStick, -0.7, 0.7, 6.0, 0.0},
     Parameter{"stick_curve", "exponent", &Model::stick_exponent, true, Unit::kPlain, 0.3, 4.0, 0.05, 1.0},
     Parameter{"backlash", "half_width_counts", &Model::backlash_counts, false, Unit::kStick, 0.0, 0.5, 3.0, 0.0},
     Parameter{"gain_drift", "fraction_per_minute", &Model::gain_drift_per_s, false, Unit::kPlain, -1.5, 3.0, 0.05, 0.0},
@@ -217,39 +217,73 @@ sysid::AxisModel<double> AxisFamily::model(const Fit& fit) const {
   return model;
 }
 
-Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const {
-  const std::vector<const Parameter*> parameters = parameters_of(structure);
+Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) const {
+  const std::vector<const Parameter*> parameters = parameters_of(start.structure);
   std::vector<sysid::Box> box;
   for (const Parameter* p : parameters) {
     // Steps small against what matters, large against the kinks of dead zone and play.
-    const double step = p->member == &Model::delay_s ? 5e-4 : 2e-4;
-    box.push_back({to_fitted(*p, p->low), to_fitted(*p, p->high), step});
+    box.push_back({to_fitted(*p, p->low), to_fitted(*p, p->high), p->member == &Model::delay_s ? 5e-4 : 2e-4});
   }
   std::size_t rows = 0;
   for (std::size_t block = 0; block < training_.size(); ++block) {
     rows += weights[block] > 0 ? samples_in(block) : 0;
   }
   std::vector<double> scratch((parameters.size() + 2) * rows);
-  const auto run = [&](Fit start, int iterations) {
-    const auto residual = [&](std::span<const double> x, std::span<double> out) {
-      start.parameters.assign(x.begin(), x.end());
-      training_.error(model(start), weights, out);
-    };
-    std::vector<double> x = start.parameters;
-    const sysid::LmReport report =
-        sysid::levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {iterations, 1e-4});
-    start.parameters = x;
-    start.sum_of_squares = report.sum_of_squares;
-    return start;
+  std::vector<double> x = start.parameters;
+  const auto residual = [&](std::span<const double> at, std::span<double> out) {
+    start.parameters.assign(at.begin(), at.end());
+    training_.error(model(start), weights, out);
   };
+  const sysid::LmReport report =
+      sysid::levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {iterations, 1e-4});
+  start.parameters = x;
+  start.sum_of_squares = report.sum_of_squares;
+  start.free_parameters = parameters.size();
+  return start;
+}
 
+Fit AxisFamily::polish(const Fit& fit, std::span<const int> weights) const {
+  Fit best = run(fit, weights, 15);
+  const std::vector<const Parameter*> parameters = parameters_of(fit.structure);
+  for (const std::string& effect : fit.structure) {
+    const Starts& table = starts_of(effect);
+    for (const char* variant : table.variants) {
+      for (const std::vector<double>& values : table.values) {
+        Fit start = best;
+        for (const char* other : table.variants) {
+          const std::string token(other);
+          const std::size_t found = token.empty() ? std::string::npos : start.shape.find(token);
+          if (found != std::string::npos) {
+            start.shape.erase(found, token.size());
+          }
+        }
+        start.shape += variant;
+        std::size_t column = 0;
+        for (std::size_t k = 0; k < parameters.size(); ++k) {
+          if (effect == parameters[k]->effect && parameters[k]->member != &Model::gain) {
+            start.parameters[k] = to_fitted(*parameters[k], values[std::min(column, values.size() - 1)]);
+          }
+          column += effect == parameters[k]->effect ? 1U : 0U;
+        }
+        const Fit tried = run(std::move(start), weights, 5);
+        if (tried.sum_of_squares < 1.05 * best.sum_of_squares) {
+          const Fit ended = run(tried, weights, 15);
+          best = ended.sum_of_squares < best.sum_of_squares ? ended : best;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const {
+  const std::vector<const Parameter*> parameters = parameters_of(structure);
   Fit base;
   base.structure = structure;
-  base.free_parameters = parameters.size();
   if (warm != nullptr && warm->structure == structure) {
     base.parameters = warm->parameters;
     base.shape = warm->shape;
-    return run(base, 6);
+    return run(base, weights, 6);
   }
   // What is known from `warm` stays; every effect that is new is started from each of its starts and variants.
   const std::vector<const Parameter*> known =
@@ -294,12 +328,12 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
   }
   Fit best;
   for (const Fit& start : starts) {
-    const Fit tried = run(start, starts.size() > 1 ? 5 : 0);
+    const Fit tried = run(start, weights, starts.size() > 1 ? 5 : 0);
     if (best.parameters.empty() || tried.sum_of_squares < best.sum_of_squares) {
       best = tried;
     }
   }
-  return run(best, 25);
+  return run(best, weights, 25);
 }
 
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
@@ -377,6 +411,13 @@ bool AxisFamily::big_enough(const Fit& fit, const std::string& name) const {
     const double least = p.unit == Unit::kStick ? p.minimum * scale_.minimum_counts : p.minimum;
     if (distance < least) {
       return false;
+    }
+    // A trim below what the air leaves anyway is the air's mean over this flight.
+    if (p.member == &Model::trim_counts) {
+      const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
+      if (distance * std::abs(physical(fit, 0)) < rmse) {
+        return false;
+      }
     }
   }
   return true;

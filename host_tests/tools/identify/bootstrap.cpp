@@ -21,9 +21,10 @@ std::vector<Interval> bootstrap(const Family& family, const Fit& fit, std::size_
       samples[k].push_back(drawn.parameters[k]);
     }
   }
-  const double n = static_cast<double>(blocks);
-  const double p = static_cast<double>(fit.free_parameters) / std::max(1.0, n);
-  const double widening = n > 1.0 ? std::sqrt(n / std::max(1.0, n - 1.0 - std::min(p, 1.0))) : 1.0;
+  // A percentile interval of few blocks is too narrow: the spread of n blocks is known with n - 1 degrees of freedom
+  // only (Student's t at 97.5 % over the normal quantile, t by the first terms of its expansion in 1 / (n - 1)).
+  const double degrees = std::max(2.0, static_cast<double>(blocks) - 1.0);
+  const double widening = std::sqrt((degrees + 1.0) / degrees) * (1.0 + 1.21 / degrees + 1.45 / (degrees * degrees));
   std::vector<Interval> out(samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const double value = fit.parameters[k];

@@ -103,6 +103,7 @@ nlohmann::ordered_json to_json(const IdentifyResult& result) {
                           {"name", row.name},
                           {"cv_gain", row.cv_gain},
                           {"delta_bic", row.delta_bic},
+                          {"delta_white", row.delta_white},
                           {"paired_t", row.paired_t},
                           {"big_enough", row.big_enough},
                           {"accepted", row.accepted},

@@ -238,7 +238,7 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
     return;
   }
   const ResidualFinding::Share& best = shares.front();
-  if (best.predicted > options.minimum_share && best.predicted > best.shifted) {
+  if (best.predicted > options.minimum_share && best.predicted > best.shifted + options.shift_margin) {
     out.push_back(before + best.source + " (" + percent(best.predicted) + " of what is left, chance reaches " +
                   percent(std::max(0.0, best.shifted)) + ")");
   }

@@ -28,6 +28,7 @@ struct ResidualInput {
 
 struct ResidualOptions {
   std::size_t shifts = 99;       ///< circular shifts of the residual, the best of which must be beaten
+  double shift_margin = 0.05;    ///< by this share of the variance
   double minimum_share = 0.10;   ///< least cross-validated share of the variance that counts
   double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
   double periodic_peak = 14.0;   ///< and this many times its neighbourhood

@@ -62,6 +62,7 @@ struct CandidateRow {
   std::string name;
   double cv_gain = 0.0;
   double delta_bic = 0.0;
+  double delta_white = 0.0;  ///< the criterion on whitened residuals
   double paired_t = 0.0;
   bool big_enough = false;
   bool accepted = false;

@@ -40,6 +40,11 @@ class Family {
   /// Without `warm`: from several starts. With `warm` of the same structure: from there, few iterations. With `warm` of
   /// another structure: what both have in common from there, what is new from several starts.
   virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
+  /// A better optimum of the same structure, if one is found from other starts or variants of single effects.
+  virtual Fit polish(const Fit& fit, std::span<const int> weights) const {
+    static_cast<void>(weights);
+    return fit;
+  }
   /// Simulation error of one training block, sample by sample (several axes: one after the other).
   virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
   /// The same of all blocks with a positive weight; empty vectors for the others. Override where one pass is cheaper.
@@ -72,11 +77,15 @@ class Family {
 struct SelectionOptions {
   double minimum_cv_gain = 0.04;
   double minimum_delta_bic = 6.0;
+  double minimum_delta_white = 15.0;  ///< or this much on whitened residuals, with minimum_t_white
+  double minimum_t_white = 1.0;
   double minimum_t = 1.7;
-  double strong_delta_bic = 15.0;  ///< with this much, minimum_t_strong is enough
+  double strong_delta_bic = 10.0;  ///< with this much, minimum_t_strong is enough
   double minimum_t_strong = 0.3;
-  double rival_margin = 0.05;  ///< cross-validated error within this of the winner's: not separable
-  double keep_cv_gain = 0.02;  ///< an earlier effect that earns less is dropped
+  double rival_margin = 0.05;       ///< cross-validated error within this of the winner's: not separable
+  double keep_cv_gain = 0.02;       ///< an earlier effect that earns less is dropped
+  double simpler_margin = 0.02;     ///< within this, the candidate with fewer parameters wins
+  std::size_t pair_candidates = 6;  ///< when no single edit convinces, pairs of this many best ones are tried
   std::size_t folds = 5;
   std::size_t maximum_effects = 5;
   std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
@@ -88,6 +97,7 @@ struct Judged {
   std::vector<double> cv_block;  ///< sum of squares of each block, predicted by the fit to the other folds
   double cv = 0.0;               ///< their sum
   double effective_samples = 0.0;
+  std::vector<std::vector<double>> errors;  ///< of the fit to all blocks, block by block
 };
 
 struct Step {
@@ -115,12 +125,20 @@ struct Selection {
 /// Starts from `declared` and edits it as long as an edit is accepted.
 Selection select(const Family& family, const Structure& declared, const SelectionOptions& options);
 
-/// Fits `structure` to everything and cross-validates it. Folds are interleaved blocks.
+/// Fills everything but the fit. Folds are interleaved blocks.
+void cross_validate(const Family& family, Judged& judged, std::size_t folds);
+/// Fits `structure` to everything and cross-validates it.
 Judged judge(const Family& family, const Structure& structure, const Fit* warm, std::size_t folds);
 
 /// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum cut
 /// at its first non-positive term. Blocks are correlated within, not across.
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);
+
+/// The same criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over 50 ms,
+/// filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from the
+/// criterion on the effective sample size; it does not hide them from this one.
+double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
+                          std::size_t extra);
 
 /// n_eff ln(mean square) + k ln(n_eff)
 double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
