@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/sysid/residual_monitor.h"
+
+#include "firmware/core/assert.h"
+#include "firmware/core/maths.h"
+
+namespace m100::sysid {
+namespace {
+
+template <typename Real>
+AxisModel<Real> to_real(const AxisModel<double>& model) {
+  const auto real = [](double value) { return static_cast<Real>(value); };
+  AxisModel<Real> out;
+  out.gain = real(model.gain);
+  out.time_constant_s = real(model.time_constant_s);
+  out.natural_frequency_rad_s = real(model.natural_frequency_rad_s);
+  out.damping_ratio = real(model.damping_ratio);
+  out.delay_s = real(model.delay_s);
+  out.lead_zero_s = real(model.lead_zero_s);
+  out.dead_zone_counts = real(model.dead_zone_counts);
+  out.dead_zone_shape = model.dead_zone_shape;
+  out.trim_counts = real(model.trim_counts);
+  out.stick_exponent = real(model.stick_exponent);
+  out.backlash_counts = real(model.backlash_counts);
+  out.saturation = real(model.saturation);
+  out.tilt_limit = real(model.tilt_limit);
+  out.other_gain = real(model.other_gain);
+  out.rate_limit_per_s = real(model.rate_limit_per_s);
+  out.command_slew_per_s = real(model.command_slew_per_s);
+  out.gain_asymmetry = real(model.gain_asymmetry);
+  out.gain_drift_per_s = real(model.gain_drift_per_s);
+  out.cross_axis = real(model.cross_axis);
+  return out;
+}
+
+}  // namespace
+
+template <typename Real>
+AxisResidual<Real>::AxisResidual(const AxisModel<Real>& model, Real expected_rms, Real sample_period_s)
+    : model_(model),
+      expected_rms_(expected_rms),
+      sample_period_s_(sample_period_s),
+      law_(model, sample_period_s),
+      dynamics_(model, sample_period_s) {
+  M100_ASSERT(expected_rms > Real(0));
+  M100_ASSERT(model.delay_s <= sample_period_s * static_cast<Real>(kDelay - 2));
+}
+
+template <typename Real>
+void AxisResidual<Real>::update(Real stick_counts, Real other_counts, Real measured) {
+  if (!(measured - measured == Real(0)) || !(stick_counts - stick_counts == Real(0))) {
+    interrupt();  // not finite
+    return;
+  }
+  newest_ = (newest_ + 1) % measured_.size();
+  measured_[newest_] = measured;
+  commands_[newest_] = law_.command(stick_counts, other_counts, static_cast<Real>(sample_) * sample_period_s_);
+  ++sample_;
+  if (filled_ < measured_.size()) {
+    ++filled_;
+  }
+  if (filled_ > kHalfWindow) {
+    process((newest_ + measured_.size() - kHalfWindow) % measured_.size());
+  }
+}
+
+template <typename Real>
+void AxisResidual<Real>::interrupt() {
+  filled_ = 0;
+  running_ = false;
+}
+
+// The sample in the middle of the window: its command joins the past, its error the block.
+template <typename Real>
+void AxisResidual<Real>::process(std::size_t slot) {
+  past_newest_ = (past_newest_ + 1) % kDelay;
+  past_commands_[past_newest_] = commands_[slot];
+  if (!running_) {
+    if (filled_ < measured_.size()) {
+      before_ = delayed_command();
+      return;
+    }
+    begin_block();
+  }
+  const Real error = dynamics_.value() - measured_[slot];
+  sum_ += error * error;
+  const Real now = delayed_command();
+  dynamics_.step(now + model_.lead_zero_s / sample_period_s_ * (now - before_));
+  before_ = now;
+  if (++in_block_ == kBlock) {
+    end_block();
+  }
+}
+
+// Sums over x = -5 .. 5: of 1, 11; of x^2, 110; of x^4, 1958. Value and slope of the least-squares quadratic at x = 0.
+template <typename Real>
+void AxisResidual<Real>::begin_block() {
+  Real m0 = Real(0);
+  Real m1 = Real(0);
+  Real m2 = Real(0);
+  const std::size_t oldest = (newest_ + 1) % measured_.size();
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const Real y = measured_[(oldest + i) % measured_.size()];
+    const Real x = static_cast<Real>(i) - static_cast<Real>(kHalfWindow);
+    m0 += y;
+    m1 += x * y;
+    m2 += x * x * y;
+  }
+  const Real value = (Real(1958) * m0 - Real(110) * m2) / Real(9438);
+  dynamics_.start(value, m1 / (Real(110) * sample_period_s_));
+  sum_ = Real(0);
+  in_block_ = 0;
+  running_ = true;
+}
+
+template <typename Real>
+void AxisResidual<Real>::end_block() {
+  report_.block_rms = core::sqrt(sum_ / static_cast<Real>(kBlock));
+  report_.ratio = report_.block_rms / expected_rms_;
+  ++report_.blocks;
+  report_.blocks_over = report_.ratio > kLimit ? report_.blocks_over + 1 : 0;
+  report_.departed = report_.blocks_over >= 2 || report_.ratio > kFarLimit;
+  running_ = false;
+}
+
+template <typename Real>
+Real AxisResidual<Real>::delayed_command() const {
+  const Real samples = model_.delay_s / sample_period_s_;
+  const auto whole = static_cast<std::size_t>(samples);
+  const Real part = samples - static_cast<Real>(whole);
+  const Real newer = past_commands_[(past_newest_ + kDelay - whole) % kDelay];
+  const Real older = past_commands_[(past_newest_ + kDelay - whole - 1) % kDelay];
+  return newer + part * (older - newer);
+}
+
+template <typename Real>
+ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s)
+    : channels_{
+          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.roll)), expected.roll_rad, sample_period_s),
+          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.pitch)), expected.pitch_rad, sample_period_s),
+          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.yaw_rate)), expected.yaw_rate_rad_s, sample_period_s),
+          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.climb)), expected.climb_m_s, sample_period_s)} {}
+
+template <typename Real>
+void ResidualMonitor<Real>::update(const Sample& sample) {
+  constexpr std::array<std::size_t, kChannels> kOther{1, 0, 2, 3};  // roll and pitch leak into each other
+  for (std::size_t channel = 0; channel < kChannels; ++channel) {
+    channels_[channel].update(sample.stick_counts[channel], sample.stick_counts[kOther[channel]],
+                              sample.measured[channel]);
+  }
+}
+
+template <typename Real>
+void ResidualMonitor<Real>::interrupt() {
+  for (AxisResidual<Real>& channel : channels_) {
+    channel.interrupt();
+  }
+}
+
+template <typename Real>
+Channel ResidualMonitor<Real>::worst() const {
+  std::size_t worst = 0;
+  for (std::size_t channel = 1; channel < kChannels; ++channel) {
+    if (channels_[channel].report().ratio > channels_[worst].report().ratio) {
+      worst = channel;
+    }
+  }
+  return static_cast<Channel>(worst);
+}
+
+template <typename Real>
+bool ResidualMonitor<Real>::departed() const {
+  for (const AxisResidual<Real>& channel : channels_) {
+    if (channel.report().departed) {
+      return true;
+    }
+  }
+  return false;
+}
+
+template class AxisResidual<float>;
+template class AxisResidual<double>;
+template class ResidualMonitor<float>;
+template class ResidualMonitor<double>;
+
+}  // namespace m100::sysid

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/sysid/residual_monitor.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "host_tests/tools/identify/axis_blocks.h"
+
+namespace m100::sysid {
+namespace {
+
+constexpr double kPeriod_s = 0.01;
+
+AxisModel<double> measured_roll() {
+  AxisModel<double> model;
+  model.gain = 9.1e-4;
+  model.natural_frequency_rad_s = 7.2;
+  model.damping_ratio = 0.75;
+  model.delay_s = 0.0552;
+  model.lead_zero_s = 0.11;
+  model.dead_zone_counts = 14.9;
+  return model;
+}
+
+/// Sticks of a busy hand and the response of `truth` with a little noise.
+tools::identify::AxisData fly(const AxisModel<double>& truth, std::size_t size, double noise_rad) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  tools::identify::AxisData data;
+  data.period_s = kPeriod_s;
+  StaticLaw<double> law(truth, kPeriod_s);
+  AxisDynamics<double> dynamics(truth, kPeriod_s);
+  std::vector<double> commands;
+  double target = 0.0;
+  double stick = 0.0;
+  for (std::size_t i = 0; i < size; ++i) {
+    target = i % 70 == 0 ? 180.0 * normal(random) : target;
+    stick += 0.12 * (target - stick);
+    data.stick.push_back(std::round(stick));
+    data.measured.push_back(dynamics.value() + noise_rad * normal(random));
+    commands.push_back(law.command(data.stick.back(), 0.0, 0.0));
+    const double late = static_cast<double>(i) - truth.delay_s / kPeriod_s;
+    const auto at = [&](double index) { return commands[static_cast<std::size_t>(std::max(0.0, std::floor(index)))]; };
+    const double part = std::ceil(late) - late;
+    const double now = at(std::ceil(late)) * (1.0 - part) + at(std::ceil(late) - 1.0) * part;
+    const double before = at(std::ceil(late) - 1.0) * (1.0 - part) + at(std::ceil(late) - 2.0) * part;
+    dynamics.step(now + truth.lead_zero_s / kPeriod_s * (now - before));
+  }
+  data.valid.assign(size, 1);
+  return data;
+}
+
+ResidualReport<double> watch(const AxisModel<double>& believed, const tools::identify::AxisData& data,
+                             double expected_rms) {
+  AxisResidual<double> residual(believed, expected_rms, kPeriod_s);
+  for (std::size_t i = 0; i < data.stick.size(); ++i) {
+    residual.update(data.stick[i], 0.0, data.measured[i]);
+  }
+  return residual.report();
+}
+
+// The vehicle must see what the host sees: the same block, the same start, the same error.
+TEST(AxisResidual, EqualsTheHostsSimulationError) {
+  RecordProperty("promise", "R13");
+  const tools::identify::AxisData data = fly(measured_roll(), 266, 0.002);
+  AxisModel<double> believed = measured_roll();
+  believed.gain *= 1.1;
+  believed.delay_s = 0.0237;
+  const tools::identify::AxisBlocks host(data, {{0.05, 2.55}});
+  ASSERT_EQ(host.size(), 1U);
+  const ResidualReport<double> seen = watch(believed, data, 0.01);
+  ASSERT_EQ(seen.blocks, 1U);
+  EXPECT_NEAR(seen.block_rms, host.rmse(believed), 1e-12);
+}
+
+TEST(AxisResidual, StaysQuietWhileTheModelHolds) {
+  const ResidualReport<double> seen = watch(measured_roll(), fly(measured_roll(), 6000, 0.002), 0.004);
+  EXPECT_GT(seen.blocks, 20U);
+  EXPECT_LT(seen.ratio, 1.0);
+  EXPECT_FALSE(seen.departed);
+}
+
+// Reality leaves the model: half the gain is gone, or 150 ms of delay have come.
+TEST(AxisResidual, NoticesALostGain) {
+  AxisModel<double> truth = measured_roll();
+  truth.gain *= 0.5;
+  const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.002), 0.008);
+  EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
+}
+
+TEST(AxisResidual, NoticesADelay) {
+  AxisModel<double> truth = measured_roll();
+  truth.delay_s += 0.15;
+  const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.002), 0.008);
+  EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
+}
+
+// A block with a hole in it would compare the model with nothing.
+TEST(AxisResidual, ThrowsABlockWithAGapAway) {
+  const tools::identify::AxisData data = fly(measured_roll(), 500, 0.002);
+  AxisResidual<double> residual(measured_roll(), 0.008, kPeriod_s);
+  for (std::size_t i = 0; i < data.stick.size(); ++i) {
+    const bool lost = i % 200 == 150;
+    residual.update(data.stick[i], 0.0, lost ? std::numeric_limits<double>::quiet_NaN() : data.measured[i]);
+  }
+  EXPECT_EQ(residual.report().blocks, 0U);
+}
+
+// float is what flies: its residual must be the same within a few millionths of the axis' range.
+TEST(AxisResidual, FloatAgreesWithDouble) {
+  const tools::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
+  AxisModel<float> model;
+  model.gain = 9.1e-4F;
+  model.natural_frequency_rad_s = 7.2F;
+  model.damping_ratio = 0.75F;
+  model.delay_s = 0.0552F;
+  model.lead_zero_s = 0.11F;
+  model.dead_zone_counts = 14.9F;
+  AxisResidual<float> residual(model, 0.008F, 0.01F);
+  for (std::size_t i = 0; i < data.stick.size(); ++i) {
+    residual.update(static_cast<float>(data.stick[i]), 0.F, static_cast<float>(data.measured[i]));
+  }
+  const ResidualReport<double> seen = watch(measured_roll(), data, 0.008);
+  EXPECT_EQ(residual.report().blocks, seen.blocks);
+  EXPECT_NEAR(static_cast<double>(residual.report().block_rms), seen.block_rms, 2e-5);
+}
+
+TEST(ResidualMonitor, SaysWhichChannelIsWorst) {
+  model::Vehicle vehicle;
+  vehicle.roll.natural_frequency_rad_s = vehicle.pitch.natural_frequency_rad_s = 8.0;
+  vehicle.roll.damping_ratio = vehicle.pitch.damping_ratio = 0.7;
+  vehicle.yaw_rate.scale_per_count = 2.24e-3;
+  vehicle.yaw_rate.time_constant_s = 0.19;
+  vehicle.climb.scale_per_count = 2.65e-3;
+  vehicle.climb.time_constant_s = 0.33;
+  ResidualMonitor<double> monitor(vehicle, {}, kPeriod_s);
+  for (int i = 0; i < 600; ++i) {
+    ResidualMonitor<double>::Sample sample;
+    sample.measured = {0.0, i > 20 ? 0.2 : 0.0, 0.0, 0.0};  // pitch goes where no stick sent it
+    monitor.update(sample);
+  }
+  EXPECT_EQ(monitor.worst(), Channel::kPitch);
+  EXPECT_TRUE(monitor.departed());
+  EXPECT_TRUE(monitor.report(Channel::kPitch).departed);
+  EXPECT_FALSE(monitor.report(Channel::kRoll).departed);
+}
+
+}  // namespace
+}  // namespace m100::sysid
