@@ -31,7 +31,7 @@ struct N1Config {
   const protocol::Cipher* cipher = nullptr;  ///< the app's key, for encrypted commands
   std::uint32_t app_id = 0;                  ///< the only one that activates; 0: any
   N1Rates rates = kAssistantRates;
-  N1SensorNoise noise;
+  N1SensorNoise noise{};
   /// While Virtual RC is on, the RC item of telemetry shows its channels instead of the real transmitter (protocol, 7:
   /// "as far as known").
   bool rc_item_shows_virtual = true;
@@ -39,7 +39,7 @@ struct N1Config {
   bool lenient_virtual_rc = false;
   core::Duration virtual_rc_timeout = std::chrono::seconds(1);       ///< protocol, 7
   core::Duration movement_timeout = std::chrono::milliseconds(500);  ///< undocumented; then the aircraft hovers
-  std::vector<N1ScriptLine> script;
+  std::vector<N1ScriptLine> script{};
 };
 
 /// One thing received or done. Names are those of the protocol's catalogue where there is one.

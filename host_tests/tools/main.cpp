@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::tools::add_frames(lab);
   m100::tools::add_identify(lab);
+  m100::tools::add_autopilot(lab);
   m100::tools::add_report(lab);
   m100::tools::add_gains(lab);
   m100::tools::add_mpc(lab);

@@ -12,6 +12,7 @@ enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_frames(CLI::App& lab);
 void add_identify(CLI::App& lab);
+void add_autopilot(CLI::App& lab);
 void add_report(CLI::App& lab);
 
 void add_gains(CLI::App& lab);

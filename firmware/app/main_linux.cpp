@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100: the program on the companion board. One file per subcommand, in firmware/app/linux.
+#include <iostream>
+
+#include "firmware/app/linux/subcommands.h"
+
+int main(int argc, char** argv) {
+  CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
+  m100.require_subcommand(1);
+  m100.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
+  m100::app::add_fly(m100);
+  m100::app::add_probe(m100);
+  m100::app::add_doctor(m100);
+  try {
+    m100.parse(argc, argv);
+  } catch (const CLI::RuntimeError& stop) {
+    return stop.get_exit_code();
+  } catch (const CLI::Success& help) {
+    return m100.exit(help);
+  } catch (const std::exception& wrong) {
+    std::cerr << "m100: " << wrong.what() << "\n";
+    return m100::app::kBadInput;
+  }
+  return m100::app::kDone;
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The two programs as a user starts them, joined by a pseudo-terminal: m100 on one side, m100-lab autopilot on the
+// other, in real time.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "hal/linux/serial_port.h"
+#include "hal/mock/wrong_baud.h"
+#include "host_tests/sim/pty_uart.h"
+#include "host_tests/sim/random.h"
+
+extern char** environ;  // NOLINT: the name is POSIX
+
+namespace m100 {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using std::chrono::milliseconds;
+
+class Process {
+ public:
+  Process(std::string program, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), std::move(program));
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) {
+      pointers.push_back(argument.data());
+    }
+    pointers.push_back(nullptr);
+    EXPECT_EQ(posix_spawn(&id_, pointers[0], nullptr, nullptr, pointers.data(), environ), 0) << pointers[0];
+  }
+  ~Process() {
+    if (id_ > 0) {
+      kill(id_, SIGKILL);
+      waitpid(id_, nullptr, 0);
+    }
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void interrupt() const { kill(id_, SIGINT); }
+  /// The exit code; -1: did not end in time, or not by itself.
+  int wait(std::chrono::seconds at_most) {
+    for (auto left = at_most / milliseconds(10); left > 0; --left) {
+      int status = 0;
+      if (waitpid(id_, &status, WNOHANG) == id_) {
+        id_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+      }
+      std::this_thread::sleep_for(milliseconds(10));
+    }
+    return -1;
+  }
+
+ private:
+  pid_t id_ = -1;
+};
+
+struct TwoProcesses : ::testing::Test {
+  fs::path folder = fs::temp_directory_path() / ("m100_two_" + std::to_string(getpid()));
+  fs::path port = folder / "port";
+  fs::path events = folder / "events.json";
+  fs::path result = folder / "result.json";
+  void SetUp() override { fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::unique_ptr<Process> start_autopilot(std::vector<std::string> more) {
+    std::vector<std::string> arguments{"autopilot", "--pty", port.string(), "--events", events.string(), "--duration",
+                                       "100"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
+    for (int i = 0; i < 1000 && !fs::exists(port); ++i) {
+      std::this_thread::sleep_for(milliseconds(10));
+    }
+    EXPECT_TRUE(fs::exists(port));
+    return process;
+  }
+  int fly(std::vector<std::string> more) {
+    std::vector<std::string> arguments{"fly", "--dry-run", "--port", port.string(), "--json", result.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(60));
+  }
+  json flown() const { return json::parse(std::ifstream(result)); }
+  /// What the autopilot noted down; ends it.
+  json examined(Process& autopilot) const {
+    autopilot.interrupt();
+    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
+    std::ifstream file(events);
+    std::string line, last;
+    while (std::getline(file, line)) {
+      last = line;
+    }
+    return json::parse(last);
+  }
+};
+
+struct Line {
+  const char* name;
+  const char* baud;
+  const char* channel;
+  const char* loss;
+  const char* seed;
+};
+
+class StartUpToRelease : public TwoProcesses, public ::testing::WithParamInterface<Line> {};
+INSTANTIATE_TEST_SUITE_P(TwoProcesses, StartUpToRelease,
+                         ::testing::Values(Line{"VirtualRcAt230400", "230400", "virtual_rc", "0", "1"},
+                                           Line{"MovementAt230400", "230400", "movement", "0", "1"},
+                                           Line{"VirtualRcAt921600", "921600", "virtual_rc", "0", "1"},
+                                           Line{"VirtualRcAt230400Losing1Percent", "230400", "virtual_rc", "0.01", "2"},
+                                           Line{"MovementAt921600Losing1Percent", "921600", "movement", "0.01", "3"}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
+  RecordProperty("promise", "R4");
+  const Line& line = GetParam();
+  const auto autopilot = start_autopilot({"--baud", line.baud, "--loss", line.loss, "--seed", line.seed});
+  EXPECT_EQ(fly({"--baud", line.baud, "--channel", line.channel, "--hold", "3"}), 0);
+  const json program = flown();
+  const json examiner = examined(*autopilot);
+  EXPECT_TRUE(program["released"]) << program;
+  EXPECT_FALSE(examiner["client_in_control"]) << examiner;
+  EXPECT_LE(examiner["obtain_requests"], 3);
+  // Two seconds between requests, less what the line and the steps of both programs add or take: 20 ms.
+  EXPECT_GE(examiner["least_obtain_spacing_s"], 1.98);
+  EXPECT_EQ(examiner["control_after_loss"], 0);
+  const bool sticks = std::string(line.channel) == "virtual_rc";
+  const int taken = sticks ? examiner["virtual_rc_taken"] : examiner["movement_taken"];
+  // 25 or 50 Hz for 3 s. A busy machine makes ticks late and never more than were due; 1 % of frames may be lost.
+  EXPECT_LE(taken, (sticks ? 25 : 50) * 3 + 4);
+  EXPECT_GE(taken, (sticks ? 25 : 50) * 2);
+  EXPECT_LE(examiner["most_commands_per_s"], sticks ? 26 : 51);
+}
+
+// Catches a program that keeps sending, or asks again, when the pilot has taken the aircraft back.
+TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
+  RecordProperty("promise", "R4");
+  const fs::path script = folder / "script";
+  std::ofstream(script) << "4.5 mode A\n6 mode F\n";
+  const auto autopilot = start_autopilot({"--baud", "230400", "--script", script.string()});
+  EXPECT_EQ(fly({"--baud", "230400", "--hold", "20"}), 1);
+  EXPECT_EQ(flown()["last_reason"], "control_lost");
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  const json examiner = examined(*autopilot);
+  EXPECT_EQ(examiner["losses"], 1);
+  EXPECT_LE(examiner["latest_after_loss_s"], 0.040) << "one period of Virtual RC";
+  EXPECT_EQ(examiner["obtain_requests"], 2);
+}
+
+TEST_F(TwoProcesses, ARefusalNamesItsRemedy) {
+  const auto autopilot = start_autopilot({"--baud", "230400", "--rc-mode", "P"});
+  EXPECT_EQ(fly({"--baud", "230400"}), 1);
+  EXPECT_EQ(flown()["last_reason"], "not_mode_f");
+  EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
+}
+
+int probe(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments{"probe", "--seconds", "0.5"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(20));
+}
+
+TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
+  const auto autopilot = start_autopilot({"--baud", "230400"});
+  EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 0);
+  EXPECT_EQ(flown()["verdict"], "autopilot");
+  EXPECT_EQ(flown()["baud"], 230400);
+  EXPECT_EQ(flown()["firmware"], "M100, firmware 3.1");
+  EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"], 50.0, 10.0) << "as the assistant sets it";
+  EXPECT_EQ(examined(*autopilot)["frames"], 0) << "not one byte was sent";
+}
+
+TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
+  sim::PtyUart line(port.string());
+  EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 1);
+  EXPECT_EQ(flown()["verdict"], "nothing_received");
+  EXPECT_NE(flown()["remedy"].get<std::string>().find("enable API control"), std::string::npos);
+
+  std::vector<std::byte> sent(400);
+  sim::Random random(1, "probe");
+  for (std::byte& value : sent) {
+    value = static_cast<std::byte>(random.next() >> 56U);
+  }
+  const std::vector<std::byte> seen = hal::received_at(sent, 921600, 230400);
+  std::jthread talker([&](const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      (void)line.write(seen);
+      std::this_thread::sleep_for(milliseconds(5));
+    }
+  });
+  EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
+  EXPECT_EQ(flown()["verdict"], "wrong_baud");
+}
+
+TEST_F(TwoProcesses, WrongUseEndsWithTwoAndNamesTheFileAndLine) {
+  EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", (folder / "none").string()}).wait(std::chrono::seconds(5)),
+            2);
+  EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", "/dev/null"}).wait(std::chrono::seconds(5)), 2);
+  EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", "/dev/null", "--rate", "100"}).wait(std::chrono::seconds(5)),
+            2);
+  const fs::path script = folder / "script";
+  std::ofstream(script) << "1 mode F\n2 mode Q\n";
+  EXPECT_EQ(Process(M100_LAB_PROGRAM, {"autopilot", "--pty", port.string(), "--script", script.string()})
+                .wait(std::chrono::seconds(5)),
+            2);
+}
+
+TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {
+  EXPECT_EQ(Process(M100_PROGRAM, {"doctor", "--port", (folder / "none").string(), "--json", result.string()})
+                .wait(std::chrono::seconds(20)),
+            1);
+  const json checks = flown()["checks"];
+  ASSERT_FALSE(checks.empty());
+  EXPECT_EQ(checks[0]["health"], "bad");
+  for (const json& check : checks) {
+    EXPECT_EQ(check["health"] == "good", check["remedy"].get<std::string>().empty()) << check;
+  }
+}
+
+}  // namespace
+}  // namespace m100

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab autopilot: an N1 autopilot with a vehicle behind it, on a pseudo-terminal, in real time.
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/linux/monotonic_clock.h"
+#include "host_tests/sim/n1_autopilot.h"
+#include "host_tests/sim/plant_file.h"
+#include "host_tests/sim/pty_uart.h"
+#include "host_tests/sim/vehicle.h"
+#include "host_tests/tools/input_error.h"
+#include "host_tests/tools/subcommands.h"
+#include "protocol/aes256.h"
+
+namespace m100::tools {
+namespace {
+
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_to_stop(int) { stop_asked = 1; }
+
+struct Options {
+  std::string pty;
+  std::string plant;
+  std::uint64_t seed = 1;
+  std::string mode = "F";
+  std::string script;
+  std::string events;
+  std::uint32_t baud = 230400;
+  std::uint32_t app_id = 0;
+  std::string key;
+  double loss = 0.0;
+  double duration_s = 0.0;
+  bool lenient_virtual_rc = false;
+};
+
+std::string read_text(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    throw InputError(path, 0, "", "cannot be read");
+  }
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+std::vector<sim::N1ScriptLine> read_script(const std::string& path) {
+  try {
+    return sim::read_n1_script(read_text(path));
+  } catch (const sim::N1ScriptError& wrong) {
+    throw InputError(path, wrong.line(), "", wrong.what());
+  }
+}
+
+protocol::CipherKey read_key(const std::string& hex) {
+  protocol::CipherKey key{};
+  if (hex.size() != 2 * key.size() || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
+    throw InputError("--key", 0, "", "needs 64 hexadecimal digits");
+  }
+  for (std::size_t i = 0; i < key.size(); ++i) {
+    key[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));
+  }
+  return key;
+}
+
+/// JSON lines; the last one sums up what a strict examiner saw.
+class EventFile {
+ public:
+  explicit EventFile(const std::string& path) : file_(path) {
+    if (!file_) {
+      throw InputError(path, 0, "", "cannot be written");
+    }
+  }
+  void write(const sim::N1Event& event) {
+    file_ << "{\"t_s\":" << core::seconds<double>(event.at.time_since_epoch()) << ",\"what\":\"" << event.what
+          << "\",\"name\":\"" << event.name << "\",\"value\":" << event.value << "}\n";
+  }
+  void summarise(const sim::N1Autopilot& autopilot) {
+    const sim::N1Record& record = autopilot.record();
+    const protocol::ParserStats& parser = autopilot.parser_stats();
+    const auto spacing_s = [](core::Duration spacing) {
+      return spacing == core::Duration::max() ? -1.0 : core::seconds<double>(spacing);  // -1: there were not two
+    };
+    file_ << "{\"what\":\"summary\",\"obtain_requests\":" << record.obtain_requests
+          << ",\"least_obtain_spacing_s\":" << spacing_s(record.least_obtain_spacing)
+          << ",\"virtual_rc_on_requests\":" << record.virtual_rc_on_requests
+          << ",\"least_on_spacing_s\":" << spacing_s(record.least_on_spacing)
+          << ",\"movement_taken\":" << record.movement_taken << ",\"movement_ignored\":" << record.movement_ignored
+          << ",\"virtual_rc_taken\":" << record.virtual_rc_taken
+          << ",\"virtual_rc_ignored\":" << record.virtual_rc_ignored
+          << ",\"most_commands_per_s\":" << record.most_commands_per_s << ",\"losses\":" << record.losses
+          << ",\"control_after_loss\":" << record.control_after_loss
+          << ",\"latest_after_loss_s\":" << core::seconds<double>(record.latest_after_loss)
+          << ",\"telemetry_packages\":" << record.telemetry_packages << ",\"bad_commands\":" << record.bad_commands
+          << ",\"frames\":" << parser.frames << ",\"crc16_errors\":" << parser.crc16_errors
+          << ",\"crc32_errors\":" << parser.crc32_errors << ",\"bytes_dropped\":" << parser.bytes_dropped
+          << ",\"client_in_control\":" << (autopilot.client_in_control() ? "true" : "false") << "}\n";
+    file_.flush();
+  }
+
+ private:
+  std::ofstream file_;
+};
+
+void run(const Options& options) {
+  const sim::Plant plant = options.plant.empty() ? sim::measured_plant() : sim::load_plant(options.plant);
+  std::optional<protocol::Aes256> cipher;
+  if (!options.key.empty()) {
+    cipher.emplace(read_key(options.key));
+  }
+  sim::N1Config config{.baud = options.baud,
+                       .seed = options.seed,
+                       .mode = static_cast<sim::N1Mode>(options.mode.front()),
+                       .cipher = cipher ? &*cipher : nullptr,
+                       .app_id = options.app_id,
+                       .noise = {.attitude_rad = plant.sensors.attitude_noise_rad,
+                                 .rate_rad_s = plant.sensors.imu_rate_noise_rad_s,
+                                 .force_m_s2 = plant.sensors.imu_acceleration_noise_m_s2},
+                       .lenient_virtual_rc = options.lenient_virtual_rc};
+  if (!options.script.empty()) {
+    config.script = read_script(options.script);
+  }
+  std::optional<EventFile> events;
+  if (!options.events.empty()) {
+    events.emplace(options.events);
+  }
+  sim::PtyUart uart(options.pty);
+  sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, 1.5});
+  sim::N1Autopilot autopilot(uart, vehicle, config);
+  autopilot.happen(sim::N1Happening::kLoss, options.loss);
+  if (events) {
+    autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
+  }
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  std::cout << "autopilot on " << options.pty << ", " << options.baud << " baud, mode switch at " << options.mode
+            << std::endl;
+  hal::MonotonicClock clock;
+  const core::TimePoint end{core::Duration{static_cast<std::int64_t>(options.duration_s * 1e6)}};
+  for (core::TimePoint now = clock.now(); stop_asked == 0 && (options.duration_s <= 0.0 || now < end);
+       now = clock.now()) {
+    autopilot.advance(now);
+    clock.sleep_until(now + sim::N1Autopilot::kTick);
+  }
+  if (events) {
+    events->summarise(autopilot);
+  }
+}
+
+}  // namespace
+
+void add_autopilot(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal");
+  auto options = std::make_shared<Options>();
+  app->add_option("--pty", options->pty, "symbolic link to make; clients open it like a serial port")->required();
+  app->add_option("--plant", options->plant, "plant file (TOML); default: the measured aircraft");
+  app->add_option("--seed", options->seed, "of every noise");
+  app->add_option("--rc-mode", options->mode, "mode switch of the remote controller at the start")
+      ->check(CLI::IsMember({"F", "A", "P"}));
+  app->add_option(
+      "--script", options->script,
+      "what happens when: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'");
+  app->add_option("--events", options->events, "JSON lines of what it received and did; the last one sums up");
+  app->add_option("--baud", options->baud, "line rate to keep to, both ways; 0: as fast as it goes")
+      ->check(CLI::IsMember({0, 115200, 230400, 460800, 921600}));
+  app->add_option("--app-id", options->app_id, "the only app id to activate; default: any");
+  app->add_option("--key", options->key, "AES key of the app, 64 hexadecimal digits");
+  app->add_option("--loss", options->loss, "share of frames lost, each way")->check(CLI::Range(0.0, 1.0));
+  app->add_option("--duration", options->duration_s, "seconds; default: until interrupted")->check(CLI::PositiveNumber);
+  app->add_flag("--lenient-virtual-rc", options->lenient_virtual_rc,
+                "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::tools

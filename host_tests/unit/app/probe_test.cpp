@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "firmware/app/linux/probe_verdict.h"
+#include "hal/mock/wrong_baud.h"
+#include "host_tests/sim/n1_telemetry.h"
+#include "protocol/acks.h"
+#include "protocol/frame_encoder.h"
+
+namespace m100::app {
+namespace {
+
+std::vector<std::byte> frame(const protocol::MessageId* id, std::span<const std::byte> value, bool is_ack = false) {
+  std::array<std::byte, protocol::kMaxFrameBytes> space;
+  const auto bytes = protocol::encode_frame(
+      {.session = static_cast<std::uint8_t>(is_ack ? 2 : 0), .is_ack = is_ack, .encrypted = false, .sequence = 7}, id,
+      value, space);
+  return {bytes->begin(), bytes->end()};
+}
+
+std::vector<std::byte> telemetry() {
+  sim::Random random(1, "probe");
+  protocol::Telemetry report = sim::report({}, 400, {}, random);
+  report.items = protocol::kAllTelemetryItems;
+  return frame(&protocol::ids::kTelemetry, encode(report));
+}
+
+std::vector<std::byte> times(std::size_t count, const std::vector<std::byte>& bytes) {
+  std::vector<std::byte> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    all.insert(all.end(), bytes.begin(), bytes.end());
+  }
+  return all;
+}
+
+Listener after(const std::vector<std::byte>& bytes) {
+  Listener listener;
+  listener.take(bytes);
+  return listener;
+}
+
+TEST(Probe, NamesWhatItHears) {
+  EXPECT_EQ(Listener{}.verdict(), Verdict::kNothingReceived);
+  EXPECT_EQ(after(times(20, telemetry())).verdict(), Verdict::kAutopilot);
+  EXPECT_EQ(after(times(20, frame(nullptr, protocol::encode_ack(0), true))).verdict(), Verdict::kApiNotEnabled);
+  EXPECT_EQ(after(hal::received_at(times(20, telemetry()), 921600, 230400)).verdict(), Verdict::kWrongBaud);
+  EXPECT_EQ(after(hal::received_at(times(20, telemetry()), 230400, 921600)).verdict(), Verdict::kWrongBaud);
+  std::vector<std::byte> noisy = times(20, telemetry());
+  for (std::size_t i = 100; i < noisy.size(); i += 600) {
+    noisy[i] ^= std::byte{0x10};
+  }
+  EXPECT_EQ(after(noisy).verdict(), Verdict::kNoisy);
+}
+
+TEST(Probe, EveryVerdictButTheGoodOneHasARemedy) {
+  for (const Verdict verdict : {Verdict::kApiNotEnabled, Verdict::kWrongBaud, Verdict::kNoisy,
+                                Verdict::kNothingReceived, Verdict::kCannotOpen}) {
+    EXPECT_FALSE(remedy(verdict).empty()) << name(verdict);
+  }
+  EXPECT_TRUE(remedy(Verdict::kAutopilot).empty());
+}
+
+TEST(Probe, TellsTheFirmwareByTheLayoutOfItsTelemetry) {
+  EXPECT_EQ(after(times(3, telemetry())).firmware(), Firmware::kM100);
+  std::vector<std::byte> old(2 + 4 + 16);  // time and attitude as firmware 2.3 has them
+  old[0] = std::byte{3};
+  EXPECT_EQ(after(times(3, frame(&protocol::ids::kTelemetry, old))).firmware(), Firmware::kM100Old);
+  std::vector<std::byte> other(2 + 99);
+  other[0] = std::byte{0x41};
+  EXPECT_EQ(after(times(3, frame(&protocol::ids::kTelemetry, other))).firmware(), Firmware::kOther);
+}
+
+}  // namespace
+}  // namespace m100::app
