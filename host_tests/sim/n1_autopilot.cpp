@@ -173,18 +173,21 @@ void N1Autopilot::set_real_mode(N1Mode mode) {
   }
 }
 
-void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now_in_control) {
-  const bool was_client = client_in_control();
-  const bool client_commanded = was_client || virtual_rc_on_;
-  device_ = now_in_control;
-  moving_ = false;
-  task_open_ = false;
-  asked_once_ = false;
+void N1Autopilot::note_loss(bool client_commanded) {
   if (client_commanded && !authority_lost_) {
     authority_lost_ = true;
     lost_at_ = time_;
     ++record_.losses;
   }
+}
+
+void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now_in_control) {
+  const bool was_client = client_in_control();
+  note_loss(was_client || virtual_rc_on_);
+  device_ = now_in_control;
+  moving_ = false;
+  task_open_ = false;
+  asked_once_ = false;
   if (was_client) {
     tell("did", why);
     const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
@@ -196,19 +199,14 @@ void N1Autopilot::end_virtual_rc(std::string_view why) {
   if (!virtual_rc_on_) {
     return;
   }
+  note_loss(true);
   virtual_rc_on_ = false;
   tell("did", why);
-  authority_lost_ = true;
-  lost_at_ = time_;
 }
 
 void N1Autopilot::restart() {
   tell("happened", "restart");
-  if (client_in_control() || virtual_rc_on_) {
-    authority_lost_ = true;
-    lost_at_ = time_;
-    ++record_.losses;
-  }
+  note_loss(client_in_control() || virtual_rc_on_);
   activated_ = false;
   device_ = protocol::ControlDevice::kRemoteController;
   asked_once_ = release_asked_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;

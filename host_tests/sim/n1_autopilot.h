@@ -135,6 +135,7 @@ class N1Autopilot {
   void take_movement(const protocol::Movement& movement);
   void note_control_frame(RateWatch& watch);
 
+  void note_loss(bool client_commanded);
   void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
   void end_virtual_rc(std::string_view why);
   void set_real_mode(N1Mode mode);

@@ -24,6 +24,8 @@ namespace {
 /// The usual one first (protocol, section 1).
 constexpr std::array<std::uint32_t, 4> kBaudRates{230400, 921600, 115200, 460800};
 
+constexpr double kBitsPerByte = 10.0;
+
 struct Options {
   std::string port;
   std::uint32_t baud = 0;
@@ -71,6 +73,8 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
   finding.verdict = listener.verdict();
   finding.firmware = listener.firmware();
   finding.health = meter.health();
+  finding.health.telemetry_rate_hz = static_cast<double>(listener.packages()) / seconds;
+  finding.health.receive_share = static_cast<double>(listener.bytes()) * kBitsPerByte / baud / seconds;
   return finding;
 }
 

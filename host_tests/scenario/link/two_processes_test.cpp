@@ -75,8 +75,8 @@ struct TwoProcesses : ::testing::Test {
   void TearDown() override { fs::remove_all(folder); }
 
   std::unique_ptr<Process> start_autopilot(std::vector<std::string> more) {
-    std::vector<std::string> arguments{"autopilot", "--pty", port.string(), "--events", events.string(), "--duration",
-                                       "100"};
+    std::vector<std::string> arguments{"autopilot",     "--pty",      port.string(), "--events",
+                                       events.string(), "--duration", "100"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
     for (int i = 0; i < 1000 && !fs::exists(port); ++i) {
@@ -203,11 +203,13 @@ TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
 }
 
 TEST_F(TwoProcesses, WrongUseEndsWithTwoAndNamesTheFileAndLine) {
-  EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", (folder / "none").string()}).wait(std::chrono::seconds(5)),
-            2);
+  EXPECT_EQ(
+      Process(M100_PROGRAM, {"fly", "--dry-run", "--port", (folder / "none").string()}).wait(std::chrono::seconds(5)),
+      2);
   EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", "/dev/null"}).wait(std::chrono::seconds(5)), 2);
-  EXPECT_EQ(Process(M100_PROGRAM, {"fly", "--dry-run", "--port", "/dev/null", "--rate", "100"}).wait(std::chrono::seconds(5)),
-            2);
+  EXPECT_EQ(
+      Process(M100_PROGRAM, {"fly", "--dry-run", "--port", "/dev/null", "--rate", "100"}).wait(std::chrono::seconds(5)),
+      2);
   const fs::path script = folder / "script";
   std::ofstream(script) << "1 mode F\n2 mode Q\n";
   EXPECT_EQ(Process(M100_LAB_PROGRAM, {"autopilot", "--pty", port.string(), "--script", script.string()})
