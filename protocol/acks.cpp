@@ -166,11 +166,11 @@ core::Expected<std::uint32_t> sdk_version(const VersionAnswer& answer) {
     return core::Status::kInvalidArgument;
   }
   std::array<int, 4> numbers{};
-  if (!take_numbers(name.substr(dash + 1), numbers)) {
+  if (!take_numbers({name.begin() + dash + 1, name.end()}, numbers)) {
     return core::Status::kInvalidArgument;
   }
-  const std::string_view before = name.substr(0, dash);
-  const bool is_m100 = before.size() >= 4 && before.substr(before.size() - 4) == "M100";
+  const std::string_view before(name.begin(), name.begin() + dash);
+  const bool is_m100 = before.ends_with("M100");
   if (is_m100) {
     // Firmware 2.3 already wrote the tens out (02.03.10.00).
     numbers[2] = numbers[0] >= 3 ? numbers[2] * 10 : numbers[2];

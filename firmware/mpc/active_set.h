@@ -125,11 +125,11 @@ class ActiveSet {
     const T inverse = T(1) / pivot_[k];
     Column<T> scaled;
     scaled.set(pivot_, -inverse);
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kHorizon; ++i) {
       const std::size_t row = packed_row(i);
       const T factor = pivot_[i];
-#pragma GCC unroll 20
+      M100_UNROLL(20)
       for (std::size_t b = 0; b < i / kLanes + 1; ++b) {
         store<T>(swept + row + b * kLanes, load(swept + row + b * kLanes) + scaled.pack[b] * factor);
       }
@@ -228,7 +228,7 @@ class ActiveSet {
   M100_INLINE T certificate(const T* inputs) {
     Column<T> sum;
     sum.set(table_.hessian.data(), inputs[0] - unconstrained_[0]);
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 1; i < kHorizon; ++i) {
       sum.add(table_.hessian.data() + i * kHorizon, inputs[i] - unconstrained_[i]);
     }

@@ -23,6 +23,15 @@
 
 #define M100_INLINE inline __attribute__((always_inline))
 
+// Loops over packs are unrolled where registers are wide; where they are not, seventy kilobytes of flash go into it and
+// the loop counter costs less than the instruction cache.
+#define M100_PRAGMA(text) _Pragma(#text)
+#ifdef M100_LANES_SCALAR
+#define M100_UNROLL(times) M100_PRAGMA(GCC unroll 1)
+#else
+#define M100_UNROLL(times) M100_PRAGMA(GCC unroll times)
+#endif
+
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
 template <typename T>

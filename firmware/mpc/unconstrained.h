@@ -18,7 +18,7 @@ M100_INLINE void zero_tail(T* padded) {
 /// sum += taps[m] * signal[j + m] for all j, m < count.
 template <typename T, std::size_t kCount>
 M100_INLINE void filter(Column<T>& sum, const T* signal, const T* taps) {
-#pragma GCC unroll 8
+  M100_UNROLL(8)
   for (std::size_t m = 0; m < kCount; ++m) {
     sum.add(signal + m, taps[m]);
   }
@@ -32,7 +32,7 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   Column<T> sum;
   zero_tail(padded);
   signal.read(problem.position_ref_m.data());
-#pragma GCC unroll 20
+  M100_UNROLL(20)
   for (std::size_t i = 0; i < kColumnPacks; ++i) {
     signal.pack[i] -= origin_m;
   }
@@ -51,7 +51,7 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
     signal.write(padded);
     filter<T, kStates>(sum, padded, table.tilt_taps.data());
     signal.read(problem.input_ref_rad.data());
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       signal.pack[i] += problem.input_offset_rad;
     }
@@ -60,7 +60,7 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   }
   sum.write(filtered);
   filtered[0] += table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad);
-#pragma GCC unroll 4
+  M100_UNROLL(4)
   for (std::size_t m = 0; m < kStates; ++m) {
     filtered[kHorizon - 1 - m] +=
         table.terminal_velocity_taps[m] * last_velocity_m_s + table.terminal_tilt_taps[m] * last_tilt_rad;
@@ -77,7 +77,7 @@ M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>
 
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
-#pragma GCC unroll 4
+  M100_UNROLL(4)
   for (std::size_t i = 1; i < kStates; ++i) {
     sum.add(table.state_gain.data() + i * kHorizon, problem.state[i]);
   }
@@ -86,7 +86,7 @@ M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
     sum.add(table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
   }
-#pragma GCC unroll 20
+  M100_UNROLL(20)
   for (std::size_t i = 0; i < kHorizon; ++i) {
     sum.add(table.filter_gain.data() + i * kHorizon, filtered[i]);
   }
@@ -96,7 +96,7 @@ M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>
   const Pack<T> low = spread(low_rad);
   const Pack<T> high = spread(high_rad);
   Mask<T> inside = (sum.pack[0] >= low) & (sum.pack[0] <= high);
-#pragma GCC unroll 20
+  M100_UNROLL(20)
   for (std::size_t i = 1; i < kColumnPacks; ++i) {
     inside = inside & (sum.pack[i] >= low) & (sum.pack[i] <= high);
   }
