@@ -55,7 +55,11 @@ struct AuthorityView {
 /// Cost per tick: at most kRingBytes bytes through the parser. No heap.
 class SerialLink {
  public:
+#ifdef M100_SMALL_MEMORY
+  static constexpr std::size_t kRingBytes = 1024;  ///< the interrupt in front of it has a ring of its own
+#else
   static constexpr std::size_t kRingBytes = 4096;
+#endif
   static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
   static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
 

@@ -23,6 +23,10 @@ target_compile_definitions(m100_numerics INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO
 target_include_directories(m100_numerics INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
                                                    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/m100>)
 target_link_libraries(m100_numerics INTERFACE Eigen3::Eigen)
+if(CMAKE_SYSTEM_NAME STREQUAL "Generic")
+  # Capacities that a board with kilobytes has to cut; no result depends on them.
+  target_compile_definitions(m100_numerics INTERFACE M100_SMALL_MEMORY)
+endif()
 install(TARGETS m100_numerics EXPORT m100Targets)
 
 # Our own taste, for our own files only.
