@@ -29,6 +29,7 @@ core::Expected<std::size_t> CmsdkUart::write(std::span<const std::byte> source) 
     outgoing_.push(source[taken]);
     ++taken;
   }
+  accepted_ += static_cast<std::uint32_t>(taken);
   if (taken > 0) {
     pend_ = mask_;
   }

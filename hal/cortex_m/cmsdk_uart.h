@@ -45,7 +45,8 @@ class CmsdkUart final : public Uart {
   std::uint32_t received() const { return received_.load(std::memory_order_acquire); }
   /// Bytes that came while the ring was full; wraps.
   std::uint32_t lost() const { return incoming_.dropped(); }
-  bool transmitter_idle() const { return outgoing_.size() == 0; }
+  /// Bytes accepted by write() since the start; wraps.
+  std::uint32_t accepted() const { return accepted_; }
 
  private:
   CmsdkUartRegisters& registers_;
@@ -54,6 +55,7 @@ class CmsdkUart final : public Uart {
   core::SpscRing<std::byte, kReceiveBytes> incoming_;
   core::SpscRing<std::byte, kTransmitBytes> outgoing_;
   std::atomic<std::uint32_t> received_{0};
+  std::uint32_t accepted_ = 0;
 };
 
 }  // namespace m100::hal

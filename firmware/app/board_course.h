@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <chrono>
+#include <string_view>
+
+#include "firmware/core/status.h"
+#include "firmware/ref/trajectory.h"
+
+namespace m100::app {
+
+/// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre aside and back) and
+/// "trajectory" (once around a square of one metre).
+/// @returns kInvalidArgument: no course of that name. Otherwise as Trajectory's append functions.
+template <typename T>
+core::Status lay_board_course(std::string_view name, ref::Trajectory<T>& course) {
+  using namespace std::chrono_literals;
+  const auto place = [](T x_m, T y_m, T z_m) {
+    return ref::Waypoint<T>{.position_w_m = {x_m, y_m, z_m}, .yaw_rad = T(0)};
+  };
+  const ref::Waypoint<T> start = place(T(0), T(0), T(1.5));
+  course.hold(start);
+  if (name == "hover") {
+    return core::Status::kOk;
+  }
+  if (name != "step" && name != "trajectory") {
+    return core::Status::kInvalidArgument;
+  }
+  const core::Status waits = course.append_step(start, 2s);
+  if (waits != core::Status::kOk || name == "trajectory") {
+    return waits != core::Status::kOk ? waits : course.append_square(T(1), 2500ms, 500ms);
+  }
+  const core::Status goes = course.append_step(place(T(1), T(1), T(1.7)), 8s);
+  return goes != core::Status::kOk ? goes : course.append_step(start, 8s);
+}
+
+}  // namespace m100::app

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The flight program on QEMU's mps2-an500: autopilot on UART1, pose on UART2, time from SysTick; or, with "lockstep" on
+// the emulator's command line, time and the operator's orders from a simulation on UART0 (hal/cortex_m/lockstep_*.h).
+#include <cstdint>
+
+#include "firmware/app/board_course.h"
+#include "firmware/app/flight_controller.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "firmware/ref/trajectory.h"
+#include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/lockstep_clock.h"
+#include "hal/cortex_m/mps2.h"
+#include "hal/cortex_m/semihosting.h"
+#include "hal/cortex_m/stack_paint.h"
+#include "hal/cortex_m/systick_clock.h"
+
+namespace {
+
+using namespace m100;
+using Controller = app::FlightController<float>;
+using Course = ref::Trajectory<float>;
+
+constexpr mpc::GainTables<float> kTables{mpc::generated::kX<float>, mpc::generated::kY<float>};
+constexpr std::uint32_t kBaud = 230400;
+constexpr std::uint32_t kClockPeriod_us = 10000;
+
+hal::CmsdkUart autopilot_uart(hal::mps2::uart(1), hal::mps2::set_pending(), hal::mps2::transmit_mask(1));
+hal::CmsdkUart pose_uart(hal::mps2::uart(2), hal::mps2::set_pending(), hal::mps2::transmit_mask(2));
+[[gnu::section(".harness.control")]] hal::CmsdkUart control_uart(hal::mps2::uart(0), hal::mps2::set_pending(),
+                                                                 hal::mps2::transmit_mask(0));
+hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, kClockPeriod_us);
+Course course;
+
+/// One tick for each step of the simulation, until it says that the flight is over.
+void fly_in_lockstep(Controller& controller) {
+  hal::LockstepClock clock(control_uart, autopilot_uart, pose_uart);
+  for (;;) {
+    clock.sleep_until(clock.now());
+    switch (clock.order()) {
+      case hal::LockstepOrder::kEngage:
+        controller.engage(clock.now());
+        break;
+      case hal::LockstepOrder::kRelease:
+        controller.release();
+        break;
+      case hal::LockstepOrder::kEnd:
+        return;
+      case hal::LockstepOrder::kNone:
+        break;
+    }
+    const std::uint64_t before = system_clock.cycles();
+    static_cast<void>(controller.tick(clock.now()));  // what became of the command is in the supervisor's state
+    clock.report(static_cast<std::uint32_t>(system_clock.cycles() - before), hal::deepest_stack_bytes());
+  }
+}
+
+/// For ever, by the board's own clock. Nobody gives orders here: it asks for control as soon as the link is ready.
+[[noreturn]] void fly_by_own_clock(Controller& controller) {
+  bool ordered = false;
+  for (core::TimePoint next = system_clock.now();; next += core::kTickPeriod) {
+    system_clock.sleep_until(next);
+    const core::TimePoint now = system_clock.now();
+    if (!ordered && controller.link().authority().stage == safety::Stage::kReady) {
+      controller.engage(now);
+      ordered = true;
+    }
+    static_cast<void>(controller.tick(now));
+  }
+}
+
+}  // namespace
+
+extern "C" {
+void SysTick_Handler() { system_clock.on_period(); }
+void Uart0Rx_Handler() { control_uart.on_receive(); }
+void Uart0Tx_Handler() { control_uart.on_transmit(); }
+void Uart1Rx_Handler() { autopilot_uart.on_receive(); }
+void Uart1Tx_Handler() { autopilot_uart.on_transmit(); }
+void Uart2Rx_Handler() { pose_uart.on_receive(); }
+void Uart2Tx_Handler() { pose_uart.on_transmit(); }
+}
+
+int main() {
+  const bool lockstep = hal::argument(1) == "lockstep";
+  if (app::lay_board_course(lockstep ? hal::argument(2) : "hover", course) != core::Status::kOk) {
+    hal::print("no such course; there are hover, step, trajectory\n");
+    return 2;
+  }
+  app::FlightConfig config = app::kDefaultFlight;
+  config.link.app_id = 1;
+  static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_uart, course, nullptr);
+  control_uart.start(hal::mps2::kClock_hz, kBaud);
+  autopilot_uart.start(hal::mps2::kClock_hz, kBaud);
+  pose_uart.start(hal::mps2::kClock_hz, config.pose_baud);
+  hal::mps2::enable_uart_interrupts();
+  system_clock.start();
+  if (!lockstep) {
+    fly_by_own_clock(controller);
+  }
+  fly_in_lockstep(controller);
+  return 0;
+}

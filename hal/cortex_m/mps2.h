@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/systick_clock.h"
+
+// Addresses of Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board is another header
+// like this one (linker/PORTING.md).
+namespace m100::hal::mps2 {
+
+inline constexpr std::uint32_t kClock_hz = 25000000;
+
+/// UART 0 to 2. Their interrupts are 2 n (receive) and 2 n + 1 (transmit).
+inline CmsdkUartRegisters& uart(std::uint32_t number) {
+  return *reinterpret_cast<CmsdkUartRegisters*>(0x40004000U + 0x1000U * number);
+}
+
+inline SysTickRegisters& systick() { return *reinterpret_cast<SysTickRegisters*>(0xE000E010U); }
+
+/// The NVIC's registers for interrupts 0 to 31.
+inline volatile std::uint32_t& set_enabled() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E100U); }
+inline volatile std::uint32_t& set_pending() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E200U); }
+
+constexpr std::uint32_t transmit_mask(std::uint32_t uart_number) { return 1U << (2U * uart_number + 1U); }
+
+inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
+
+}  // namespace m100::hal::mps2

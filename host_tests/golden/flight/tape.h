@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/app/board_course.h"
+#include "firmware/app/flight_controller.h"
+#include "firmware/log/flight_log.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "hal/uart.h"
+#include "host_tests/golden/number_hash.h"
+
+// A recorded flight as a machine without files can replay it: for each tick its head, then the bytes that came. No heap
+// and no exceptions: the same code replays on a PC, under qemu-user and on the Cortex-M7 (promise R6).
+namespace m100::golden {
+
+/// Little-endian on every machine that replays.
+struct TapeHead {
+  std::uint32_t now_us;
+  std::uint16_t autopilot_bytes;
+  std::uint16_t pose_bytes;
+  std::uint32_t engage;  ///< 1: the operator's order to fly comes before this tick
+};
+static_assert(sizeof(TapeHead) == 12);
+
+inline constexpr std::size_t kMostTapeBytes = 2048;  ///< of one direction in one tick
+inline constexpr const char* kTapeCourse = "trajectory";
+
+struct TapeTick {
+  TapeHead head{};
+  std::array<std::byte, kMostTapeBytes> autopilot{};
+  std::array<std::byte, kMostTapeBytes> pose{};
+
+  std::span<const std::byte> from_autopilot() const { return std::span(autopilot).first(head.autopilot_bytes); }
+  std::span<const std::byte> from_pose() const { return std::span(pose).first(head.pose_bytes); }
+};
+
+/// Reads the next tick. @param read fills a span as far as the tape goes and returns how many bytes.
+/// @returns false at the end of the tape, or where it is damaged.
+template <typename Read>
+bool read_tick(TapeTick& tick, Read&& read) {
+  std::array<std::byte, sizeof(TapeHead)> head{};
+  if (read(std::span(head)) != head.size()) {
+    return false;
+  }
+  tick.head = std::bit_cast<TapeHead>(head);
+  const std::size_t autopilot = tick.head.autopilot_bytes;
+  const std::size_t pose = tick.head.pose_bytes;
+  return autopilot <= kMostTapeBytes && pose <= kMostTapeBytes &&
+         read(std::span(tick.autopilot).first(autopilot)) == autopilot &&
+         read(std::span(tick.pose).first(pose)) == pose;
+}
+
+/// Gives what the tape has for this tick, takes what the program sends.
+class TapeUart final : public hal::Uart {
+ public:
+  void load(std::span<const std::byte> bytes) { waiting_ = bytes; }
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const std::size_t count = destination.size() < waiting_.size() ? destination.size() : waiting_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      destination[i] = waiting_[i];
+    }
+    waiting_ = waiting_.subspan(count);
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return source.size(); }
+
+ private:
+  std::span<const std::byte> waiting_;
+};
+
+/// The flight program on a tape. Its log has everything: bytes in, bytes out, and the state record of each tick; the
+/// hash of the log is the hash of the flight.
+/// T, S: scalars of FlightController.
+template <typename T, typename S>
+class TapeFlight {
+ public:
+  /// @param logged false: without a log, as in the flight image, to measure the tick alone; the hash means nothing
+  /// then.
+  explicit TapeFlight(bool logged = true)
+      : course_status_(app::lay_board_course(kTapeCourse, course_)),
+        controller_(mpc::generated::kVehicle, tables_, config(), autopilot_, pose_, course_, logged ? &log_ : nullptr) {
+  }
+
+  void load(const TapeTick& tick) {
+    autopilot_.load(tick.from_autopilot());
+    pose_.load(tick.from_pose());
+    now_ = core::TimePoint(core::Duration(tick.head.now_us));
+    if (tick.head.engage == 1) {
+      controller_.engage(now_);
+    }
+  }
+  void tick() { static_cast<void>(controller_.tick(now_)); }
+  void drain() {
+    while (!ring_.front().empty()) {
+      hash_.update(ring_.front());
+      ring_.pop(ring_.front().size());
+    }
+  }
+  /// Empty if the log was too small for a tick, so that it cannot pass for a hash.
+  HashText finish() {
+    drain();
+    return ring_.dropped() == 0 && course_status_ == core::Status::kOk ? core::hex(hash_.finish()) : HashText{};
+  }
+  const app::FlightController<T, S>& controller() const { return controller_; }
+
+ private:
+  static app::FlightConfig config() {
+    app::FlightConfig config = app::kDefaultFlight;
+    config.link.app_id = 1;
+    return config;
+  }
+
+  std::array<std::byte, 16384> storage_{};
+  log::Ring ring_{storage_};
+  log::FlightLog log_{ring_};
+  core::Sha256 hash_;
+  TapeUart autopilot_;
+  TapeUart pose_;
+  ref::Trajectory<T> course_;
+  core::Status course_status_;
+  mpc::GainTables<T> tables_{mpc::generated::kX<T>, mpc::generated::kY<T>};
+  app::FlightController<T, S> controller_;
+  core::TimePoint now_{};
+};
+
+}  // namespace m100::golden
