@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/core/tilt.h"
+
+#include <gtest/gtest.h>
+
+namespace m100::core {
+namespace {
+
+Vector<double, 3> body_z_in_world(const Euler<double>& e) {
+  const Quaternion<double> q = quaternion_of(e);
+  return {2 * (q.x * q.z + q.w * q.y), 2 * (q.y * q.z - q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y)};
+}
+
+class TiltOverAttitudes : public ::testing::TestWithParam<Euler<double>> {};
+
+// Catches a yaw that turns the wrong way, and a sign of roll.
+TEST_P(TiltOverAttitudes, IsWhereTheBodyAxisPoints) {
+  const Euler<double>& e = GetParam();
+  const Vector<double, 3> z = body_z_in_world(e);
+  const Tilt<double> tilt = tilt_of(e);
+  EXPECT_NEAR(tan(tilt.x_rad), z.x() / z.z(), 1e-12);
+  EXPECT_NEAR(tan(tilt.y_rad), -z.y() / z.z(), 1e-12);
+}
+
+TEST_P(TiltOverAttitudes, ComesBackAsAttitude) {
+  const Euler<double>& e = GetParam();
+  const Euler<double> back = attitude_of(tilt_of(e), e.yaw_rad);
+  EXPECT_NEAR(back.roll_rad, e.roll_rad, 1e-12);
+  EXPECT_NEAR(back.pitch_rad, e.pitch_rad, 1e-12);
+}
+
+// Catches body rates taken for Euler rates: q turns the attitude by q v, so a small turn must give the difference.
+TEST_P(TiltOverAttitudes, RateIsTheDerivativeAlongATurnOfTheBody) {
+  const Euler<double>& e = GetParam();
+  const Vector<double, 3> rate{0.4, -0.7, 1.1};
+  const double h = 1e-5;
+  const auto turned = [&](double t) {
+    const Quaternion<double> q = quaternion_of(e);
+    const Quaternion<double> d{1.0, 0.5 * t * rate.x(), 0.5 * t * rate.y(), 0.5 * t * rate.z()};
+    return tilt_of(euler_of(Quaternion<double>{
+        q.w * d.w - q.x * d.x - q.y * d.y - q.z * d.z, q.w * d.x + q.x * d.w + q.y * d.z - q.z * d.y,
+        q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w}));
+  };
+  const Tilt<double> expected{(turned(h).x_rad - turned(-h).x_rad) / (2 * h),
+                              (turned(h).y_rad - turned(-h).y_rad) / (2 * h)};
+  const Tilt<double> found = tilt_rate_of(e, rate);
+  EXPECT_NEAR(found.x_rad, expected.x_rad, 1e-8);
+  EXPECT_NEAR(found.y_rad, expected.y_rad, 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Attitudes, TiltOverAttitudes,
+                         ::testing::Values(Euler<double>{0, 0, 0}, Euler<double>{0.3, 0, 0}, Euler<double>{0, 0.3, 0},
+                                           Euler<double>{0.2, -0.3, 1.0}, Euler<double>{-0.4, 0.1, -2.5},
+                                           Euler<double>{0.1, 0.4, 3.1}));
+
+}  // namespace
+}  // namespace m100::core
