@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/core/fixed_point.h"
+#include "firmware/est/attitude_step.h"
+#include "firmware/est/delayed_pose.h"
+#include "firmware/est/scaled_covariance.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// One horizontal axis as the filter believes it to be.
+struct AxisModel {
+  ResponseModel attitude;
+  double transport_delay_s = 0.0;
+  double tilt_sign = 1.0;  ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
+  double tilt_gain = 1.0;
+  double linear_drag_per_s = 0.0;
+  double quadratic_drag_per_m = 0.0;
+  model::EstimatorNoise noise;
+};
+
+/// What happened to a measurement.
+enum class Verdict : std::uint8_t { kUsed, kRefused };
+
+/// Extended Kalman filter of one horizontal axis, with the disturbance (paper, III-E.1: "augmented EKF based on the
+/// second order dynamics model").
+///
+/// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; inside, time counts in 0.64 s.
+///   p'    = v
+///   v'    = +-tilt_gain g tan(tilt) - c v - c2 |v| v + d
+///   tilt  : AttitudeStep of (u + m), u the command of transport_delay ago
+///   d' = 0, m' = 0 (random walks; paper, Eq. (2): d_{k+1} = d_k)
+/// d is what acts as an acceleration (wind); m what acts at the input (trim, command gain, offset of the attitude
+/// loop). Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each scalar on its own.
+///
+/// S is double, float or core::Fixed; the same source, the same order of operations. Ranges, enforced: |p| <= 100 m,
+/// |v| <= 25 m/s, |tilt| <= 0.7 rad, |rate| <= 10 rad/s, |d| <= 8 m/s^2, |m| <= 0.3 rad.
+/// Cost per predict and three corrections: firmware/README.md.
+template <typename S>
+class AxisFilter {
+ public:
+  static constexpr int kStates = 6;
+  enum StateIndex : int { kP, kV, kTilt, kRate, kD, kM };
+  using Scales = std::array<int, kStates>;
+
+  /// Scales the covariance by the steady-state sigmas of this model (steady_scales).
+  explicit AxisFilter(const AxisModel& model);
+  AxisFilter(const AxisModel& model, const Scales& scales);
+
+  /// At a position (m) with a velocity (m per unit), tilted as measured; disturbance and offset unknown.
+  void start(S position, S velocity, S tilt);
+  /// One tick on. input_*: commands that act in this tick, in the one before and in the one after (rad).
+  void predict(S input, S input_before, S input_after);
+  /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
+  Verdict correct_attitude(S tilt, S rate, const Age<S>& age);
+
+  /// Innovation of a position (m) of `age` ago, and the largest that the gate lets pass: kGate sigmas, and what an
+  /// unseen change of the wind may have done while no pose came.
+  struct PoseTest {
+    typename ScaledCovariance<S, kStates>::Projection projection;
+    S innovation{};
+    bool inside = false;
+  };
+  PoseTest test_pose(S position, const Age<S>& age, S unseen_m);
+  void correct_pose(const PoseTest& test);
+  /// Takes position (of `age` ago) and velocity from outside and forgets how they came about; d and m stay.
+  void reanchor(S position, S velocity, const Age<S>& age);
+
+  S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
+  /// Sigma squared of a state over 4^scale; see ScaledCovariance.
+  S scaled_covariance(int row, int col) const { return covariance_(row, col); }
+  const Scales& scales() const { return scales_; }
+  CovarianceHealth health() const { return covariance_.health(); }
+  std::uint32_t attitude_refusals() const { return attitude_refusals_; }
+  /// All states are numbers and inside their ranges (by construction unless a float overflowed).
+  bool is_sane() const;
+
+ private:
+  struct Coefficients {
+    S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{}, r_m{};
+    S gravity{}, half_gravity{}, drag{}, quadratic_drag{};
+    // Covariance, scaled: d(v)/d(tilt, rate, m) = these times 1/cos^2, and what does not depend on the state.
+    S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_quadratic_drag{};
+    S pose_variance{}, tilt_variance{}, rate_variance{};
+    S pose_rate{}, pose_d{}, tilt_rate{};
+  };
+  void set_tangent();
+  void clamp_states();
+  void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
+
+  std::array<S, kStates> x_{};
+  S tangent_{};         ///< of the tilt estimate
+  S secant_squared_{};  ///< 1 + tangent^2
+  S angular_acceleration_{};
+  Coefficients c_;
+  typename ScaledCovariance<S, kStates>::Matrix phi_{};
+  typename ScaledCovariance<S, kStates>::Column q_{};
+  Scales scales_{};
+  ScaledCovariance<S, kStates> covariance_;
+  AccelerationHistory<S> history_;
+  std::uint32_t attitude_refusals_ = 0;
+};
+
+/// Exponents of two nearest above the steady-state sigmas (units of the filter), from 5 s of the filter in double with
+/// poses 20 ms old. About 2 ms of a desktop core; at start-up only.
+AxisFilter<double>::Scales steady_scales(const AxisModel& model);
+
+}  // namespace m100::est

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/core/fixed_point.h"
+#include "firmware/est/units.h"
+
+namespace m100::est {
+
+/// How old a pose may be and still be used: older ones say too little about now.
+inline constexpr double kMaxPoseAge_s = 0.25;
+inline constexpr std::size_t kHistoryTicks = 32;
+
+/// Age of a measurement in the filter's words, clamped to [0, kMaxPoseAge_s].
+template <typename S>
+struct Age {
+  S ticks{};        ///< age / 10 ms
+  S units{};        ///< age / 0.64 s: a
+  S half_square{};  ///< a^2 / 2
+
+  static Age of(double age_s) {
+    using Number = core::Arithmetic<S>;
+    const double limited_s = age_s > 0.0 ? (age_s < kMaxPoseAge_s ? age_s : kMaxPoseAge_s) : 0.0;
+    const double units = limited_s / kTimeUnit_s;
+    return {.ticks = Number::template number<double>(limited_s / kTick_s),
+            .units = Number::template number<double>(units),
+            .half_square = Number::template number<double>(0.5 * units * units)};
+  }
+};
+
+/// The accelerations of the last ticks, each constant over its tick, so that a position measured `a` ago can be
+/// compared with the state now, exactly as the model integrates:
+///   p(t - a) = p(t) - a v(t) + a^2/2 d + sum_j T^2 w_j acc_j
+/// where acc is the acceleration without the disturbance d, j counts ticks backwards, and w_j T^2 is the integral of
+/// (s - (t - a)) over tick j: (a/T - j - 1/2) for whole ticks, f^2/2 for the last, of which only f T lies inside.
+/// Cost: one product per tick of age.
+template <typename S>
+class AccelerationHistory {
+ public:
+  void push(S acceleration) {
+    newest_ = (newest_ + 1) % kHistoryTicks;
+    acceleration_[newest_] = acceleration;
+  }
+
+  /// The sum above, in metres.
+  S displacement(core::Arithmetic<S>& arithmetic, S age_ticks) const {
+    using Number = core::Arithmetic<S>;
+    const S one = Number::template number<double>(1.0);
+    const S half = Number::template number<double>(0.5);
+    typename Number::Wide sum{};
+    S left = age_ticks;  // of the age, in ticks, before tick j
+    for (std::size_t j = 0; j < kHistoryTicks && left > S{}; ++j) {
+      const S acceleration = acceleration_[(newest_ + kHistoryTicks - j) % kHistoryTicks];
+      const bool whole = left >= one;
+      const S weight = whole ? arithmetic.narrow(arithmetic.widen(left) - arithmetic.widen(half))
+                             : arithmetic.narrow(arithmetic.scaled(arithmetic.product(left, left), -1));
+      sum += arithmetic.scaled(arithmetic.product(acceleration, weight), 2 * kTickExponent);
+      left = whole ? arithmetic.narrow(arithmetic.widen(left) - arithmetic.widen(one)) : S{};
+    }
+    return arithmetic.narrow(sum);
+  }
+
+ private:
+  std::array<S, kHistoryTicks> acceleration_{};
+  std::size_t newest_ = 0;
+};
+
+}  // namespace m100::est

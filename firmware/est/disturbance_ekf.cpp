@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/disturbance_ekf.h"
+
+#include "firmware/core/assert.h"
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/est/units.h"
+
+namespace m100::est {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kLargestAttitude_rad = 1.2;
+constexpr double kYawGate_rad = 0.35;
+constexpr double kUnseenAcceleration_m_s2 = 1.5;  // what wind may do while no pose comes
+constexpr double kLargestUnseen_m = 0.5;
+constexpr std::uint32_t kAgreeingPoses = 20;
+constexpr std::uint32_t kAgreeingAfterDropout = 3;
+constexpr std::uint32_t kAttitudesBeforeRestart = 50;
+constexpr double kFastestFlight_m_s = 6.0;
+constexpr double kAgreement_m = 0.03;
+constexpr core::Duration kBaseline = milliseconds(100);  // for a velocity from two poses
+constexpr core::Duration kDropout = milliseconds(500);
+constexpr core::Duration kRecoverySpacing = milliseconds(2000);
+constexpr core::Duration kSettling = milliseconds(500);
+constexpr core::Duration kAttitudeLost = milliseconds(100);
+constexpr core::Duration kPoseLost = milliseconds(1000);
+constexpr core::Duration kLongest = std::chrono::hours(1);
+
+template <typename Real>
+bool finite(Real value) {
+  return value - value == Real(0);
+}
+
+template <typename Pose>
+auto wrapped_yaw(const Pose& pose) {
+  using Real = decltype(pose.yaw_rad);
+  return core::wrap_pi(core::clamp<Real>(pose.yaw_rad, Real(-100), Real(100)));
+}
+
+core::Duration older(core::Duration age, core::Duration by) { return age > kLongest ? age : age + by; }
+
+CovarianceHealth operator+(const CovarianceHealth& a, const CovarianceHealth& b) {
+  return {a.floors + b.floors, a.ceilings + b.ceilings, a.repairs + b.repairs, a.saturations + b.saturations};
+}
+
+template <typename Axis>
+ResponseModel response_of(const Axis& axis) {
+  ResponseModel response;
+  response.time_constant_s = axis.time_constant_s;
+  response.natural_frequency_rad_s = axis.natural_frequency_rad_s;
+  response.damping_ratio = axis.damping_ratio;
+  if constexpr (requires { axis.lead_zero_s; }) {
+    response.lead_zero_s = axis.lead_zero_s;
+  }
+  return response;
+}
+
+}  // namespace
+
+std::string_view name(Recovery recovery) {
+  switch (recovery) {
+    case Recovery::kNone:
+      return "none";
+    case Recovery::kPoseMoved:
+      return "the pose source moved the vehicle";
+    case Recovery::kLongDropout:
+      return "no pose for more than 0.5 s";
+    case Recovery::kAttitude:
+      return "attitudes refused for 0.5 s";
+    case Recovery::kNotFinite:
+      return "a state was not a number";
+  }
+  return "unknown";
+}
+
+template <typename S, typename Real>
+AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, const model::AttitudeAxis& axis,
+                                              double sign) {
+  return {.attitude = response_of(axis),
+          .transport_delay_s = axis.transport_delay_s,
+          .tilt_sign = sign,
+          .tilt_gain = vehicle.translation.tilt_gain,
+          .linear_drag_per_s = vehicle.translation.linear_drag_per_s,
+          .quadratic_drag_per_m = vehicle.translation.quadratic_drag_per_m,
+          .noise = vehicle.estimator};
+}
+
+template <typename S, typename Real>
+typename DisturbanceEkf<S, Real>::Delay DisturbanceEkf<S, Real>::delay_of(double delay_s) {
+  const double ticks = delay_s > 0.0 ? delay_s / kTick_s : 0.0;
+  Delay delay;
+  delay.ticks = static_cast<std::size_t>(ticks + 1e-9);
+  M100_ASSERT(delay.ticks + 3 < kSentCapacity);
+  delay.rest = core::Arithmetic<S>::template number<double>(ticks - static_cast<double>(delay.ticks));
+  return delay;
+}
+
+template <typename S, typename Real>
+DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
+    : x_(axis_model(vehicle, vehicle.pitch, 1.0)),
+      y_(axis_model(vehicle, vehicle.roll, -1.0)),
+      height_(response_of(vehicle.climb), vehicle.estimator.pose_position_sigma_m),
+      yaw_(vehicle.estimator.attitude_sigma_rad),
+      delay_x_(delay_of(vehicle.pitch.transport_delay_s)),
+      delay_y_(delay_of(vehicle.roll.transport_delay_s)),
+      delay_climb_(delay_of(vehicle.climb.transport_delay_s)) {}
+
+template <typename S, typename Real>
+Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured, const ctl::Command<Real>& in_force,
+                                               core::Duration elapsed) {
+  const auto rounded = (elapsed + core::kTickPeriod / 2) / core::kTickPeriod;
+  const int ticks = rounded < 1 ? 1 : (rounded > kMaxTicks ? kMaxTicks : static_cast<int>(rounded));
+  for (int tick = 0; tick < ticks; ++tick) {
+    note_command(in_force);
+    predict_tick();
+  }
+  for (core::Duration* age :
+       {&since_start_, &since_attitude_, &since_pose_, &pose_age_, &since_recovery_, &since_last_, &since_first_}) {
+    *age = older(*age, elapsed);
+  }
+  if (measured.attitude.is_new) {
+    use_attitude(measured.attitude);
+  }
+  if (measured.pose.is_new) {
+    use_pose(measured.pose);
+  }
+  if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {
+    recover(Recovery::kNotFinite);
+    restart();
+  }
+  return estimate();
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::note_command(const ctl::Command<Real>& in_force) {
+  if (finite(in_force.roll_rad) && finite(in_force.pitch_rad) && finite(in_force.climb_m_s)) {
+    last_command_ = in_force;
+  } else {
+    ++counters_.not_finite;
+  }
+  const auto inside = [](Real angle_rad) {
+    return core::clamp(angle_rad, Real(-kLargestAttitude_rad), Real(kLargestAttitude_rad));
+  };
+  const core::Tilt<Real> tilt = core::tilt_of<Real>({.roll_rad = inside(last_command_.roll_rad),
+                                                     .pitch_rad = inside(last_command_.pitch_rad),
+                                                     .yaw_rad = core::Arithmetic<S>::template real<Real>(yaw_.yaw())});
+  newest_ = (newest_ + 1) % kSentCapacity;
+  sent_[newest_] = {
+      .x = core::Arithmetic<S>::template number<Real>(tilt.x_rad),
+      .y = core::Arithmetic<S>::template number<Real>(tilt.y_rad),
+      .climb = core::Arithmetic<S>::template number<Real>(last_command_.climb_m_s * static_cast<Real>(kTimeUnit_s))};
+}
+
+// In the tick that has just passed, a delay of n + f ticks lets the command of n + 1 ticks ago act for a share f, then
+// that of n ticks ago.
+template <typename S, typename Real>
+typename DisturbanceEkf<S, Real>::Inputs DisturbanceEkf<S, Real>::inputs(const Delay& delay, S Sent::*axis) {
+  auto& a = arithmetic_;
+  const auto mixed = [&](std::size_t ago) {
+    const S newer = sent(ago).*axis;
+    const S older_one = sent(ago + 1).*axis;
+    const S step = a.narrow(a.widen(older_one) - a.widen(newer));
+    return a.narrow(a.widen(newer) + a.product(delay.rest, step));
+  };
+  return {.now = mixed(delay.ticks),
+          .before = mixed(delay.ticks + 1),
+          .after = mixed(delay.ticks > 0 ? delay.ticks - 1 : 0)};
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::predict_tick() {
+  yaw_.predict(gyro_yaw_rate_);
+  if (!started_) {
+    return;
+  }
+  const Inputs x = inputs(delay_x_, &Sent::x);
+  x_.predict(x.now, x.before, x.after);
+  const Inputs y = inputs(delay_y_, &Sent::y);
+  y_.predict(y.now, y.before, y.after);
+  const Inputs climb = inputs(delay_climb_, &Sent::climb);
+  height_.predict(climb.now, climb.before, climb.after);
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Attitude& attitude) {
+  using Number = core::Arithmetic<S>;
+  const core::Vector<Real, 3>& rate = attitude.rate_b_rad_s;
+  if (!finite(attitude.roll_rad) || !finite(attitude.pitch_rad) || !finite(rate.x()) || !finite(rate.y()) ||
+      !finite(rate.z())) {
+    ++counters_.not_finite;
+    return;
+  }
+  const auto beyond = [](Real value, double limit) { return value > Real(limit) || value < Real(-limit); };
+  if (beyond(attitude.roll_rad, kLargestAttitude_rad) || beyond(attitude.pitch_rad, kLargestAttitude_rad) ||
+      beyond(rate.x(), 20.0) || beyond(rate.y(), 20.0) || beyond(rate.z(), 20.0)) {
+    ++counters_.attitudes_refused;
+    return;
+  }
+  attitude_ = {.roll_rad = attitude.roll_rad,
+               .pitch_rad = attitude.pitch_rad,
+               .yaw_rad = Number::template real<Real>(yaw_.yaw())};
+  constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
+  gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(attitude_, rate) * kUnit);
+  attitude_known_ = true;
+  if (!started_) {
+    since_attitude_ = attitude.age;
+    return;
+  }
+  const core::Tilt<Real> tilt = core::tilt_of(attitude_);
+  const core::Tilt<Real> tilt_rate = core::tilt_rate_of(attitude_, rate);
+  const Age<S> age = Age<S>::of(core::seconds<double>(attitude.age));
+  const Verdict x = x_.correct_attitude(Number::template number<Real>(tilt.x_rad),
+                                        Number::template number<Real>(tilt_rate.x_rad * kUnit), age);
+  const Verdict y = y_.correct_attitude(Number::template number<Real>(tilt.y_rad),
+                                        Number::template number<Real>(tilt_rate.y_rad * kUnit), age);
+  if (x == Verdict::kUsed && y == Verdict::kUsed) {
+    attitudes_refused_in_a_row_ = 0;
+    since_attitude_ = attitude.age;
+    return;
+  }
+  ++counters_.attitudes_refused;
+  if (++attitudes_refused_in_a_row_ >= kAttitudesBeforeRestart && since_recovery_ >= kRecoverySpacing) {
+    recover(Recovery::kAttitude);
+    restart();
+  }
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& pose) {
+  using Number = core::Arithmetic<S>;
+  if (!finite(pose.position_w_m.x()) || !finite(pose.position_w_m.y()) || !finite(pose.position_w_m.z()) ||
+      !finite(pose.yaw_rad)) {
+    ++counters_.not_finite;
+    return;
+  }
+  const double age_s = core::seconds<double>(pose.age);
+  if (age_s > kMaxPoseAge_s || age_s < 0.0) {
+    ++counters_.poses_stale;
+    return;
+  }
+  const Age<S> age = Age<S>::of(age_s);
+  const S position_x = Number::template number<Real>(pose.position_w_m.x());
+  const S position_y = Number::template number<Real>(pose.position_w_m.y());
+  const S position_z = Number::template number<Real>(pose.position_w_m.z());
+  const S yaw = Number::template number<Real>(wrapped_yaw(pose));
+  if (!started_) {
+    begin(pose);
+    return;
+  }
+  const double dropout_s = core::seconds<double>(since_pose_);
+  const double unseen = 0.5 * kUnseenAcceleration_m_s2 * dropout_s * dropout_s;
+  const S unseen_m = Number::template number<double>(unseen < kLargestUnseen_m ? unseen : kLargestUnseen_m);
+  const auto x = x_.test_pose(position_x, age, unseen_m);
+  const auto y = y_.test_pose(position_y, age, unseen_m);
+  const auto z = height_.test_pose(position_z, age, unseen_m);
+  const S turned = yaw_.innovation(yaw, age);
+  const S yaw_gate = Number::template number<double>(kYawGate_rad);
+  const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
+  if (x.inside && y.inside && z.inside && turned <= yaw_gate && turned >= minus_yaw_gate) {
+    x_.correct_pose(x);
+    y_.correct_pose(y);
+    height_.correct_pose(z);
+    yaw_.correct(turned, age);
+    ++counters_.poses_used;
+    refused_in_a_row_ = 0;
+    agreeing_ = 0;
+    since_pose_ = core::Duration(0);
+    pose_age_ = pose.age;
+    return;
+  }
+  ++counters_.poses_refused;
+  ++refused_in_a_row_;
+  judge_refused(pose, age);
+}
+
+template <typename S, typename Real>
+core::Vector<Real, 3> DisturbanceEkf<S, Real>::velocity_since_first(const typename Measurement<Real>::Pose& pose,
+                                                                    Real tilt_x_rad, Real tilt_y_rad) const {
+  const Real span_s = core::seconds<Real>(since_first_ - pose.age);
+  constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
+  const core::Vector<Real, 3> acceleration{kGravity * core::tan(tilt_x_rad), -kGravity * core::tan(tilt_y_rad),
+                                           Real(0)};
+  const Real later_s = Real(0.5) * span_s + core::seconds<Real>(pose.age);  // from the middle of the span to now
+  const core::Vector<Real, 3> velocity =
+      (pose.position_w_m - first_pose_.position_w_m) / span_s + acceleration * later_s;
+  return velocity * static_cast<Real>(kTimeUnit_s);
+}
+
+/// The filter begins with the first pose that is kBaseline younger than another one that it agrees with: a vehicle that
+/// is already flying has a velocity.
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::begin(const typename Measurement<Real>::Pose& pose) {
+  using Number = core::Arithmetic<S>;
+  if (!attitude_known_ || !agrees(pose) || since_first_ - pose.age < kBaseline) {
+    return;
+  }
+  yaw_.start(Number::template number<Real>(wrapped_yaw(pose)));
+  attitude_.yaw_rad = Number::template real<Real>(yaw_.yaw());
+  const core::Tilt<Real> tilt = core::tilt_of(attitude_);
+  const core::Vector<Real, 3> velocity = velocity_since_first(pose, tilt.x_rad, tilt.y_rad);
+  const Real age_units = core::seconds<Real>(pose.age) / static_cast<Real>(kTimeUnit_s);
+  const core::Vector<Real, 3> position = pose.position_w_m + velocity * age_units;
+  x_.start(Number::template number<Real>(position.x()), Number::template number<Real>(velocity.x()),
+           Number::template number<Real>(tilt.x_rad));
+  y_.start(Number::template number<Real>(position.y()), Number::template number<Real>(velocity.y()),
+           Number::template number<Real>(tilt.y_rad));
+  height_.start(Number::template number<Real>(position.z()), Number::template number<Real>(velocity.z()));
+  started_ = true;
+  since_start_ = core::Duration(0);
+  since_pose_ = core::Duration(0);
+  pose_age_ = pose.age;
+  agreeing_ = 0;
+  ++counters_.poses_used;
+}
+
+template <typename S, typename Real>
+bool DisturbanceEkf<S, Real>::agrees(const typename Measurement<Real>::Pose& pose) {
+  const double between_s = core::seconds<double>(since_last_ - pose.age);
+  const Real way_m = static_cast<Real>(kAgreement_m + kFastestFlight_m_s * (between_s > 0.0 ? between_s : 0.0));
+  const core::Vector<Real, 3> moved = pose.position_w_m - last_pose_.position_w_m;
+  const bool follows = agreeing_ > 0 && moved.squaredNorm() <= way_m * way_m;
+  agreeing_ = follows ? agreeing_ + 1 : 1;
+  last_pose_ = pose;
+  since_last_ = pose.age;
+  if (!follows) {
+    first_pose_ = pose;
+    since_first_ = pose.age;
+  }
+  return follows;
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::judge_refused(const typename Measurement<Real>::Pose& pose, const Age<S>& age) {
+  using Number = core::Arithmetic<S>;
+  const bool follows = agrees(pose);
+  const bool dropped_out = since_pose_ > kDropout && refused_in_a_row_ <= kAgreeingPoses;
+  const std::uint32_t needed = dropped_out ? kAgreeingAfterDropout : kAgreeingPoses;
+  if (!follows || agreeing_ < needed || since_first_ - pose.age < kBaseline || since_recovery_ < kRecoverySpacing) {
+    return;
+  }
+  recover(dropped_out ? Recovery::kLongDropout : Recovery::kPoseMoved);
+  using Filter = AxisFilter<S>;
+  const core::Vector<Real, 3> velocity = velocity_since_first(
+      pose, Number::template real<Real>(x_.state(Filter::kTilt)), Number::template real<Real>(y_.state(Filter::kTilt)));
+  const auto number = [](Real value) { return Number::template number<Real>(value); };
+  x_.reanchor(number(pose.position_w_m.x()), number(velocity.x()), age);
+  y_.reanchor(number(pose.position_w_m.y()), number(velocity.y()), age);
+  height_.reanchor(number(pose.position_w_m.z()), number(velocity.z()), age);
+  yaw_.reanchor(number(wrapped_yaw(pose)));
+  refused_in_a_row_ = 0;
+  agreeing_ = 0;
+  since_pose_ = core::Duration(0);
+  pose_age_ = pose.age;
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::recover(Recovery reason) {
+  ++counters_.recoveries;
+  counters_.last_recovery = reason;
+  since_recovery_ = core::Duration(0);
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::restart() {
+  started_ = false;
+  attitude_known_ = false;
+  attitudes_refused_in_a_row_ = 0;
+  refused_in_a_row_ = 0;
+  agreeing_ = 0;
+  x_.start(S{}, S{}, S{});
+  y_.start(S{}, S{}, S{});
+  height_.start(S{}, S{});
+  yaw_.start(S{});
+  gyro_yaw_rate_ = S{};
+}
+
+template <typename S, typename Real>
+Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
+  using Filter = AxisFilter<S>;
+  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
+  constexpr Real kPerUnitSquared = static_cast<Real>(1.0 / (kTimeUnit_s * kTimeUnit_s));
+  const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
+  const auto axis = [&](const Filter& f) {
+    return AxisEstimate<Real>{.position_m = real(f.state(Filter::kP)),
+                              .velocity_m_s = real(f.state(Filter::kV)) * kPerUnit,
+                              .tilt_rad = real(f.state(Filter::kTilt)),
+                              .tilt_rate_rad_s = real(f.state(Filter::kRate)) * kPerUnit,
+                              .disturbance_m_s2 = real(f.state(Filter::kD)) * kPerUnitSquared,
+                              .input_offset_rad = real(f.state(Filter::kM))};
+  };
+  Estimate<Real> e;
+  e.x = axis(x_);
+  e.y = axis(y_);
+  e.height_m = real(height_.state(HeightFilter<S>::kZ));
+  e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
+  e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
+  e.yaw_rad = real(yaw_.yaw());
+  e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
+  e.pose_age = pose_age_;
+  e.refused_poses = refused_in_a_row_;
+  e.healthy = started_ && since_start_ >= kSettling && since_attitude_ <= kAttitudeLost && since_pose_ <= kPoseLost;
+  return e;
+}
+
+template <typename S, typename Real>
+EkfCounters DisturbanceEkf<S, Real>::counters() const {
+  EkfCounters counters = counters_;
+  counters.covariance = x_.health() + y_.health() + height_.health() + yaw_.health();
+  counters.covariance.saturations += arithmetic_.saturations();
+  return counters;
+}
+
+template class DisturbanceEkf<double, double>;
+template class DisturbanceEkf<float, float>;
+template class DisturbanceEkf<core::Fixed, float>;
+
+}  // namespace m100::est

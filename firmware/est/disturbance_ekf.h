@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/core/fixed_point.h"
+#include "firmware/core/time.h"
+#include "firmware/ctl/command.h"
+#include "firmware/est/axis_filter.h"
+#include "firmware/est/estimate.h"
+#include "firmware/est/height_filter.h"
+#include "firmware/est/measurement.h"
+#include "firmware/est/yaw_filter.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+
+/// Why the filter last gave up a belief instead of correcting it.
+enum class Recovery : std::uint8_t {
+  kNone,
+  kPoseMoved,    ///< poses were refused, agreed with each other, and won: position taken anew, velocity uncertain
+  kLongDropout,  ///< no pose for more than 0.5 s, and the next ones were outside the gate
+  kAttitude,     ///< attitudes were refused for 0.5 s: started anew
+  kNotFinite,    ///< a state was not a number: started anew
+};
+std::string_view name(Recovery recovery);
+
+/// Counts since the start; health outputs for the log.
+struct EkfCounters {
+  std::uint32_t poses_used = 0;
+  std::uint32_t poses_refused = 0;      ///< by the innovation gate
+  std::uint32_t poses_stale = 0;        ///< older than kMaxPoseAge_s
+  std::uint32_t attitudes_refused = 0;  ///< by the gate, or beyond 1.2 rad
+  std::uint32_t not_finite = 0;         ///< measurements or commands that were not numbers, dropped
+  std::uint32_t recoveries = 0;
+  Recovery last_recovery = Recovery::kNone;
+  CovarianceHealth covariance;  ///< of all parts together
+};
+
+/// Telemetry and commands in, state and disturbance out: two horizontal axes (AxisFilter), height, yaw.
+///
+/// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: what the
+/// autopilot was really told); it acts a transport delay later. Poses may be up to 0.25 s old; the filter is told their
+/// age. A measurement or command that is not a number is dropped and counted; a state that is not one lives for one
+/// call at most. The gate refuses poses that lie beyond 6 sigmas; after 20 refused poses that agree with each other the
+/// position is taken anew, at most once in 2 s. S: double, float or core::Fixed; inputs and outputs are of type Real.
+/// Cost: firmware/README.md; at most kMaxTicks ticks are caught up after a stall.
+template <typename S, typename Real>
+class DisturbanceEkf {
+ public:
+  static constexpr int kMaxTicks = 5;
+
+  explicit DisturbanceEkf(const model::Vehicle& vehicle);
+
+  /// One tick: from the last call to now, `elapsed` later (rounded to whole ticks, 1 to kMaxTicks).
+  Estimate<Real> update(const Measurement<Real>& measured, const ctl::Command<Real>& in_force, core::Duration elapsed);
+
+  EkfCounters counters() const;
+
+ private:
+  /// Commands of the past in the filter's frame; [0] is the newest.
+  struct Sent {
+    S x{}, y{}, climb{};
+  };
+  struct Delay {
+    std::size_t ticks = 0;
+    S rest{};  ///< of a tick
+  };
+  struct Inputs {
+    S now{}, before{}, after{};
+  };
+  static constexpr std::size_t kSentCapacity = 64;
+
+  static Delay delay_of(double delay_s);
+  static AxisModel axis_model(const model::Vehicle& vehicle, const model::AttitudeAxis& axis, double sign);
+  const Sent& sent(std::size_t ago) const { return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity]; }
+  void note_command(const ctl::Command<Real>& in_force);
+  Inputs inputs(const Delay& delay, S Sent::*axis);
+  void predict_tick();
+  void use_attitude(const typename Measurement<Real>::Attitude& attitude);
+  void use_pose(const typename Measurement<Real>::Pose& pose);
+  /// Notes a pose that does not follow from the state. @returns true when it follows from the one before.
+  bool agrees(const typename Measurement<Real>::Pose& pose);
+  void begin(const typename Measurement<Real>::Pose& pose);
+  void judge_refused(const typename Measurement<Real>::Pose& pose, const Age<S>& age);
+  /// Velocity over the poses since `first_pose_`, with what the tilt has added meanwhile, in m per unit of time.
+  core::Vector<Real, 3> velocity_since_first(const typename Measurement<Real>::Pose& pose, Real tilt_x_rad,
+                                             Real tilt_y_rad) const;
+  void recover(Recovery reason);
+  void restart();
+  Estimate<Real> estimate() const;
+
+  AxisFilter<S> x_;
+  AxisFilter<S> y_;
+  HeightFilter<S> height_;
+  YawFilter<S> yaw_;
+  Delay delay_x_, delay_y_, delay_climb_;
+  core::Arithmetic<S> arithmetic_;
+  std::array<Sent, kSentCapacity> sent_{};
+  std::size_t newest_ = 0;
+  ctl::Command<Real> last_command_{};
+  S gyro_yaw_rate_{};
+  bool attitude_known_ = false;
+  bool started_ = false;
+  core::Euler<Real> attitude_{};
+  core::Duration since_start_{0};
+  core::Duration since_attitude_{0};
+  core::Duration since_pose_{0};  ///< since the last pose that was used
+  core::Duration pose_age_{0};
+  core::Duration since_recovery_ = std::chrono::seconds(2);
+  std::uint32_t refused_in_a_row_ = 0;
+  std::uint32_t attitudes_refused_in_a_row_ = 0;
+  std::uint32_t agreeing_ = 0;                    ///< poses in a row that follow from each other but not from the state
+  typename Measurement<Real>::Pose last_pose_{};  ///< of those
+  typename Measurement<Real>::Pose first_pose_{};
+  core::Duration since_last_{0};  ///< since the moment at which it was true
+  core::Duration since_first_{0};
+  EkfCounters counters_;
+};
+
+using DoubleEkf = DisturbanceEkf<double, double>;
+using FloatEkf = DisturbanceEkf<float, float>;
+using FixedEkf = DisturbanceEkf<core::Fixed, float>;
+
+}  // namespace m100::est

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/height_filter.h"
+
+#include "firmware/est/units.h"
+
+namespace m100::est {
+namespace {
+
+constexpr double kGateSigmas = 6.0;
+constexpr double kLargestInnovation_m = 1.0;
+// Process noise per sqrt(s): the climb loop of the autopilot leaves about 0.07 m/s of its own in still air.
+constexpr double kHeightProcess_m = 1e-3;
+constexpr double kClimbProcess_m_s = 0.1;
+constexpr double kRateProcess_m_s2 = 0.5;
+constexpr double kOffsetProcess_m_s = 0.03;
+constexpr double kHeightLimit_m = 100.0;
+constexpr double kClimbLimit = 10.0 * kTimeUnit_s;
+constexpr double kRateLimit = 50.0 * kTimeUnit_s * kTimeUnit_s;
+constexpr double kOffsetLimit = 1.0 * kTimeUnit_s;
+
+// Scales: the unit of each covariance entry is 2^scale of the state, near the steady sigmas with the noise above.
+constexpr std::array<int, 4> kScale{-8, -5, -2, -6};
+constexpr double kScaleValue[] = {1.0 / 256.0, 1.0 / 32.0, 1.0 / 4.0, 1.0 / 64.0};
+constexpr double kInitialVariance = 64.0;
+
+struct Transition {
+  static constexpr std::array<std::string_view, 4> kRows{"1xxx", "0xxx", "0xxx", "0001"};
+};
+struct MeasuresHeight {
+  static constexpr std::string_view kRow = "1x00";
+};
+
+template <typename S>
+S limited(S value, double limit) {
+  const S high = core::Arithmetic<S>::template number<double>(limit);
+  const S low = core::Arithmetic<S>::template number<double>(-limit);
+  return value > high ? high : (value < low ? low : value);
+}
+
+}  // namespace
+
+template <typename S>
+HeightFilter<S>::HeightFilter(const ResponseModel& climb, double pose_sigma_m) {
+  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
+  const AttitudeStep step = discretise(climb, kTick_s);
+  const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
+  const double r_u = step.r_u * kTimeUnit_s, r_next = step.r_next * kTimeUnit_s;
+  c_.oo = number(step.oo);
+  c_.o_r = number(o_r);
+  c_.o_u = number(step.o_u);
+  c_.o_jump = number(step.o_jump);
+  c_.ro = number(ro);
+  c_.rr = number(step.rr);
+  c_.r_u = number(r_u);
+  c_.r_next = number(r_next);
+  c_.r_jump = number(step.r_jump * kTimeUnit_s);
+  const auto ratio = [](int from, int to) { return kScaleValue[from] / kScaleValue[to]; };
+  const double half_tick = 0.5 * kTick_s / kTimeUnit_s;
+  // z+ = z + T (w + w+) / 2
+  phi_[kZ][kClimb] = number(half_tick * (1.0 + step.oo) * ratio(kClimb, kZ));
+  phi_[kZ][kRate] = number(half_tick * o_r * ratio(kRate, kZ));
+  phi_[kZ][kOffset] = number(half_tick * step.o_u * ratio(kOffset, kZ));
+  phi_[kClimb][kClimb] = c_.oo;
+  phi_[kClimb][kRate] = number(o_r * ratio(kRate, kClimb));
+  phi_[kClimb][kOffset] = number(step.o_u * ratio(kOffset, kClimb));
+  phi_[kRate][kClimb] = number(ro * ratio(kClimb, kRate));
+  phi_[kRate][kRate] = c_.rr;
+  phi_[kRate][kOffset] = number((r_u + r_next) * ratio(kOffset, kRate));
+  const double sigma[] = {kHeightProcess_m, kClimbProcess_m_s * kTimeUnit_s,
+                          kRateProcess_m_s2 * kTimeUnit_s * kTimeUnit_s, kOffsetProcess_m_s * kTimeUnit_s};
+  for (std::size_t i = 0; i < q_.size(); ++i) {
+    const double scaled = sigma[i] / kScaleValue[i];
+    q_[i] = number(scaled * scaled * kTick_s);
+  }
+  const double pose = pose_sigma_m / kScaleValue[kZ];
+  c_.pose_variance = number(pose * pose);
+  c_.pose_rate = number(ratio(kClimb, kZ));
+  start(S{}, S{});
+}
+
+template <typename S>
+void HeightFilter<S>::start(S height, S climb) {
+  x_ = {};
+  x_[kZ] = height;
+  x_[kClimb] = climb;
+  std::array<double, kStates> variance;
+  variance.fill(kInitialVariance);
+  covariance_.set_diagonal(variance);
+  history_ = {};
+  clamp_states();
+}
+
+template <typename S>
+void HeightFilter<S>::clamp_states() {
+  x_[kZ] = limited(x_[kZ], kHeightLimit_m);
+  x_[kClimb] = limited(x_[kClimb], kClimbLimit);
+  x_[kRate] = limited(x_[kRate], kRateLimit);
+  x_[kOffset] = limited(x_[kOffset], kOffsetLimit);
+}
+
+template <typename S>
+void HeightFilter<S>::predict(S input, S input_before, S input_after) {
+  auto& a = covariance_.arithmetic();
+  const S wanted = a.narrow(a.widen(input) + a.widen(x_[kOffset]));
+  const S wanted_after = a.narrow(a.widen(input_after) + a.widen(x_[kOffset]));
+  const S jump = a.narrow(a.widen(input) - a.widen(input_before));
+  const S climb = a.narrow(a.product(c_.oo, x_[kClimb]) + a.product(c_.o_r, x_[kRate]) + a.product(c_.o_u, wanted) +
+                           a.product(c_.o_jump, jump));
+  const S rate = a.narrow(a.product(c_.ro, x_[kClimb]) + a.product(c_.rr, x_[kRate]) + a.product(c_.r_u, wanted) +
+                          a.product(c_.r_next, wanted_after) + a.product(c_.r_jump, jump));
+  const auto both = a.widen(x_[kClimb]) + a.widen(climb);
+  const auto change = a.widen(climb) - a.widen(x_[kClimb]);
+  history_.push(a.narrow(a.scaled(change, -kTickExponent)));
+  x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(both, kTickExponent - 1));
+  x_[kClimb] = climb;
+  x_[kRate] = rate;
+  covariance_.template predict<Transition>(phi_, q_);
+  clamp_states();
+}
+
+template <typename S>
+typename HeightFilter<S>::PoseTest HeightFilter<S>::test_pose(S height, const Age<S>& age, S unseen_m) {
+  auto& a = covariance_.arithmetic();
+  PoseTest test;
+  typename Covariance::Column h{};
+  h[kClimb] = a.narrow(-a.product(age.units, c_.pose_rate));
+  test.projection = covariance_.template project<MeasuresHeight>(h, c_.pose_variance);
+  const auto expected =
+      a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
+  test.innovation = a.narrow(a.widen(height) - expected);
+  const S size = test.innovation < S{} ? a.narrow(-a.widen(test.innovation)) : test.innovation;
+  bool inside_sigmas = false;
+  if (size < core::Arithmetic<S>::template number<double>(90.0 * kScaleValue[kZ])) {
+    const S scaled = a.narrow(a.scaled(a.widen(size), -kScale[kZ]));
+    const S gate = core::Arithmetic<S>::template number<double>(kGateSigmas * kGateSigmas);
+    inside_sigmas = a.product(scaled, scaled) <= a.product(test.projection.s, gate);
+  }
+  test.inside =
+      size <= core::Arithmetic<S>::template number<double>(kLargestInnovation_m) && (inside_sigmas || size <= unseen_m);
+  return test;
+}
+
+template <typename S>
+void HeightFilter<S>::correct_pose(const PoseTest& test) {
+  auto& a = covariance_.arithmetic();
+  const typename Covariance::Column gain = covariance_.update(test.projection);
+  for (std::size_t i = 0; i < x_.size(); ++i) {
+    const auto correction = a.scaled(a.product(gain[i], test.innovation), kScale[i] - kScale[kZ]);
+    x_[i] = a.narrow(a.widen(x_[i]) + correction);
+  }
+  clamp_states();
+  covariance_.check();
+}
+
+template <typename S>
+void HeightFilter<S>::reanchor(S height, S climb, const Age<S>& age) {
+  auto& a = covariance_.arithmetic();
+  x_[kClimb] = climb;
+  x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));
+  covariance_.decouple(kZ, kInitialVariance);
+  covariance_.decouple(kClimb, kInitialVariance);
+  clamp_states();
+}
+
+template <typename S>
+bool HeightFilter<S>::is_sane() const {
+  constexpr double kLimits[] = {kHeightLimit_m, kClimbLimit, kRateLimit, kOffsetLimit};
+  bool sane = true;
+  for (int i = 0; i < kStates; ++i) {
+    const S value = x_[static_cast<std::size_t>(i)];
+    const S variance = covariance_(i, i);
+    sane = sane && value <= core::Arithmetic<S>::template number<double>(kLimits[i]) &&
+           value >= core::Arithmetic<S>::template number<double>(-kLimits[i]) && variance > S{} &&
+           variance < core::Arithmetic<S>::template number<double>(120.0);
+  }
+  return sane;
+}
+
+template class HeightFilter<double>;
+template class HeightFilter<float>;
+template class HeightFilter<core::Fixed>;
+
+}  // namespace m100::est

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "firmware/est/attitude_step.h"
+#include "firmware/est/delayed_pose.h"
+#include "firmware/est/scaled_covariance.h"
+
+namespace m100::est {
+
+/// Height, climb speed, its rate, and the climb offset b (steady difference between commanded and flown climb speed).
+///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (AttitudeStep), b' = 0
+/// Inside, time counts in 0.64 s. Measured: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1 m/s.
+template <typename S>
+class HeightFilter {
+ public:
+  static constexpr int kStates = 4;
+  enum StateIndex : int { kZ, kClimb, kRate, kOffset };
+  using Covariance = ScaledCovariance<S, kStates>;
+
+  HeightFilter(const ResponseModel& climb, double pose_sigma_m);
+  void start(S height, S climb);
+  /// Commands (climb speed in m per unit) that act in this tick, in the one before and in the one after.
+  void predict(S input, S input_before, S input_after);
+  struct PoseTest {
+    typename Covariance::Projection projection;
+    S innovation{};
+    bool inside = false;
+  };
+  PoseTest test_pose(S height, const Age<S>& age, S unseen_m);
+  void correct_pose(const PoseTest& test);
+  void reanchor(S height, S climb, const Age<S>& age);
+  S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
+  bool is_sane() const;
+  CovarianceHealth health() const { return covariance_.health(); }
+
+ private:
+  void clamp_states();
+
+  std::array<S, kStates> x_{};
+  struct Coefficients {
+    S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{};
+    S pose_variance{}, pose_rate{};
+  } c_;
+  typename Covariance::Matrix phi_{};
+  typename Covariance::Column q_{};
+  Covariance covariance_;
+  AccelerationHistory<S> history_;
+};
+
+}  // namespace m100::est

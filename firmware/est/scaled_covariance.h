@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include "firmware/core/fixed_point.h"
+
+namespace m100::est {
+
+/// Calls f with std::integral_constant 0 .. kCount-1: a loop whose index is a constant, so that the zeros of a
+/// transition matrix cost nothing.
+template <int kCount, typename F>
+constexpr void unroll([[maybe_unused]] F&& f) {
+  [&]<int... kIndex>(std::integer_sequence<int, kIndex...>) { (f(std::integral_constant<int, kIndex>{}), ...); }
+  (std::make_integer_sequence<int, kCount>{});
+}
+
+/// What a covariance had to do to stay one. All counters are health outputs.
+struct CovarianceHealth {
+  std::uint32_t floors = 0;       ///< variances raised to the floor
+  std::uint32_t ceilings = 0;     ///< sigmas halved at the ceiling
+  std::uint32_t repairs = 0;      ///< losses of positivity, answered by shrinking the correlations
+  std::uint32_t saturations = 0;  ///< fixed point only: stores that did not fit
+};
+
+/// Covariance of kN states in powers-of-two units: entry (i, j) stands for P_ij / (2^e_i 2^e_j). With e_i near the
+/// logarithm of the steady-state sigma every entry is near 1, and 32 bits hold it as well as a float does; unscaled,
+/// the smallest entries drown in rounding and positivity is lost. Transition matrices and measurement rows come in the
+/// same units: phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
+///
+/// Only the lower triangle exists, so symmetry is not a matter of rounding. Every coefficient must be below 8 in size.
+/// Invariants: each variance lies in [kFloor, kCeiling]; checked_positive() restores positivity.
+template <typename S, int kN>
+class ScaledCovariance {
+ public:
+  static constexpr auto kSize = static_cast<std::size_t>(kN);
+  static constexpr double kFloor = 1.0 / 65536.0;
+  static constexpr double kCeiling = 100.0;
+
+  using Matrix = std::array<std::array<S, kSize>, kSize>;
+  using Column = std::array<S, kSize>;
+  /// P h' and s = h P h' + r of one scalar measurement, r > 0.
+  struct Projection {
+    Column ph{};
+    S s{};
+  };
+
+  ScaledCovariance() = default;
+
+  void set_diagonal(const std::array<double, kSize>& variance) {
+    p_ = {};
+    for (int i = 0; i < kN; ++i) {
+      at(i, i) = arithmetic_.template number<double>(variance[index(i)]);
+    }
+  }
+
+  S operator()(int row, int col) const { return row >= col ? p_[packed(row, col)] : p_[packed(col, row)]; }
+
+  /// Forgets what state i has to do with the others and gives it a variance.
+  void decouple(int i, double variance) {
+    for (int j = 0; j < kN; ++j) {
+      at(i, j) = S{};
+    }
+    at(i, i) = arithmetic_.template number<double>(variance);
+  }
+
+  /// P <- phi P phi' + diag(q). Shape::kRows says per row which entries of phi are 0, 1 or x (free); a row that is only
+  /// its own 1 costs nothing.
+  template <typename Shape>
+  void predict(const Matrix& phi, const Column& q);
+
+  /// Shape::kRow: entries of h that are 0, 1 or x.
+  template <typename Shape>
+  Projection project(const Column& h, S r);
+
+  /// P <- P - (P h')(P h')' / s. @returns the gain in scaled units.
+  Column update(const Projection& projection);
+
+  /// Floors and positivity (pivots of L D L'), and the answer to a loss: all correlations shrink by a quarter, which
+  /// keeps every variance and moves the matrix towards its (positive) diagonal.
+  void check();
+
+  CovarianceHealth health() const {
+    CovarianceHealth health = health_;
+    health.saturations = arithmetic_.saturations();
+    return health;
+  }
+  core::Arithmetic<S>& arithmetic() { return arithmetic_; }
+
+ private:
+  static constexpr std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  static constexpr std::size_t packed(int row, int col) { return index(row * (row + 1) / 2 + col); }
+  S& at(int row, int col) { return row >= col ? p_[packed(row, col)] : p_[packed(col, row)]; }
+
+  template <typename Shape>
+  static constexpr bool is_identity(int row) {
+    for (int j = 0; j < kN; ++j) {
+      if (Shape::kRows[index(row)][index(j)] != (row == j ? '1' : '0')) {
+        return false;
+      }
+    }
+    return true;
+  }
+  template <typename Shape>
+  static constexpr int terms(int row) {
+    int count = 0;
+    for (const char entry : Shape::kRows[index(row)]) {
+      count += entry == '0' ? 0 : 1;
+    }
+    return count;
+  }
+  bool is_positive();
+
+  std::array<S, static_cast<std::size_t>(kN*(kN + 1) / 2)> p_{};
+  CovarianceHealth health_;
+  core::Arithmetic<S> arithmetic_;
+};
+
+template <typename S, int kN>
+template <typename Shape>
+void ScaledCovariance<S, kN>::predict(const Matrix& phi, const Column& q) {
+  using Wide = typename core::Arithmetic<S>::Wide;
+  Matrix half{};  // phi P
+  unroll<kN>([&](auto row) {
+    constexpr int i = decltype(row)::value;
+    unroll<kN>([&](auto col) {
+      constexpr int j = decltype(col)::value;
+      if constexpr (is_identity<Shape>(i)) {
+        half[i][j] = (*this)(i, j);
+      } else {
+        Wide sum{};
+        unroll<kN>([&](auto term) {
+          constexpr int k = decltype(term)::value;
+          if constexpr (Shape::kRows[i][k] == '1') {
+            sum += arithmetic_.widen((*this)(k, j));
+          } else if constexpr (Shape::kRows[i][k] == 'x') {
+            sum += arithmetic_.product(phi[i][k], (*this)(k, j));
+          }
+        });
+        half[i][j] = arithmetic_.narrow(sum);
+      }
+    });
+  });
+  unroll<kN>([&](auto row) {
+    constexpr int i = decltype(row)::value;
+    unroll<i + 1>([&](auto col) {
+      constexpr int j = decltype(col)::value;
+      constexpr bool kByRow = terms<Shape>(i) <= terms<Shape>(j);  // the sparser of the two rows multiplies
+      constexpr int a = kByRow ? i : j;
+      constexpr int b = kByRow ? j : i;
+      Wide sum{};
+      unroll<kN>([&](auto term) {
+        constexpr int k = decltype(term)::value;
+        if constexpr (Shape::kRows[a][k] == '1') {
+          sum += arithmetic_.widen(half[b][k]);
+        } else if constexpr (Shape::kRows[a][k] == 'x') {
+          sum += arithmetic_.product(half[b][k], phi[a][k]);
+        }
+      });
+      if constexpr (i == j) {
+        sum += arithmetic_.widen(q[i]);
+      }
+      p_[packed(i, j)] = arithmetic_.narrow(sum);
+    });
+  });
+  const S ceiling = arithmetic_.template number<double>(kCeiling);
+  for (int i = 0; i < kN; ++i) {
+    if (at(i, i) > ceiling) {  // halve this sigma: D P D with a power of two keeps positivity
+      for (int j = 0; j < kN; ++j) {
+        at(i, j) = arithmetic_.narrow(arithmetic_.scaled(arithmetic_.widen(at(i, j)), i == j ? -2 : -1));
+      }
+      ++health_.ceilings;
+    }
+  }
+}
+
+template <typename S, int kN>
+template <typename Shape>
+typename ScaledCovariance<S, kN>::Projection ScaledCovariance<S, kN>::project(const Column& h, S r) {
+  using Wide = typename core::Arithmetic<S>::Wide;
+  const auto dot = [&](auto&& entry) {
+    Wide sum{};
+    unroll<kN>([&](auto term) {
+      constexpr int k = decltype(term)::value;
+      if constexpr (Shape::kRow[k] == '1') {
+        sum += arithmetic_.widen(entry(k));
+      } else if constexpr (Shape::kRow[k] == 'x') {
+        sum += arithmetic_.product(h[k], entry(k));
+      }
+    });
+    return sum;
+  };
+  Projection projection;
+  unroll<kN>([&](auto row) {
+    constexpr int i = decltype(row)::value;
+    projection.ph[i] = arithmetic_.narrow(dot([&](int k) { return (*this)(i, k); }));
+  });
+  projection.s = arithmetic_.narrow(dot([&](int k) { return projection.ph[index(k)]; }) + arithmetic_.widen(r));
+  return projection;
+}
+
+template <typename S, int kN>
+typename ScaledCovariance<S, kN>::Column ScaledCovariance<S, kN>::update(const Projection& projection) {
+  Column gain{};
+  unroll<kN>([&](auto row) {
+    constexpr int i = decltype(row)::value;
+    gain[i] = arithmetic_.quotient(projection.ph[i], projection.s);
+    unroll<i + 1>([&](auto col) {
+      constexpr int j = decltype(col)::value;
+      S& entry = p_[packed(i, j)];
+      entry = arithmetic_.narrow(arithmetic_.widen(entry) - arithmetic_.product(gain[i], projection.ph[j]));
+    });
+  });
+  return gain;
+}
+
+template <typename S, int kN>
+void ScaledCovariance<S, kN>::check() {
+  const S floor = arithmetic_.template number<double>(kFloor);
+  for (int i = 0; i < kN; ++i) {
+    if (!(at(i, i) >= floor)) {
+      decouple(i, kFloor);
+      ++health_.floors;
+    }
+  }
+  if (!is_positive()) {
+    ++health_.repairs;
+    for (int i = 0; i < kN; ++i) {
+      for (int j = 0; j < i; ++j) {
+        const auto wide = arithmetic_.widen(at(i, j));
+        at(i, j) = arithmetic_.narrow(wide - arithmetic_.scaled(wide, -2));
+      }
+    }
+  }
+}
+
+template <typename S, int kN>
+bool ScaledCovariance<S, kN>::is_positive() {
+  using Wide = typename core::Arithmetic<S>::Wide;
+  std::array<S, static_cast<std::size_t>(kN * (kN + 1) / 2)> c{};  // L D; its diagonal is D
+  Matrix l{};
+  bool positive = true;
+  unroll<kN>([&](auto row) {
+    constexpr int i = decltype(row)::value;
+    unroll<i + 1>([&](auto col) {
+      constexpr int j = decltype(col)::value;
+      Wide sum = arithmetic_.widen(p_[packed(i, j)]);
+      unroll<j>([&](auto term) {
+        constexpr int k = decltype(term)::value;
+        sum -= arithmetic_.product(c[packed(i, k)], l[j][k]);
+      });
+      c[packed(i, j)] = arithmetic_.narrow(sum);
+      if constexpr (i != j) {
+        l[i][j] = arithmetic_.quotient(c[packed(i, j)], c[packed(j, j)]);
+      }
+    });
+    // Past a bad pivot the rest is meaningless but bounded.
+    if (!(c[packed(i, i)] > S{})) {
+      positive = false;
+      c[packed(i, i)] = arithmetic_.template number<double>(1.0);
+    }
+  });
+  return positive;
+}
+
+}  // namespace m100::est
