@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/ref/window.h"
+
+namespace m100::ref {
+
+inline constexpr std::size_t kCoefficients = 8;  ///< degree 7: minimum snap
+
+/// A polynomial in normalised time s = t / duration, 0 <= s <= 1, lowest power first.
+template <typename T>
+struct Polynomial {
+  std::array<T, kCoefficients> c{};
+
+  /// Value and its first two derivatives by time. Horner, 21 products.
+  AxisReference<T> at(T s, T duration_s) const {
+    T value = c[kCoefficients - 1], slope = T(0), bend = T(0);
+    for (std::size_t i = kCoefficients - 1; i-- > 0;) {
+      bend = bend * s + slope;
+      slope = slope * s + value;
+      value = value * s + c[i];
+    }
+    return {.position_m = value,
+            .velocity_m_s = slope / duration_s,
+            .acceleration_m_s2 = T(2) * bend / (duration_s * duration_s)};
+  }
+};
+
+/// Position and its first three derivatives by normalised time at both ends of a piece.
+struct EndStates {
+  std::array<double, 4> start{};
+  std::array<double, 4> end{};
+};
+
+/// The polynomial of degree 7 through both ends.
+Polynomial<double> through(const EndStates& ends);
+
+/// Rest to rest in degree 5: 10 s^3 - 15 s^4 + 6 s^5 of the way. Peaks: velocity 1.875 way / T, acceleration
+/// 5.7735 way / T^2.
+Polynomial<double> quintic(double from, double to);
+
+}  // namespace m100::ref
