@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/vrc/command_map.h"
+
+#include "firmware/core/maths.h"
+
+namespace m100::vrc {
+namespace {
+
+constexpr float kDegreesPerRadian = static_cast<float>(180.0 / core::kPi);
+constexpr float kMovementAngle_deg = 30.F;
+constexpr float kMovementClimb_m_s = 5.F;
+constexpr float kMovementYawRate_deg_s = 100.F;
+
+bool finite(float value) { return value - value == 0.F; }
+
+bool finite(const ctl::Command<float>& command) {
+  return finite(command.roll_rad) && finite(command.pitch_rad) && finite(command.climb_m_s) &&
+         finite(command.yaw_rate_rad_s);
+}
+
+StickMap map_of(const model::AttitudeAxis& axis) {
+  return {.scale_si_per_vrc = static_cast<float>(axis.scale_rad_per_count),
+          .neutral_vrc = static_cast<float>(1024.0 + axis.trim_counts),
+          .dead_zone_vrc = static_cast<float>(axis.dead_zone_counts),
+          .shape = axis.dead_zone_shape,
+          .exponent = static_cast<float>(axis.stick_exponent),
+          .gain_asymmetry = static_cast<float>(axis.gain_asymmetry)};
+}
+
+StickMap map_of(const model::RateAxis& axis, float sign) {
+  return {.scale_si_per_vrc = static_cast<float>(axis.scale_per_count),
+          .neutral_vrc = static_cast<float>(1024.0 + axis.trim_counts),
+          .dead_zone_vrc = static_cast<float>(axis.dead_zone_counts),
+          .shape = axis.dead_zone_shape,
+          .exponent = static_cast<float>(axis.stick_exponent),
+          .gain_asymmetry = static_cast<float>(axis.gain_asymmetry),
+          .sign = sign};
+}
+
+/// An axis that nobody has identified (scale 0) still needs a divisor; the paper's scale order of magnitude.
+StickMap checked(StickMap map, float fallback_scale) {
+  if (!(map.scale_si_per_vrc > 0.F)) {
+    map.scale_si_per_vrc = fallback_scale;
+  }
+  return map;
+}
+
+}  // namespace
+
+CommandMap::CommandMap(const model::Vehicle& vehicle)
+    : maps_{checked(map_of(vehicle.roll), 8.65e-4F), checked(map_of(vehicle.pitch), 8.44e-4F),
+            checked(map_of(vehicle.climb, 1.F), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {}
+
+Stick CommandMap::modulated(Channel channel, float command_si) {
+  const StickMap& map = maps_[channel];
+  const float wanted_si = command_si + remainder_[channel];
+  const auto error = [&](Stick stick) {
+    const float e = wanted_si - map.to_command(stick);
+    return e < 0.F ? -e : e;
+  };
+  const Stick neutral = map.to_stick(0.F).value();
+  Stick stick = map.to_stick(wanted_si).value();
+  if (error(neutral) <= error(stick)) {  // nearer to level than to the edge of the dead zone
+    stick = neutral;
+  }
+  const float most_si = map.scale_si_per_vrc * (map.dead_zone_vrc + 1.F);
+  remainder_[channel] = core::clamp(wanted_si - map.to_command(stick), -most_si, most_si);
+  return stick;
+}
+
+core::Expected<Sticks> CommandMap::to_sticks(const ctl::Command<float>& command) {
+  if (!finite(command)) {
+    return core::Status::kOutOfRange;
+  }
+  return Sticks{.roll = modulated(kRoll, command.roll_rad),
+                .pitch = modulated(kPitch, command.pitch_rad),
+                .throttle = modulated(kThrottle, command.climb_m_s),
+                .yaw = modulated(kYaw, command.yaw_rate_rad_s)};
+}
+
+ctl::Command<float> CommandMap::to_command(const Sticks& sticks) const {
+  return {.roll_rad = maps_[kRoll].to_command(sticks.roll),
+          .pitch_rad = maps_[kPitch].to_command(sticks.pitch),
+          .climb_m_s = maps_[kThrottle].to_command(sticks.throttle),
+          .yaw_rate_rad_s = maps_[kYaw].to_command(sticks.yaw)};
+}
+
+Sticks CommandMap::neutral() const {
+  return {.roll = maps_[kRoll].to_stick(0.F).value(),
+          .pitch = maps_[kPitch].to_stick(0.F).value(),
+          .throttle = maps_[kThrottle].to_stick(0.F).value(),
+          .yaw = maps_[kYaw].to_stick(0.F).value()};
+}
+
+core::Expected<Movement> to_movement(const ctl::Command<float>& command) {
+  if (!finite(command)) {
+    return core::Status::kOutOfRange;
+  }
+  const auto inside = [](float value, float limit) { return core::clamp(value, -limit, limit); };
+  return Movement{.roll_deg = inside(command.roll_rad * kDegreesPerRadian, kMovementAngle_deg),
+                  .pitch_deg = inside(-command.pitch_rad * kDegreesPerRadian, kMovementAngle_deg),
+                  .climb_m_s = inside(command.climb_m_s, kMovementClimb_m_s),
+                  .yaw_rate_deg_s = inside(-command.yaw_rate_rad_s * kDegreesPerRadian, kMovementYawRate_deg_s)};
+}
+
+ctl::Command<float> to_command(const Movement& movement) {
+  return {.roll_rad = movement.roll_deg / kDegreesPerRadian,
+          .pitch_rad = -movement.pitch_deg / kDegreesPerRadian,
+          .climb_m_s = movement.climb_m_s,
+          .yaw_rate_rad_s = -movement.yaw_rate_deg_s / kDegreesPerRadian};
+}
+
+}  // namespace m100::vrc

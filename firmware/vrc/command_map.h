@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "firmware/core/expected.h"
+#include "firmware/ctl/command.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/vrc/stick_map.h"
+#include "firmware/vrc/sticks.h"
+
+namespace m100::vrc {
+
+/// Fields of a movement control message (protocol, 6.4): horizontal angle, vertical velocity, yaw rate, body frame.
+/// Degrees; x is roll, right positive; y is pitch, nose UP positive; yaw rate clockwise positive.
+struct Movement {
+  float roll_deg = 0.F;
+  float pitch_deg = 0.F;
+  float climb_m_s = 0.F;
+  float yaw_rate_deg_s = 0.F;
+};
+
+/// SI command <-> the four sticks of one vehicle, and <-> movement control. The only place, with the protocol, where
+/// counts and degrees exist.
+///
+/// What a stick cannot say (dead zone with a jump, whole counts) is not lost: the part of the command that did not get
+/// through is added to the next one (error feedback), so that the mean over a few sticks is the command. Without it a
+/// jump of +-20 counts is a relay of +-1 degree around level. The remainder is limited to one dead zone.
+class CommandMap {
+ public:
+  explicit CommandMap(const model::Vehicle& vehicle);
+
+  /// The sticks for a command, once per stick message that leaves.
+  /// kOutOfRange: a number is not finite; nothing is changed then.
+  core::Expected<Sticks> to_sticks(const ctl::Command<float>& command);
+  /// The command in force while these sticks stand: feed it to the observer and to the law.
+  ctl::Command<float> to_command(const Sticks& sticks) const;
+  /// All sticks at their balancing points: level, no climb, no turn.
+  Sticks neutral() const;
+  /// Forgets the remainders.
+  void reset() { remainder_ = {}; }
+
+  const StickMap& roll() const { return maps_[kRoll]; }
+  const StickMap& pitch() const { return maps_[kPitch]; }
+  const StickMap& throttle() const { return maps_[kThrottle]; }
+  const StickMap& yaw() const { return maps_[kYaw]; }
+
+ private:
+  enum Channel : std::size_t { kRoll, kPitch, kThrottle, kYaw, kChannels };
+  Stick modulated(Channel channel, float command_si);
+
+  std::array<StickMap, kChannels> maps_;
+  std::array<float, kChannels> remainder_{};
+};
+
+/// Movement control needs no trim and has no dead zone; the limits of the interface (30 degrees, 5 m/s, 100 degrees/s)
+/// are kept. kOutOfRange: a number is not finite.
+core::Expected<Movement> to_movement(const ctl::Command<float>& command);
+ctl::Command<float> to_command(const Movement& movement);
+
+}  // namespace m100::vrc

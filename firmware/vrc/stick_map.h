@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/expected.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/vrc/sticks.h"
+
+namespace m100::vrc {
+
+/// One stick: what the autopilot makes of it, and the way back.
+///   u = counts - neutral;  dead zone (half width w): continuous u -> sign(u)(|u| - w), jump: u inside w -> 0
+///   curve u -> sign(u) 660 (|u| / 660)^exponent;  value = sign * scale * u, scale by side where it is asymmetric
+/// In SI of the axis: rad (roll, pitch), m/s (throttle), rad/s (yaw).
+struct StickMap {
+  float scale_si_per_vrc = 1.F;
+  float neutral_vrc = 1024.F;  ///< balancing point (paper, III-B.3)
+  float dead_zone_vrc = 0.F;   ///< half width
+  model::DeadZoneShape shape = model::DeadZoneShape::kJump;
+  float exponent = 1.F;
+  float gain_asymmetry = 1.F;  ///< positive over negative
+  float sign = 1.F;            ///< -1 where the larger stick is the smaller command (yaw)
+
+  /// The stick that gives a command, rounded to a count. Dead zone recovery (paper, III-B.5): continuous, half the
+  /// width is added; jump, a command inside is pushed to the edge, except zero, which is neutral. Saturates at the
+  /// travel. kOutOfRange: the command is not finite.
+  core::Expected<Stick> to_stick(float command_si) const;
+  /// What the autopilot makes of a stick: the command that is really in force.
+  float to_command(Stick stick) const;
+};
+
+}  // namespace m100::vrc

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/vrc/stick_map.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "firmware/model/paper.h"
+#include "firmware/vrc/command_map.h"
+
+namespace m100::vrc {
+namespace {
+
+// Numbers of the paper: Table I (scale), III-B.3 (trim), III-B.5 (dead zone).
+constexpr StickMap kRoll{.scale_si_per_vrc = 8.65e-4F, .neutral_vrc = 1080.F, .dead_zone_vrc = 19.8F};
+constexpr StickMap kContinuous{.scale_si_per_vrc = 8.65e-4F,
+                               .neutral_vrc = 998.F,
+                               .dead_zone_vrc = 19.8F,
+                               .shape = model::DeadZoneShape::kContinuous};
+constexpr StickMap kYaw{.scale_si_per_vrc = 2.24e-3F, .dead_zone_vrc = 30.5F, .sign = -1.F};
+
+struct Case {
+  const char* name;
+  StickMap map;
+  float command_si;
+  int expected;
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name << ": " << c.command_si << " -> " << c.expected; }
+
+class StickMapTable : public ::testing::TestWithParam<Case> {};
+
+// Catches a forgotten trim, a dead zone added on the wrong side, rounding towards zero, a wrapped count beyond the
+// travel.
+TEST_P(StickMapTable, GivesTheStickOfTheTable) {
+  RecordProperty("paper", "III-B.3, III-B.5, Table I");
+  const core::Expected<Stick> stick = GetParam().map.to_stick(GetParam().command_si);
+  ASSERT_TRUE(stick.has_value());
+  EXPECT_EQ(static_cast<int>(*stick), GetParam().expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, StickMapTable,
+    ::testing::Values(Case{"ZeroIsTrimmedNeutral", kRoll, 0.F, 1080}, Case{"TinyLeavesTheDeadZone", kRoll, 1e-3F, 1100},
+                      Case{"TinyNegativeLeavesItDownwards", kRoll, -1e-3F, 1060},
+                      Case{"LinearRange", kRoll, 0.1F, 1196},  // 0.1 / 8.65e-4 = 115.6
+                      Case{"SaturatesAtTravel", kRoll, 1.F, 1684}, Case{"SaturatesBelow", kRoll, -1.F, 364},
+                      Case{"ContinuousCountsFromTheEdge", kContinuous, 0.1F, 1133},  // 115.6 + 19.8
+                      Case{"ContinuousZeroIsNeutral", kContinuous, 0.F, 998},
+                      Case{"YawLeftIsTheSmallerStick", kYaw, 0.5F, 801},  // 0.5 / 2.24e-3 = 223.2
+                      Case{"HugeIsNotWrapped", kRoll, 1e30F, 1684}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST(StickMap, RefusesWhatIsNotANumber) {
+  EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::quiet_NaN()).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(kRoll.to_stick(std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(kRoll.to_stick(-std::numeric_limits<float>::infinity()).status(), core::Status::kOutOfRange);
+}
+
+class StickMapRoundTrip : public ::testing::TestWithParam<StickMap> {};
+
+// Catches an inverse that forgets the curve, the asymmetry, the sign or the order of dead zone and curve.
+TEST_P(StickMapRoundTrip, EveryStickComesBack) {
+  const StickMap& map = GetParam();
+  for (int counts = 364; counts <= 1684; ++counts) {
+    const Stick stick{static_cast<std::uint16_t>(counts)};
+    const float command = map.to_command(stick);
+    const core::Expected<Stick> back = map.to_stick(command);
+    ASSERT_TRUE(back.has_value());
+    if (command != 0.F) {
+      EXPECT_NEAR(static_cast<int>(*back), counts, 1) << "command " << command;  // one count: float rounding at .5
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Maps, StickMapRoundTrip,
+                         ::testing::Values(kRoll, kContinuous, kYaw,
+                                           StickMap{.scale_si_per_vrc = 9e-4F,
+                                                    .neutral_vrc = 1010.F,
+                                                    .dead_zone_vrc = 16.1F,
+                                                    .shape = model::DeadZoneShape::kContinuous,
+                                                    .exponent = 1.4F,
+                                                    .gain_asymmetry = 1.1F}));
+
+model::Vehicle paper_like() {
+  model::Vehicle vehicle;
+  for (model::AttitudeAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
+    axis->dead_zone_counts = model::paper::kTiltDeadZone_vrc;
+    axis->dead_zone_shape = model::DeadZoneShape::kJump;
+  }
+  vehicle.roll.trim_counts = model::paper::kRollBalance_vrc - model::paper::kNeutral_vrc;
+  vehicle.climb.scale_per_count = model::paper::kScaleClimb_m_s_per_count.experiment;
+  vehicle.yaw_rate.scale_per_count = model::paper::kScaleYawRate_rad_s_per_count.experiment;
+  return vehicle;
+}
+
+// Catches a relay around level: the plain map answers every small command with the edge of the dead zone.
+TEST(CommandMap, TheMeanOfManySticksIsTheCommandInsideTheDeadZone) {
+  RecordProperty("paper", "III-B.5");
+  CommandMap map(paper_like());
+  for (const float wanted : {0.F, 1e-3F, -5e-3F, 0.012F, 0.05F}) {
+    map.reset();
+    double sum = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+      ctl::Command<float> command;
+      command.roll_rad = wanted;
+      const core::Expected<Sticks> sticks = map.to_sticks(command);
+      ASSERT_TRUE(sticks.has_value());
+      sum += static_cast<double>(map.to_command(*sticks).roll_rad);
+    }
+    EXPECT_NEAR(sum / 1000.0, static_cast<double>(wanted), 3e-5) << wanted;  // one edge of 17 mrad in 1000 sticks
+  }
+}
+
+TEST(CommandMap, DirectionsAreThoseOfTheProtocol) {
+  const CommandMap map(paper_like());
+  CommandMap moving = map;
+  const Sticks neutral = map.neutral();
+  EXPECT_EQ(static_cast<int>(neutral.roll), 1080);
+  const core::Expected<Sticks> sticks =
+      moving.to_sticks({.roll_rad = 0.1F, .pitch_rad = 0.1F, .climb_m_s = 0.5F, .yaw_rate_rad_s = 0.5F});
+  ASSERT_TRUE(sticks.has_value());
+  EXPECT_GT(sticks->roll, neutral.roll);          // right side down: stick right
+  EXPECT_GT(sticks->pitch, neutral.pitch);        // nose down: stick forward
+  EXPECT_GT(sticks->throttle, neutral.throttle);  // up
+  EXPECT_LT(sticks->yaw, neutral.yaw);            // counter-clockwise: stick left
+}
+
+TEST(CommandMap, ANumberThatIsNoneChangesNothing) {
+  CommandMap map(paper_like());
+  EXPECT_EQ(map.to_sticks({.climb_m_s = std::numeric_limits<float>::quiet_NaN()}).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(to_movement({.roll_rad = std::numeric_limits<float>::infinity()}).status(), core::Status::kOutOfRange);
+}
+
+TEST(Movement, IsInDegreesWithTheNoseUpPositive) {
+  const core::Expected<Movement> movement =
+      to_movement({.roll_rad = 0.1F, .pitch_rad = 0.2F, .climb_m_s = 1.F, .yaw_rate_rad_s = 0.3F});
+  ASSERT_TRUE(movement.has_value());
+  EXPECT_NEAR(movement->roll_deg, 5.7296F, 1e-3F);
+  EXPECT_NEAR(movement->pitch_deg, -11.4592F, 1e-3F);
+  EXPECT_EQ(movement->climb_m_s, 1.F);
+  EXPECT_NEAR(movement->yaw_rate_deg_s, -17.1887F, 1e-3F);
+  const ctl::Command<float> back = to_command(*movement);
+  EXPECT_NEAR(back.pitch_rad, 0.2F, 1e-6F);
+  EXPECT_NEAR(back.yaw_rate_rad_s, 0.3F, 1e-6F);
+}
+
+}  // namespace
+}  // namespace m100::vrc
