@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/core/time.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+
+/// Gains of the height loop from the climb dynamics of the vehicle, for use with the climb speed of the observer.
+///
+/// With the climb loop seen as one lag T (tau, or 2 z / w of a second order) plus its delay D, u = Kp e - Kd w gives
+/// T s^2 + (1 + Kd) s + Kp. The natural frequency is set to kBandwidth / (D + T2), T2 the part of the lag that the
+/// one-lag picture leaves out (half of 1/w for a second order), damping to 1: fast where the climb loop is fast, and
+/// never faster than its delay allows. Limits are taken from `base`. The paper's gains (III-E.2) are the defaults of
+/// AltitudeGains.
+model::AltitudeGains design_altitude(const model::RateAxis& climb, const model::AltitudeGains& base);
+
+/// Height PID (paper, III-E.2) with velocity feed-forward:
+///   u = w_ref + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]
+/// The derivative acts on the measured climb speed, so a step of the reference gives no kick. The integral stands still
+/// while the output is at its limit and e would drive it further. Output within +-climb_limit.
+template <typename T>
+class AltitudePid {
+ public:
+  explicit AltitudePid(const model::AltitudeGains& gains) : gains_(gains) {}
+
+  T update(T reference_m, T reference_climb_m_s, T height_m, T climb_m_s, T step_s) {
+    const T error = reference_m - height_m;
+    const T limit = static_cast<T>(gains_.climb_limit_m_s);
+    const T steady = reference_climb_m_s + static_cast<T>(gains_.proportional_per_s) * error +
+                     static_cast<T>(gains_.derivative) * (reference_climb_m_s - climb_m_s);
+    const T integral = core::clamp(integral_m_s_ + static_cast<T>(gains_.integral_per_s2) * error * step_s,
+                                   static_cast<T>(gains_.integral_min_m_s), static_cast<T>(gains_.integral_max_m_s));
+    const bool winds_up = (steady + integral > limit && error > T(0)) || (steady + integral < -limit && error < T(0));
+    if (!winds_up) {
+      integral_m_s_ = integral;
+    }
+    return core::clamp(steady + integral_m_s_, -limit, limit);
+  }
+  void reset() { integral_m_s_ = T(0); }
+  T integral_m_s() const { return integral_m_s_; }
+
+ private:
+  model::AltitudeGains gains_;
+  T integral_m_s_{0};
+};
+
+}  // namespace m100::ctl

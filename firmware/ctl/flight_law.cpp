@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/ctl/flight_law.h"
+
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+
+namespace m100::ctl {
+namespace {
+
+constexpr double kTiltSeen_rad = 0.9;  // beyond this the tangent is of no use; the safety limit is far below
+
+template <typename T>
+T tangent(T angle_rad) {
+  return core::tan(core::clamp(angle_rad, T(-kTiltSeen_rad), T(kTiltSeen_rad)));
+}
+
+model::AltitudeGains altitude_gains(const model::Vehicle& vehicle, const FlightLawOptions& options) {
+  return options.design_altitude ? design_altitude(vehicle.climb, vehicle.altitude) : vehicle.altitude;
+}
+
+}  // namespace
+
+template <typename T>
+typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table, const model::AttitudeAxis& axis) {
+  Axis made{.mpc = mpc::HorizontalMpc<T>(table), .predictor = mpc::DelayPredictor<T>(table.delay)};
+  if (axis.is_first_order()) {
+    made.first_lag_s = static_cast<T>(axis.time_constant_s - axis.lead_zero_s);
+  } else if (axis.natural_frequency_rad_s > 0.0) {
+    const double w = axis.natural_frequency_rad_s;
+    made.first_lag_s = static_cast<T>(2.0 * axis.damping_ratio / w - axis.lead_zero_s);
+    made.second_lag_s2 = static_cast<T>(1.0 / (w * w));
+  }
+  return made;
+}
+
+template <typename T>
+FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
+                        const FlightLawOptions& options)
+    : x_(make_axis(tables.x, vehicle.pitch)),
+      y_(make_axis(tables.y, vehicle.roll)),
+      height_(altitude_gains(vehicle, options)),
+      yaw_(vehicle.yaw) {
+  const model::RateAxis& climb = vehicle.climb;
+  climb_lag_s_ =
+      static_cast<T>(climb.transport_delay_s + (climb.time_constant_s > 0.0 ? climb.time_constant_s
+                                                : climb.natural_frequency_rad_s > 0.0
+                                                    ? 2.0 * climb.damping_ratio / climb.natural_frequency_rad_s
+                                                    : 0.0));
+  combined_tangent_ = core::tan(static_cast<T>(options.combined_tilt_limit_rad));
+}
+
+template <typename T>
+T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant,
+                      T lead_gap_s, T in_force_rad) {
+  const mpc::GainTable<T>& table = axis.mpc.table();
+  const T offset_rad = estimate.input_offset_rad;
+  const T seen = tangent(estimate.tilt_rad);
+  // The pipe holds tangents of what the attitude loop is told, without the offset, which may still change.
+  axis.predictor.sent(tangent(in_force_rad));
+  problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
+                                           .velocity_m_s = estimate.velocity_m_s,
+                                           .tilt_rad = seen,
+                                           .tilt_rate_rad_s = estimate.tilt_rate_rad_s * (T(1) + seen * seen),
+                                           .disturbance_m_s2 = estimate.disturbance_m_s2,
+                                           .input_offset_rad = offset_rad});
+  problem_.previous_input_rad = tangent(in_force_rad) + offset_rad;
+  problem_.disturbance_m_s2 = estimate.disturbance_m_s2;
+  problem_.constant_reference = constant;
+
+  const T per_acceleration = table.tilt_sign / table.acceleration_per_tilt;
+  const auto target = [&](std::size_t k) {
+    const ref::AxisReference<T>& r = reference[k];
+    return per_acceleration * (r.acceleration_m_s2 + table.drag_per_s * r.velocity_m_s - estimate.disturbance_m_s2);
+  };
+  constexpr T kStep_s = static_cast<T>(ref::kPredictionStep_s);
+  T before = target(0);
+  T now = before;
+  for (std::size_t k = 0; k < mpc::kHorizon; ++k) {
+    const T after = target(k + 1);
+    T input = now;
+    if (!constant) {
+      // At the first stage there is nothing before: the differences are taken one-sided.
+      const T slope = k == 0 ? (after - now) / kStep_s : (after - before) / (T(2) * kStep_s);
+      const T curvature = k == 0 ? T(0) : (after - T(2) * now + before) / (kStep_s * kStep_s);
+      input += axis.first_lag_s * slope + axis.second_lag_s2 * curvature;
+    }
+    problem_.input_ref_rad[k] = input / table.input_gain;
+    const ref::AxisReference<T>& r = reference[k + 1];
+    const T half_gap = T(0.5) * lead_gap_s * lead_gap_s;
+    problem_.position_ref_m[k] = r.position_m + lead_gap_s * r.velocity_m_s + half_gap * r.acceleration_m_s2;
+    problem_.velocity_ref_m_s[k] = r.velocity_m_s + lead_gap_s * r.acceleration_m_s2;
+    problem_.tilt_ref_rad[k] = after;
+    before = now;
+    now = after;
+  }
+  axis.mpc.solve(problem_, solution_);
+  axis.path = solution_.path;
+  return solution_.input_rad[0] - offset_rad;
+}
+
+template <typename T>
+Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                                const Command<T>& in_force, core::Duration elapsed) {
+  const core::Tilt<T> told =
+      core::tilt_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = estimate.yaw_rad});
+  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), told.x_rad);
+  const T gap_s =
+      y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
+  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, told.y_rad);
+  report_ = {.path_x = x_.path, .path_y = y_.path};
+
+  const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);
+  if (size > combined_tangent_) {
+    slope_x *= combined_tangent_ / size;
+    slope_y *= combined_tangent_ / size;
+    report_.tilt_limited = true;
+  }
+  const core::Euler<T> attitude = core::attitude_of<T>(
+      {.x_rad = core::atan2(slope_x, T(1)), .y_rad = core::atan2(slope_y, T(1))}, estimate.yaw_rad);
+  const ref::AxisReference<T>& height = reference.height;
+  const T climb = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2;
+  Command<T> command;
+  command.roll_rad = attitude.roll_rad;
+  command.pitch_rad = attitude.pitch_rad;
+  command.climb_m_s =
+      height_.update(height.position_m, climb, estimate.height_m, estimate.climb_m_s, core::seconds<T>(elapsed));
+  command.yaw_rate_rad_s = yaw_.update(reference.yaw_rad, reference.yaw_rate_rad_s, estimate.yaw_rad);
+  return command;
+}
+
+template <typename T>
+void FlightLaw<T>::reset() {
+  for (Axis* axis : {&x_, &y_}) {
+    axis->mpc.reset();
+    axis->predictor.reset();
+  }
+  height_.reset();
+}
+
+template class FlightLaw<float>;
+template class FlightLaw<double>;
+
+}  // namespace m100::ctl

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "firmware/core/time.h"
+#include "firmware/ctl/altitude_pid.h"
+#include "firmware/ctl/command.h"
+#include "firmware/ctl/yaw_p.h"
+#include "firmware/est/estimate.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/mpc/delay_predictor.h"
+#include "firmware/mpc/horizontal_mpc.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+struct FlightLawOptions {
+  /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
+  bool design_altitude = true;
+  /// The tilt of both axes together never exceeds this: the promise is 35 degrees, the attitude loop overshoots by 7 %.
+  double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
+};
+
+/// How the horizontal commands came about in the last tick, for the log.
+struct LawReport {
+  mpc::Path path_x = mpc::Path::kTable;
+  mpc::Path path_y = mpc::Path::kTable;
+  bool tilt_limited = false;  ///< by the combined limit
+};
+
+/// The control law: MPC in x and y, PID in height, P in yaw.
+///
+/// Horizontal, per axis of the yaw-free world frame (paper, III-E.1):
+///  1. The command in force goes into the pipe of the DelayPredictor; the state is predicted to now + delay.
+///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
+///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
+///     (T1 = 2 z / w, T2 = 1 / w^2, or T1 = tau: the input that makes the attitude loop follow t_ref).
+///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that less m. So neither
+///     wind (d) nor trim and command gain (m) leaves a steady offset.
+/// Then both tilts are limited together, keeping their direction, and turned by yaw into roll and pitch.
+/// Needs a window whose lead is lead(). Cost: firmware/README.md.
+template <typename T>
+class FlightLaw {
+ public:
+  /// The tables must outlive the law.
+  FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
+
+  /// @param in_force what the autopilot was told since the last tick, after supervisor and stick rounding; it goes into
+  ///   the prediction through the delay, once per call, so call this once per tick.
+  Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, const Command<T>& in_force,
+                    core::Duration elapsed);
+
+  /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
+  core::Duration lead() const { return x_.predictor.lead(); }
+  const LawReport& report() const { return report_; }
+  const mpc::MpcCounters& counters_x() const { return x_.mpc.counters(); }
+  const mpc::MpcCounters& counters_y() const { return y_.mpc.counters(); }
+  /// For a start in the air: integral and active sets forgotten, pipes filled with level.
+  void reset();
+
+ private:
+  using References = std::array<ref::AxisReference<T>, ref::kHorizon + 1>;
+  struct Axis {
+    mpc::HorizontalMpc<T> mpc;
+    mpc::DelayPredictor<T> predictor;
+    T first_lag_s{0};    ///< T1
+    T second_lag_s2{0};  ///< T2
+    mpc::Path path = mpc::Path::kTable;
+  };
+  static Axis make_axis(const mpc::GainTable<T>& table, const model::AttitudeAxis& axis);
+  T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
+          T in_force_rad);
+
+  Axis x_;
+  Axis y_;
+  AltitudePid<T> height_;
+  YawP<T> yaw_;
+  T climb_lag_s_{0};
+  T combined_tangent_{0};
+  mpc::Problem<T> problem_;
+  mpc::Solution<T> solution_;
+  LawReport report_;
+};
+
+}  // namespace m100::ctl

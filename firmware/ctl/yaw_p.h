@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+
+/// Yaw (paper, III-E.2): rate = rate_ref + K wrap(yaw_ref - yaw), the short way round, within +-rate_limit.
+template <typename T>
+class YawP {
+ public:
+  explicit YawP(const model::YawGain& gain) : gain_(gain) {}
+  T update(T reference_rad, T reference_rate_rad_s, T yaw_rad) const {
+    const T limit = static_cast<T>(gain_.rate_limit_rad_s);
+    const T error = core::wrap_pi(reference_rad - yaw_rad);
+    return core::clamp(reference_rate_rad_s + static_cast<T>(gain_.proportional_per_s) * error, -limit, limit);
+  }
+
+ private:
+  model::YawGain gain_;
+};
+
+}  // namespace m100::ctl
