@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/scenario/ctl/bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "firmware/core/tilt.h"
+#include "firmware/ctl/flight_law.h"
+#include "host_tests/tools/gains/gain_tables.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kStep_s = 0.001;
+constexpr double kGravity_m_s2 = 9.8066;
+
+struct TiltAxis {
+  double tilt_rad = 0.0, rate_rad_s = 0.0;
+  void step(const World& w, double wanted_rad) {
+    if (w.time_constant_s > 0.0) {
+      const double before = tilt_rad;
+      tilt_rad += (wanted_rad - tilt_rad) * (1.0 - std::exp(-kStep_s / w.time_constant_s));
+      rate_rad_s = (tilt_rad - before) / kStep_s;
+      return;
+    }
+    const double n = w.natural_frequency_rad_s;
+    const auto acceleration = [&](double a, double r) {
+      return n * n * (wanted_rad - a) - 2.0 * w.damping_ratio * n * r;
+    };
+    const double k1 = acceleration(tilt_rad, rate_rad_s);
+    const double k2 = acceleration(tilt_rad + kStep_s * rate_rad_s, rate_rad_s + kStep_s * k1);
+    tilt_rad += kStep_s * (rate_rad_s + 0.25 * kStep_s * (k1 + k2));
+    rate_rad_s += 0.5 * kStep_s * (k1 + k2);
+  }
+};
+
+struct Body {
+  TiltAxis roll, pitch;
+  double yaw_rad = 0.0, yaw_rate_rad_s = 0.0;
+  core::Vector<double, 3> position = core::Vector<double, 3>::Zero();
+  core::Vector<double, 3> velocity = core::Vector<double, 3>::Zero();
+
+  void step(const World& w, const ctl::Command<double>& tilt, const ctl::Command<double>& climb,
+            const core::Vector<double, 2>& wind) {
+    roll.step(w, w.command_gain * tilt.roll_rad + w.trim_rad);
+    pitch.step(w, w.command_gain * tilt.pitch_rad + w.trim_rad);
+    yaw_rate_rad_s += (tilt.yaw_rate_rad_s - yaw_rate_rad_s) * kStep_s / 0.19;
+    yaw_rad += yaw_rate_rad_s * kStep_s;
+    const core::Tilt<double> t =
+        core::tilt_of<double>({.roll_rad = roll.tilt_rad, .pitch_rad = pitch.tilt_rad, .yaw_rad = yaw_rad});
+    const core::Vector<double, 3> acceleration{
+        kGravity_m_s2 * std::tan(t.x_rad) - w.drag_per_s * velocity.x() + wind.x(),
+        -kGravity_m_s2 * std::tan(t.y_rad) - w.drag_per_s * velocity.y() + wind.y(),
+        (climb.climb_m_s - velocity.z()) / w.climb_time_constant_s};
+    position += kStep_s * velocity + 0.5 * kStep_s * kStep_s * acceleration;
+    velocity += kStep_s * acceleration;
+  }
+};
+
+template <typename T>
+ref::Window<T> window_in(const ref::Window<double>& from) {
+  ref::Window<T> to;
+  const auto axis = [](const ref::AxisReference<double>& r) {
+    return ref::AxisReference<T>{.position_m = static_cast<T>(r.position_m),
+                                 .velocity_m_s = static_cast<T>(r.velocity_m_s),
+                                 .acceleration_m_s2 = static_cast<T>(r.acceleration_m_s2)};
+  };
+  for (std::size_t k = 0; k <= ref::kHorizon; ++k) {
+    to.x[k] = axis(from.x[k]);
+    to.y[k] = axis(from.y[k]);
+  }
+  to.height = axis(from.height);
+  to.yaw_rad = static_cast<T>(from.yaw_rad);
+  to.yaw_rate_rad_s = static_cast<T>(from.yaw_rate_rad_s);
+  to.constant = from.constant;
+  return to;
+}
+
+template <typename T>
+mpc::GainTables<T> tables_of(const model::Vehicle& vehicle) {
+  const mpc::GainTables<double> tables = tools::gains::make_gain_tables(vehicle);
+  return {.x = tools::gains::table_in<T>(tables.x), .y = tools::gains::table_in<T>(tables.y)};
+}
+
+template <typename T>
+class Pipe {
+ public:
+  explicit Pipe(double delay_s, const T& first)
+      : values_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)), first) {}
+  T through(const T& value) {
+    values_.push_back(value);
+    const T oldest = values_.front();
+    values_.pop_front();
+    return oldest;
+  }
+
+ private:
+  std::deque<T> values_;
+};
+
+}  // namespace
+
+World plant_a() { return {}; }
+World plant_b() {
+  World world;
+  world.natural_frequency_rad_s = 0.0;
+  world.damping_ratio = 0.0;
+  world.time_constant_s = 0.087;
+  world.delay_s = 0.107;
+  return world;
+}
+
+model::Vehicle vehicle_of(const World& world) {
+  model::Vehicle vehicle;
+  for (model::AttitudeAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
+    axis->natural_frequency_rad_s = world.natural_frequency_rad_s;
+    axis->damping_ratio = world.damping_ratio;
+    axis->time_constant_s = world.time_constant_s;
+    axis->transport_delay_s = world.delay_s;
+  }
+  vehicle.climb.scale_per_count = 2.65e-3;
+  vehicle.climb.time_constant_s = world.climb_time_constant_s;
+  vehicle.climb.transport_delay_s = world.climb_delay_s;
+  vehicle.yaw_rate.scale_per_count = 2.24e-3;
+  vehicle.yaw_rate.time_constant_s = 0.19;
+  return vehicle;
+}
+
+ref::Window<double> hover_at(double x_m, double y_m, double z_m) {
+  ref::Window<double> window;
+  window.x.fill({.position_m = x_m});
+  window.y.fill({.position_m = y_m});
+  window.height.position_m = z_m;
+  window.constant = true;
+  return window;
+}
+
+ref::Window<double> sinusoid(double amplitude_m, double rate_rad_s, double now_s, double lead_s) {
+  ref::Window<double> window;
+  for (std::size_t k = 0; k <= ref::kHorizon; ++k) {
+    const double phase = rate_rad_s * (now_s + lead_s + 0.1 * static_cast<double>(k));
+    window.x[k] = {.position_m = amplitude_m * std::sin(phase),
+                   .velocity_m_s = amplitude_m * rate_rad_s * std::cos(phase),
+                   .acceleration_m_s2 = -amplitude_m * rate_rad_s * rate_rad_s * std::sin(phase)};
+  }
+  window.height.position_m = 1.0;
+  return window;
+}
+
+template <typename S, typename T>
+Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight& flight) {
+  World world = first_world;
+  const mpc::GainTables<T> tables = tables_of<T>(vehicle);
+  est::DisturbanceEkf<S, T> observer(vehicle);
+  ctl::FlightLaw<T> law(vehicle, tables);
+  std::mt19937 random(world.seed);
+  std::normal_distribution<double> normal;
+  Body body;
+  body.yaw_rad = world.yaw_rad;
+  const ref::Window<double> start = flight.reference(0.0, 0.0);
+  body.position = {start.x[0].position_m, start.y[0].position_m, start.height.position_m};
+  body.velocity = {start.x[0].velocity_m_s, start.y[0].velocity_m_s, 0.0};
+  struct Seen {
+    core::Vector<double, 3> position;
+    double yaw_rad;
+  };
+  Pipe<Seen> pose_pipe(world.pose_delay_s, {body.position, body.yaw_rad});
+  Pipe<ctl::Command<double>> tilt_pipe(world.delay_s, {});
+  Pipe<ctl::Command<double>> climb_pipe(world.climb_delay_s, {});
+  Seen seen{body.position, body.yaw_rad};
+  core::Vector<double, 2> gust = core::Vector<double, 2>::Zero();
+  ctl::Command<T> in_force;
+  ctl::Command<double> acting;
+  Result result;
+  double input2 = 0.0;
+  core::Vector<double, 2> tilt2 = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> tilt_sum = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> last_command = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> end_sum = core::Vector<double, 2>::Zero();
+  long counted = 0, at_end = 0;
+  const long ticks = std::lround(flight.duration_s * 100.0);
+  const long every = std::max(1L, std::lround(world.command_period_s * 100.0));
+  for (long tick = 0; tick < ticks; ++tick) {
+    const double now_s = 0.01 * static_cast<double>(tick);
+    flight.change(now_s, world);
+    est::Measurement<T> measured;
+    measured.attitude.is_new = true;
+    measured.attitude.roll_rad = static_cast<T>(body.roll.tilt_rad + world.attitude_sigma_rad * normal(random));
+    measured.attitude.pitch_rad = static_cast<T>(body.pitch.tilt_rad + world.attitude_sigma_rad * normal(random));
+    measured.attitude.yaw_rad = static_cast<T>(body.yaw_rad);
+    measured.attitude.rate_b_rad_s = {static_cast<T>(body.roll.rate_rad_s + world.rate_sigma_rad_s * normal(random)),
+                                      static_cast<T>(body.pitch.rate_rad_s + world.rate_sigma_rad_s * normal(random)),
+                                      static_cast<T>(body.yaw_rate_rad_s + world.rate_sigma_rad_s * normal(random))};
+    measured.pose.is_new = !flight.pose_lost(now_s);
+    measured.pose.age = core::Duration(std::lround(world.pose_delay_s * 1e6));
+    for (int i = 0; i < 3; ++i) {
+      measured.pose.position_w_m[i] = static_cast<T>(seen.position[i] + world.pose_sigma_m * normal(random));
+    }
+    measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(seen.yaw_rad + 0.002 * normal(random)));
+
+    const est::Estimate<T> estimate = observer.update(measured, in_force, core::kTickPeriod);
+    const ref::Window<double> wanted = flight.reference(now_s, core::seconds<double>(law.lead()));
+    const ctl::Command<T> command = law.update(estimate, window_in<T>(wanted), in_force, core::kTickPeriod);
+    if (tick % every == 0) {
+      in_force = command;
+    }
+    if (!estimate.healthy && tick < 60) {
+      in_force = {};
+    }
+    acting = {.roll_rad = static_cast<double>(in_force.roll_rad),
+              .pitch_rad = static_cast<double>(in_force.pitch_rad),
+              .climb_m_s = static_cast<double>(in_force.climb_m_s),
+              .yaw_rate_rad_s = static_cast<double>(in_force.yaw_rate_rad_s)};
+
+    const ref::Window<double> truth = flight.reference(now_s, 0.0);
+    const core::Vector<double, 3> error{body.position.x() - truth.x[0].position_m,
+                                        body.position.y() - truth.y[0].position_m,
+                                        body.position.z() - truth.height.position_m};
+    const core::Vector<double, 2> angles{acting.roll_rad, acting.pitch_rad};
+    if (now_s >= flight.settle_s) {
+      ++counted;
+      result.x_rms_m += error.x() * error.x();
+      result.y_rms_m += error.y() * error.y();
+      result.z_rms_m += error.z() * error.z();
+      result.x_mean_m += error.x();
+      result.y_mean_m += error.y();
+      result.position_peak_m = std::max(result.position_peak_m, error.head<2>().norm());
+      const core::Vector<double, 2> tilts{body.roll.tilt_rad, body.pitch.tilt_rad};
+      tilt2 += tilts.cwiseAbs2();
+      tilt_sum += tilts;
+      input2 += (angles - last_command).squaredNorm();
+    }
+    if (now_s >= flight.duration_s - 1.0) {
+      end_sum += error.head<2>();
+      ++at_end;
+    }
+    last_command = angles;
+    result.finite = result.finite && std::isfinite(error.squaredNorm()) && std::isfinite(angles.squaredNorm());
+    for (int i = 0; i < 10; ++i) {
+      const double decay = std::exp(-kStep_s / world.gust_s);
+      const double kick = world.gust_m_s2 * std::sqrt(1.0 - decay * decay);
+      gust = decay * gust + kick * core::Vector<double, 2>(normal(random), normal(random));
+      const core::Vector<double, 2> wind = core::Vector<double, 2>(world.wind_m_s2, 0.5 * world.wind_m_s2) + gust;
+      body.step(world, tilt_pipe.through(acting), climb_pipe.through(acting), wind);
+      seen = pose_pipe.through({body.position, body.yaw_rad});
+    }
+  }
+  const double n = static_cast<double>(std::max(1L, counted));
+  result.x_rms_m = std::sqrt(result.x_rms_m / n);
+  result.y_rms_m = std::sqrt(result.y_rms_m / n);
+  result.z_rms_m = std::sqrt(result.z_rms_m / n);
+  result.x_mean_m /= n;
+  result.y_mean_m /= n;
+  result.tilt_rms_deg =
+      std::sqrt(std::max(0.0, (tilt2 / n - (tilt_sum / n).cwiseAbs2()).maxCoeff())) * 180.0 / core::kPi;
+  result.input_variation_deg = std::sqrt(input2 / n) * 180.0 / core::kPi;
+  result.end_error_m = (end_sum / static_cast<double>(std::max(1L, at_end))).norm();
+  result.ekf = observer.counters();
+  return result;
+}
+
+template Result fly<double, double>(const World&, const model::Vehicle&, const Flight&);
+template Result fly<float, float>(const World&, const model::Vehicle&, const Flight&);
+template Result fly<core::Fixed, float>(const World&, const model::Vehicle&, const Flight&);
+
+}  // namespace m100::scenario

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+
+#include "firmware/est/disturbance_ekf.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/ref/window.h"
+
+namespace m100::scenario {
+
+/// The world of the closed-loop figures: two tilt axes with dynamics and delay of their own, point mass with g
+/// tan(tilt) and drag, wind as an acceleration, climb and yaw axes of first order. Commands arrive as angles: sticks,
+/// dead zones and the wire are other tests' business. Deliberately not host_tests/sim: a second opinion in 200 lines.
+struct World {
+  double natural_frequency_rad_s = 9.36;
+  double damping_ratio = 0.68;
+  double time_constant_s = 0.0;  ///< above 0: first order
+  double delay_s = 0.033;
+  double drag_per_s = 0.01;
+  double trim_rad = 0.0;      ///< added to what is commanded, both axes
+  double command_gain = 1.0;  ///< of the attitude loop
+  double wind_m_s2 = 0.0;     ///< mean, along x and half of it along y
+  double gust_m_s2 = 0.0;     ///< standard deviation, correlated over gust_s
+  double gust_s = 1.0;
+  double pose_sigma_m = 0.002;
+  double attitude_sigma_rad = 0.3 * 3.14159265358979 / 180.0;
+  double rate_sigma_rad_s = 0.01;
+  double pose_delay_s = 0.02;
+  double command_period_s = 0.01;  ///< how often a command leaves; between, the last one stands
+  double climb_time_constant_s = 0.334;
+  double climb_delay_s = 0.08;
+  double yaw_rad = 0.0;  ///< heading at the start
+  std::uint32_t seed = 1;
+};
+
+World plant_a();  ///< second order, 9.36 rad/s, damping 0.68, delay 33 ms
+World plant_b();  ///< first order, 87 ms, delay 107 ms
+
+/// The vehicle that knows this world's dynamics and delays (not its wind, trim or gain), weights as given.
+model::Vehicle vehicle_of(const World& world);
+
+struct Flight {
+  double duration_s = 30.0;
+  double settle_s = 10.0;  ///< not counted
+  std::function<ref::Window<double>(double now_s, double lead_s)> reference;
+  std::function<bool(double now_s)> pose_lost = [](double) { return false; };
+  std::function<void(double now_s, World& world)> change = [](double, World&) {};
+};
+
+struct Result {
+  double x_rms_m = 0.0, y_rms_m = 0.0, z_rms_m = 0.0;
+  double x_mean_m = 0.0, y_mean_m = 0.0;
+  double position_peak_m = 0.0;      ///< horizontal, after settling
+  double tilt_rms_deg = 0.0;         ///< of the worse axis, about its mean
+  double input_variation_deg = 0.0;  ///< root mean square of the command's change per tick
+  double end_error_m = 0.0;          ///< mean horizontal error of the last second
+  est::EkfCounters ekf;
+  bool finite = true;
+};
+
+/// Flies in T (double or float); the filter in S.
+template <typename S, typename T>
+Result fly(const World& world, const model::Vehicle& vehicle, const Flight& flight);
+
+/// References.
+ref::Window<double> hover_at(double x_m, double y_m, double z_m);
+ref::Window<double> sinusoid(double amplitude_m, double rate_rad_s, double now_s, double lead_s);
+
+}  // namespace m100::scenario
