@@ -125,6 +125,10 @@ model::Vehicle vehicle_of(const World& world) {
   vehicle.climb.transport_delay_s = world.climb_delay_s;
   vehicle.yaw_rate.scale_per_count = 2.24e-3;
   vehicle.yaw_rate.time_constant_s = 0.19;
+  // Noise of this world: gusts of 0.5 m/s^2 over a second against 2 mm and 0.3 degrees of measurement noise.
+  vehicle.estimator.velocity_process_m_s = 0.005;
+  vehicle.estimator.tilt_rate_process_rad_s = 0.3;
+  vehicle.estimator.disturbance_process_m_s2 = 0.15;
   return vehicle;
 }
 
