@@ -113,7 +113,7 @@ class StickPath {
     }
     u *= 1.0 + value("gain_drift") * now_s / 60.0;
     u += value("cross_axis") * other;
-    u += value("product") * stick * other / kTravel_counts;
+    u += 0.5 * value("product") * stick * other / kTravel_counts;
     return u;
   }
 
@@ -453,7 +453,7 @@ const std::map<std::string, Sizes>& sizes() {
                                                    {"sine", {0.012, 0.02, 0.035, kPlus}},
                                                    {"slung_load", {0.1, 0.2, 0.35, kPlus}},
                                                    {"dropout", {0.3, 0.5, 0.8, kPlus}},
-                                                   {"product", {0.2, 0.4, 0.7, kPlus}}};
+                                                   {"product", {0.5, 1.0, 1.8, kPlus}}};
   return kSizes;
 }
 

@@ -21,8 +21,9 @@ using logs::Signal;
 
 constexpr std::size_t kLeastBlocks = 4;
 constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory: less is needed than on a stick axis
-constexpr double kWeakShare = 0.25;  // of the mean square: what must be explained before a remainder to trust a name
-constexpr double kSwing = -0.45;     // an autocorrelation below this, later on, is a swing and no air
+constexpr double kWeakShare = 0.25;     // of the mean square: what must be explained before a remainder to trust a name
+constexpr double kMinimumShare = 0.14;  // three axes and a dozen channels: more chances to look predictable
+constexpr double kSwing = -0.45;        // an autocorrelation below this, later on, is a swing and no air
 constexpr double kSwingFrom_s = 0.3;
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
@@ -365,7 +366,9 @@ class TranslationIdentification {
     input.residuals.resize(training_.data.axes);
     append(training_, fit, input);
     append(validation_, fit, input);
-    ResidualFinding finding = test_residual(input, ResidualOptions{});
+    ResidualOptions options;
+    options.minimum_share = kMinimumShare;
+    ResidualFinding finding = test_residual(input, options);
     if (finding.unexplained.empty()) {
       for (std::size_t c = 0; c < 2; ++c) {
         const std::string swing = swings(input.residuals[c], input.sample_period_s);

@@ -19,6 +19,7 @@ using Vector = Eigen::VectorXd;
 constexpr double kLongestLag_s = 0.5;
 constexpr double kLongestOffset_s = 0.3;
 constexpr double kStrongestWind_m_s = 40.0;
+constexpr double kLargestAngle_rad = 1.0;
 constexpr double kAliasShare = 0.97;
 constexpr double kForetoldShare = 0.5;
 
@@ -62,10 +63,11 @@ struct Searched {
   double frequency_hz = 0.0;
   double wind_x_m_s = 0.0;
   double wind_y_m_s = 0.0;
+  double angle_rad = 0.0;
 };
-constexpr std::size_t kSearched = 5;
+constexpr std::size_t kSearched = 6;
 
-Searched as_searched(std::span<const double> v) { return {v[0], v[1], v[2], v[3], v[4]}; }
+Searched as_searched(std::span<const double> v) { return {v[0], v[1], v[2], v[3], v[4], v[5]}; }
 
 bool wind_speed_matters(const Structure& structure) {
   return has(structure, "steady_wind") && has(structure, "quadratic_drag");
@@ -73,11 +75,12 @@ bool wind_speed_matters(const Structure& structure) {
 
 std::array<bool, kSearched> searched_in(const Structure& structure) {
   const bool wind = wind_speed_matters(structure);
-  return {has(structure, "thrust_lag"), has(structure, "time_offset"), has(structure, "periodic_wind"), wind, wind};
+  return {has(structure, "thrust_lag"),      has(structure, "time_offset"), has(structure, "periodic_wind"), wind, wind,
+          has(structure, "yaw_misalignment")};
 }
 
 std::size_t linear_count(const Structure& structure, const std::string& name) {
-  if (name == "rigid_body" || name == "thrust_lag" || name == "time_offset") {
+  if (name == "rigid_body" || name == "thrust_lag" || name == "time_offset" || name == "yaw_misalignment") {
     return 0;
   }
   if (name == "periodic_wind") {
@@ -150,6 +153,22 @@ class Regression {
       const std::vector<double> moved = c == 0 ? lagged = earlier(lagged) : lagged;
       for (std::size_t i = 0; i < lagged.size(); ++i) {
         thrust_vector_[c][i] = moved[i] * axis_[c][i];
+      }
+    }
+    if (searched_.angle_rad != 0.0) {
+      turn();
+    }
+  }
+
+  /// Turns the thrust about the vertical: the heading reference of tilt against that of velocity.
+  void turn() {
+    const double c = std::cos(searched_.angle_rad);
+    const double s = std::sin(searched_.angle_rad);
+    for (auto* vector : {&thrust_vector_, &axis_}) {
+      for (std::size_t i = 0; i < (*vector)[0].size(); ++i) {
+        const double x = (*vector)[0][i];
+        (*vector)[0][i] = c * x - s * (*vector)[1][i];
+        (*vector)[1][i] = s * x + c * (*vector)[1][i];
       }
     }
   }
@@ -227,10 +246,6 @@ class Regression {
           along += axis_[n][i] * air_speed(n, i);
         }
         return -along * axis_[c][i];
-      });
-    } else if (name == "yaw_misalignment") {
-      fill(columns.col(at), [&](std::size_t c, std::size_t i) {
-        return c == 0 ? -thrust_vector_[1][i] : horizontal(c, thrust_vector_[0][i]);
       });
     } else if (name == "periodic_wind") {
       add_periodic(at);
@@ -325,9 +340,10 @@ class Search {
   }
 
   void refine(std::array<double, kSearched>& at, std::array<double, kSearched> steps, int rounds) const {
-    const std::array<double, kSearched> low{0.0, -kLongestOffset_s, 0.02, -kStrongestWind_m_s, -kStrongestWind_m_s};
-    const std::array<double, kSearched> high{kLongestLag_s, kLongestOffset_s, 10.0, kStrongestWind_m_s,
-                                             kStrongestWind_m_s};
+    const std::array<double, kSearched> low{
+        0.0, -kLongestOffset_s, 0.02, -kStrongestWind_m_s, -kStrongestWind_m_s, -kLargestAngle_rad};
+    const std::array<double, kSearched> high{kLongestLag_s,      kLongestOffset_s,   10.0,
+                                             kStrongestWind_m_s, kStrongestWind_m_s, kLargestAngle_rad};
     double best = cost(at);
     for (int round = 0; round < rounds; ++round) {
       bool moved = false;
@@ -430,7 +446,7 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
     at[k] = used[k] ? at[k] : 0.0;
   }
   if (search.anything() && same) {
-    search.refine(at, {0.005, 0.005, 0.002, 0.3, 0.3}, 8);
+    search.refine(at, {0.005, 0.005, 0.002, 0.3, 0.3, 0.01}, 8);
   } else if (search.anything()) {
     const auto had = [&](const char* name) { return warm != nullptr && has(warm->structure, name); };
     std::vector<std::array<double, kSearched>> starts{at};
@@ -450,6 +466,9 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
     if (used[1] && !had("time_offset")) {
       spread(1, {-0.1, -0.03, 0.03, 0.1});
     }
+    if (used[5] && !had("yaw_misalignment")) {
+      spread(5, {-0.1, 0.1});
+    }
     if (used[2] && !had("periodic_wind")) {
       Structure rest = structure;
       rest.erase(std::find(rest.begin(), rest.end(), "periodic_wind"));
@@ -463,14 +482,14 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
     }
     double best = 0.0;
     for (std::size_t s = 0; s < starts.size(); ++s) {
-      search.refine(starts[s], {0.02, 0.02, 0.005, 1.0, 1.0}, 4);
+      search.refine(starts[s], {0.02, 0.02, 0.005, 1.0, 1.0, 0.05}, 4);
       const double value = search.cost(starts[s]);
       if (s == 0 || value < best) {
         best = value;
         at = starts[s];
       }
     }
-    search.refine(at, {0.01, 0.01, 0.003, 0.5, 0.5}, 12);
+    search.refine(at, {0.01, 0.01, 0.003, 0.5, 0.5, 0.02}, 12);
   }
   const Searched searched = as_searched(at);
   const Solution solution = solve(training_, y, structure, searched, weights);
@@ -489,7 +508,8 @@ std::vector<std::array<double, TranslationFamily::kStartSize>> TranslationFamily
   static_assert(kStartSize == kSearched);
   Structure plain;
   for (const std::string& name : structure) {
-    if (name != "quadratic_drag" && name != "thrust_lag" && name != "time_offset" && name != "periodic_wind") {
+    if (name != "quadratic_drag" && name != "thrust_lag" && name != "time_offset" && name != "periodic_wind" &&
+        name != "yaw_misalignment") {
       plain.push_back(name);
     }
   }
@@ -559,6 +579,8 @@ std::vector<NamedValue> TranslationFamily::parameters(const Fit& fit, const std:
     values = {searched.lag_s};
   } else if (name == "time_offset") {
     values = {searched.offset_s};
+  } else if (name == "yaw_misalignment") {
+    values = {searched.angle_rad};
   } else if (name == "tilt_gain" || name == "thrust_gain") {
     values = {1.0 + linear(0)};
   } else if (name == "periodic_wind") {
@@ -646,7 +668,7 @@ bool TranslationFamily::keeps_time(const Fit& fit) const {
 }
 
 double TranslationFamily::preference(const TranslationBlocks& present, const TranslationBlocks& other) {
-  Structure all{"rigid_body", "steady_wind", "body_bias", "tilt_gain", "yaw_misalignment"};
+  Structure all{"rigid_body", "steady_wind", "body_bias", "tilt_gain"};
   if (present.data->has_velocity) {
     all.emplace_back("linear_drag");
   }

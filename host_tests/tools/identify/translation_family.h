@@ -58,7 +58,7 @@ class TranslationFamily final : public Family {
   /// Whether a line fitted to the first part of the training predicts the rest: a force with its own clock does, what
   /// swings and is shaken anew does not.
   bool keeps_time(const Fit& fit) const;
-  static constexpr std::size_t kStartSize = 5;
+  static constexpr std::size_t kStartSize = 6;
   /// Wind speeds to start from, for a few drag coefficients.
   std::vector<std::array<double, kStartSize>> wind_starts(const std::vector<std::array<double, kStartSize>>& starts,
                                                           const Structure& structure,

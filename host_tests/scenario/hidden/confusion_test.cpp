@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/hidden/confusion.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace m100::tools::hidden {
+namespace {
+
+/// Promise R13 on logs whose makers share no code with the analysis.
+class Translation : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Translation, NamesAHiddenEffectOfMediumSize) {
+  RecordProperty("promise", "R13");
+  Case asked;
+  asked.plan.axis = "translation";
+  asked.plan.seed = 4711;
+  asked.plan.logs_thrust = GetParam() == "thrust_gain" || GetParam() == "thrust_lag" || GetParam() == "axial_inflow";
+  asked.plan.hidden[GetParam()] = size_of(GetParam(), 1, 4711);
+  asked.declare = {"rigid_body"};
+  asked.expected = {{GetParam()}};
+  asked.verdict = "explained";
+  asked.group = "single";
+  const Outcome outcome = analyse(asked);
+  EXPECT_EQ(outcome.failure, "");
+  EXPECT_EQ(outcome.found, std::vector<std::string>{GetParam()});
+  EXPECT_EQ(outcome.verdict, "explained") << (outcome.unexplained.empty() ? "" : outcome.unexplained.front());
+  EXPECT_LT(outcome.after, 0.6 * outcome.before) << "on data the fit has not seen";
+}
+
+INSTANTIATE_TEST_SUITE_P(Effects, Translation,
+                         ::testing::Values("steady_wind", "body_bias", "linear_drag", "quadratic_drag", "tilt_gain",
+                                           "yaw_misalignment", "time_offset", "periodic_wind", "thrust_gain",
+                                           "thrust_lag"),
+                         [](const auto& tested) { return tested.param; });
+
+TEST(TranslationAlone, FindsNothingWhereNothingIsHidden) {
+  RecordProperty("promise", "R13");
+  for (const std::uint64_t seed : {11, 12, 13, 14}) {
+    Case asked;
+    asked.plan.axis = "translation";
+    asked.plan.seed = seed;
+    asked.plan.logs_thrust = seed % 2 == 0;
+    asked.declare = {"rigid_body"};
+    const Outcome outcome = analyse(asked);
+    EXPECT_EQ(outcome.verdict, "nothing_missing") << "seed " << seed;
+    EXPECT_TRUE(outcome.found.empty()) << "seed " << seed;
+  }
+}
+
+// A force with a cause that no candidate has must not get the name of one.
+TEST(TranslationAlone, GivesNoNameToASlungLoad) {
+  RecordProperty("promise", "R13");
+  for (const std::uint64_t seed : {21, 22, 23}) {
+    Case asked;
+    asked.plan.axis = "translation";
+    asked.plan.seed = seed;
+    asked.plan.hidden["slung_load"] = 0.25;
+    asked.declare = {"rigid_body"};
+    const Outcome outcome = analyse(asked);
+    EXPECT_EQ(outcome.verdict, "unexplained") << "seed " << seed;
+    EXPECT_TRUE(outcome.found.empty()) << "seed " << seed << " named " << outcome.found.front();
+  }
+}
+
+// At constant heading wind, bias and trim are one and the same: whichever is named, the others are named with it.
+TEST(TranslationAlone, SaysThatWindAndBiasAreOneAtConstantHeading) {
+  Case asked;
+  asked.plan.axis = "translation";
+  asked.plan.seed = 31;
+  asked.plan.constant_heading = true;
+  asked.plan.hidden["steady_wind"] = 0.5;
+  asked.declare = {"rigid_body"};
+  const Outcome outcome = analyse(asked);
+  ASSERT_EQ(outcome.found.size(), 1U);
+  const auto said = [&](const std::string& a, const std::string& b) {
+    return std::any_of(outcome.not_separable.begin(), outcome.not_separable.end(), [&](const auto& group) {
+      return std::find(group.begin(), group.end(), a) != group.end() &&
+             std::find(group.begin(), group.end(), b) != group.end();
+    });
+  };
+  EXPECT_TRUE(said("steady_wind", "body_bias"));
+  EXPECT_TRUE(said(outcome.found[0], "trim_offset"));
+}
+
+}  // namespace
+}  // namespace m100::tools::hidden

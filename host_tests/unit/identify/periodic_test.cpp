@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/identify/periodic.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace m100::tools::identify {
+namespace {
+
+constexpr double kLine_hz = 0.31;
+constexpr double kPeriod_s = 0.04;
+
+LineSeries noise_and_line(double sine, double cosine, double noise, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> gauss(0.0, noise);
+  LineSeries out;
+  for (int k = 0; k < 700; ++k) {
+    const double t = 3.0 + kPeriod_s * k;
+    const double phase = 2.0 * std::numbers::pi * kLine_hz * t;
+    out.time_s.push_back(t);
+    out.values.push_back(sine * std::sin(phase) + cosine * std::cos(phase) + gauss(random));
+  }
+  return out;
+}
+
+OwnMotion gust(std::vector<double> velocity_x) {
+  OwnMotion out{.frequency_hz = kLine_hz,
+                .force = {{{0.0, 0.5}, {0.0, 0.0}}},
+                .residual = {noise_and_line(0.5, 0.0, 0.05, 1), noise_and_line(0.0, 0.0, 0.05, 2)},
+                .channels = {},
+                .speed_m_s = {}};
+  out.channels.push_back({.name = "velocity_x", .moved_by_axis = 0, .values = std::move(velocity_x)});
+  return out;
+}
+
+TEST(StrongestLine, IsFoundInNoiseWithItsShare) {
+  const SpectralLine line = strongest_line({noise_and_line(0.3, 0.4, 0.2, 1), noise_and_line(0.0, 0.0, 0.2, 2)});
+  EXPECT_NEAR(line.frequency_hz, kLine_hz, 0.01);  // a quarter of the resolution of 28 s
+  EXPECT_NEAR(line.share, 0.125 / (0.125 + 0.08), 0.08);
+}
+
+TEST(OwnMotion, AllowsAForceThatMovesTheVehicle) {
+  // v is what 0.5 sin(wt) does to a mass, and slow wandering: without the subtraction the line holds most of it.
+  LineSeries v = noise_and_line(0.0, -0.5 / (2.0 * std::numbers::pi * kLine_hz), 0.02, 3);
+  EXPECT_GT(share_at(v, kLine_hz), 0.5);
+  EXPECT_EQ(judge_own_motion(gust(v.values)), "");
+}
+
+// The worst trap: a vehicle that flies a periodic path has that line in everything.
+TEST(OwnMotion, RefusesALineThatTheVehicleFlies) {
+  const LineSeries v = noise_and_line(1.5, 0.0, 0.1, 3);
+  EXPECT_NE(judge_own_motion(gust(v.values)).find("velocity_x has"), std::string::npos);
+}
+
+TEST(OwnMotion, AllowsALineThatHoveringShowsToo) {
+  OwnMotion motion = gust(noise_and_line(1.5, 0.0, 0.1, 3).values);
+  for (std::size_t k = 0; k < 700; ++k) {
+    motion.speed_m_s.push_back(k < 400 ? 1.5 : 0.1);
+  }
+  EXPECT_EQ(judge_own_motion(motion), "");
+}
+
+TEST(OwnMotion, RefusesALineThatEndsWhereTheVehicleHovers) {
+  OwnMotion motion = gust(noise_and_line(1.5, 0.0, 0.1, 3).values);
+  const LineSeries quiet = noise_and_line(0.0, 0.0, 0.05, 9);
+  for (std::size_t k = 0; k < 700; ++k) {
+    motion.speed_m_s.push_back(k < 400 ? 1.5 : 0.1);
+    if (k >= 400) {
+      motion.residual[0].values[k] = quiet.values[k];
+    }
+  }
+  EXPECT_NE(judge_own_motion(motion), "");
+}
+
+}  // namespace
+}  // namespace m100::tools::identify
