@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/tools/hidden/confusion.h"
+#include "host_tests/tools/logs/write_csv.h"
 #include "host_tests/tools/plot/html.h"
 #include "host_tests/tools/plot/svg.h"
 
@@ -89,6 +90,7 @@ int main(int argc, char** argv) {
   std::string only;
   std::string json;
   std::string report;
+  std::string write;
   bool verbose = false;
   app.add_option("--logs", count, "how many");
   app.add_option("--seed", seed, "of the list");
@@ -96,10 +98,18 @@ int main(int argc, char** argv) {
   app.add_option("--only", only, "cases whose label contains this");
   app.add_option("--json", json, "every answer");
   app.add_option("--report", report, "HTML page with table and matrix");
+  app.add_option("--write", write, "folder for the logs as CSV with their column maps");
   app.add_flag("--verbose", verbose, "wrong answers as they come");
   CLI11_PARSE(app, argc, argv);
   std::vector<Case> list = cases(count, seed);
   std::erase_if(list, [&](const Case& one) { return one.label.find(only) == std::string::npos; });
+  for (std::size_t k = 0; !write.empty() && k < list.size(); ++k) {
+    const m100::tools::logs::FlightLog log = fly(list[k].plan);
+    std::string name = list[k].label + "_" + std::to_string(list[k].plan.seed);
+    std::replace(name.begin(), name.end(), ' ', '_');
+    m100::tools::logs::write_csv(log, write + "/" + name + ".csv");
+    m100::tools::logs::write_column_map(log, write + "/" + name + ".toml");
+  }
   const std::vector<Outcome> outcomes = analyse_all(list, threads, [&](const Outcome& one, std::size_t finished) {
     if (verbose && !one.right) {
       std::printf("%s size %d seed %llu: %s, %s%s%s %.4f -> %.4f\n", one.asked.label.c_str(), one.asked.size,

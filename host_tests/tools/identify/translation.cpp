@@ -23,6 +23,7 @@ constexpr std::size_t kLeastBlocks = 4;
 constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory: less is needed than on a stick axis
 constexpr double kWeakShare = 0.25;     // of the mean square: what must be explained before a remainder to trust a name
 constexpr double kMinimumShare = 0.14;  // three axes and a dozen channels: more chances to look predictable
+constexpr double kMinimumMovedShare = 0.25;  // of velocity, which the residual itself moves: air that pushes looks like it
 constexpr double kSwing = -0.45;        // an autocorrelation below this, later on, is a swing and no air
 constexpr double kSwingFrom_s = 0.3;
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
@@ -368,7 +369,24 @@ class TranslationIdentification {
     append(validation_, fit, input);
     ResidualOptions options;
     options.minimum_share = kMinimumShare;
+    // What the residual itself moves is tested apart, and has to show more.
+    ResidualInput moved = input;
+    moved.activity.clear();
+    moved.groups.clear();
+    for (std::size_t g = input.groups.size(); g-- > 0;) {
+      if (input.groups[g].source.rfind("velocity", 0) == 0) {
+        moved.groups.push_back(std::move(input.groups[g]));
+        input.groups.erase(input.groups.begin() + static_cast<std::ptrdiff_t>(g));
+      }
+    }
     ResidualFinding finding = test_residual(input, options);
+    options.minimum_share = kMinimumMovedShare;
+    const ResidualFinding second = moved.groups.empty() ? ResidualFinding{} : test_residual(moved, options);
+    for (const std::string& said : second.unexplained) {
+      if (said.rfind("predictable", 0) == 0) {
+        finding.unexplained.push_back(said);
+      }
+    }
     if (finding.unexplained.empty()) {
       for (std::size_t c = 0; c < 2; ++c) {
         const std::string swing = swings(input.residuals[c], input.sample_period_s);
