@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
+  m100::tools::add_convert(lab);
   m100::tools::add_frames(lab);
   m100::tools::add_identify(lab);
   m100::tools::add_autopilot(lab);

@@ -286,7 +286,7 @@ class Search {
       const Judged without = judge(family_, reduced, &out_.final_model.fit, options_.folds);
       std::vector<Tried> others;
       for (const Family::Edit& edit : family_.edits(reduced)) {
-        if (edit.name == out_.steps[at].name || is_alias(edit.name)) {
+        if (edit.name == out_.steps[at].name || (is_alias(edit.name) && !alias_of(out_.steps[at].name, edit.name))) {
           continue;
         }
         Tried tried = try_edit(without, edit);
@@ -298,6 +298,7 @@ class Search {
         const double ratio = other.judged.cv / out_.final_model.cv;
         const bool simpler = other.judged.fit.free_parameters < out_.final_model.fit.free_parameters;
         if (ratio < 1.0 - options_.simpler_margin || (simpler && ratio < 1.0 + options_.simpler_margin)) {
+          exchange_alias(out_.steps[at].name, other.edit.name, 1.0 / ratio);
           out_.steps[at].name = other.edit.name;
           out_.steps[at].cv_gain = other.comparison.cv_gain;
           out_.steps[at].delta_bic = other.comparison.delta_bic;
@@ -305,7 +306,7 @@ class Search {
           out_.final_model = std::move(other.judged);
           return true;
         }
-        if (ratio < 1.0 + options_.rival_margin) {
+        if (ratio < 1.0 + options_.rival_margin && !is_alias(other.edit.name)) {
           out_.steps[at].rivals.push_back({other.edit.name, other.judged.fit, ratio});
         }
       }
@@ -332,6 +333,21 @@ class Search {
   };
   bool is_alias(const std::string& name) const {
     return std::any_of(aliases_.begin(), aliases_.end(), [&](const Alias& alias) { return alias.name == name; });
+  }
+
+  bool alias_of(const std::string& winner, const std::string& name) const {
+    return std::any_of(aliases_.begin(), aliases_.end(),
+                       [&](const Alias& alias) { return alias.winner == winner && alias.name == name; });
+  }
+  // Two of a kind change places: the first look may have chosen the wrong one while something else was missing.
+  void exchange_alias(const std::string& old_name, const std::string& new_name, double cv_ratio) {
+    for (Alias& alias : aliases_) {
+      if (alias.winner == old_name && alias.name == new_name) {
+        alias = {new_name, old_name, out_.final_model.fit, cv_ratio};
+        std::erase(banned_, new_name);
+        banned_.push_back(old_name);
+      }
+    }
   }
 
   const Family& family_;
