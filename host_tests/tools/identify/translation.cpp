@@ -23,8 +23,9 @@ constexpr std::size_t kLeastBlocks = 4;
 constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory: less is needed than on a stick axis
 constexpr double kWeakShare = 0.25;     // of the mean square: what must be explained before a remainder to trust a name
 constexpr double kMinimumShare = 0.14;  // three axes and a dozen channels: more chances to look predictable
-constexpr double kMinimumMovedShare = 0.25;  // of velocity, which the residual itself moves: air that pushes looks like it
-constexpr double kSwing = -0.45;        // an autocorrelation below this, later on, is a swing and no air
+constexpr double kMinimumMovedShare =
+    0.25;                         // of velocity, which the residual itself moves: air that pushes looks like it
+constexpr double kSwing = -0.45;  // an autocorrelation below this, later on, is a swing and no air
 constexpr double kSwingFrom_s = 0.3;
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
