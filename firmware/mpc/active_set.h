@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
+
 #include "firmware/mpc/horizontal_mpc.h"
 #include "firmware/mpc/lanes.h"
 
@@ -57,9 +59,7 @@ class ActiveSet {
   /// The sequence, limits met exactly, refined where T is short of digits. @returns the largest violation of the
   /// optimality conditions.
   M100_INLINE T finish(T* inputs) {
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      inputs[i] = clamped(i, column_[i]);
-    }
+    clamp(inputs);
     const T residual = certificate(inputs);
     if (!(residual > Tolerance<T>::kRefine)) {
       return residual;
@@ -71,24 +71,70 @@ class ActiveSet {
   std::uint16_t changes() const { return changes_; }
 
  private:
-  M100_INLINE T limit(std::size_t i) const { return tableau_.side[i] > 0 ? high_rad_ : low_rad_; }
-  M100_INLINE T clamped(std::size_t i, T free_value) const {
-    if (tableau_.side[i] != 0) {
-      return limit(i);
+  M100_INLINE T limit(std::size_t i) const { return tableau_.side[i] > T(0) ? high_rad_ : low_rad_; }
+
+  /// inputs = column_ on the free inputs, held inside the limits, and the limits on the others.
+  M100_INLINE void clamp(T* inputs) const {
+    const Pack<T> low = spread(low_rad_);
+    const Pack<T> high = spread(high_rad_);
+    const Pack<T> zero = spread(T(0));
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
+      Pack<T> value = load(column_ + b * kLanes);
+      value = value < low ? low : value;
+      value = value > high ? high : value;
+      value = side > zero ? high : value;
+      value = side < zero ? low : value;
+      store<T>(inputs + b * kLanes, value);
     }
-    return free_value < low_rad_ ? low_rad_ : (free_value > high_rad_ ? high_rad_ : free_value);
   }
 
-  /// Column k of the symmetric tableau into pivot_.
+  /// Column k of the symmetric tableau into pivot_: row k up to the diagonal, then down the rows.
   M100_INLINE void gather(std::size_t k) {
     const T* swept = tableau_.swept.data();
-    const std::size_t row = packed_row(k);
-    const std::size_t end = k / kLanes + 1;
-    for (std::size_t b = 0; b < end; ++b) {
-      store<T>(pivot_ + b * kLanes, load(swept + row + b * kLanes));
+    const std::size_t block = k / kPack;
+    const T* row = swept + packed_row(k);
+    M100_UNROLL(8)
+    for (std::size_t b = 0; b < kHorizon / kPack; ++b) {
+      if (b <= block) {
+        M100_UNROLL(4)
+        for (std::size_t i = 0; i < kPack; i += kLanes) {
+          store<T>(pivot_ + b * kPack + i, load(row + b * kPack + i));
+        }
+      } else {
+        M100_UNROLL(4)
+        for (std::size_t i = 0; i < kPack; ++i) {
+          pivot_[b * kPack + i] = swept[packed_row(b * kPack + i) + k];
+        }
+      }
     }
-    for (std::size_t i = k + 1; i < kHorizon; ++i) {
+    for (std::size_t i = k + 1; i < (block + 1) * kPack; ++i) {
       pivot_[i] = swept[packed_row(i) + k];
+    }
+    settle(pivot_);
+  }
+  /// The way back.
+  M100_INLINE void scatter(std::size_t k) {
+    T* swept = tableau_.swept.data();
+    const std::size_t block = k / kPack;
+    T* row = swept + packed_row(k);
+    M100_UNROLL(8)
+    for (std::size_t b = 0; b < kHorizon / kPack; ++b) {
+      if (b <= block) {
+        M100_UNROLL(4)
+        for (std::size_t i = 0; i < kPack; i += kLanes) {
+          store<T>(row + b * kPack + i, load(pivot_ + b * kPack + i));
+        }
+      } else {
+        M100_UNROLL(4)
+        for (std::size_t i = 0; i < kPack; ++i) {
+          swept[packed_row(b * kPack + i) + k] = pivot_[b * kPack + i];
+        }
+      }
+    }
+    for (std::size_t i = k + 1; i < (block + 1) * kPack; ++i) {
+      swept[packed_row(i) + k] = pivot_[i];
     }
   }
 
@@ -102,16 +148,14 @@ class ActiveSet {
 
   /// t from the tableau as it is.
   M100_INLINE void evaluate() {
-    Column<T> sum;
-    sum.read(unconstrained_);
-    sum.write(column_);
-    for (std::size_t a = 0; a < kHorizon; ++a) {
-      if (tableau_.side[a] != 0) {
-        column_[a] = T(0);
-      }
+    const Pack<T> zero = spread(T(0));
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      const Mask<T> is_free = load(tableau_.side.data() + b * kLanes) == zero;
+      store<T>(column_ + b * kLanes, is_free ? load(unconstrained_ + b * kLanes) : zero);
     }
     for (std::size_t a = 0; a < kHorizon; ++a) {
-      if (tableau_.side[a] != 0) {
+      if (tableau_.side[a] != T(0)) {
         gather(a);
         move_along_pivot(-(unconstrained_[a] - limit(a)));
       }
@@ -120,32 +164,25 @@ class ActiveSet {
 
   /// Sweeps k in (side != 0) or out (side == 0); pivot_ holds column k.
   /// The column is written afresh instead of leaving it to the rank-one update: that would cancel its digits away.
-  M100_INLINE void sweep(std::size_t k, std::int8_t side) {
+  M100_INLINE void sweep(std::size_t k, T side) {
     T* swept = tableau_.swept.data();
     const T inverse = T(1) / pivot_[k];
     Column<T> scaled;
     scaled.set(pivot_, -inverse);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kHorizon; ++i) {
-      const std::size_t row = packed_row(i);
+      T* row = swept + packed_row(i);
       const T factor = pivot_[i];
       M100_UNROLL(20)
       for (std::size_t b = 0; b < i / kLanes + 1; ++b) {
-        store<T>(swept + row + b * kLanes, load(swept + row + b * kLanes) + scaled.pack[b] * factor);
+        store<T>(row + b * kLanes, load(row + b * kLanes) + scaled.pack[b] * factor);
       }
     }
-    const T sign = side != 0 ? inverse : -inverse;
-    scaled.set(pivot_, sign);
+    scaled.set(pivot_, side != T(0) ? inverse : -inverse);
     scaled.write(pivot_);
     pivot_[k] = -inverse;
-    const std::size_t row = packed_row(k);
-    const std::size_t end = k / kLanes + 1;
-    for (std::size_t b = 0; b < end; ++b) {
-      store<T>(swept + row + b * kLanes, load(pivot_ + b * kLanes));
-    }
-    for (std::size_t i = k + 1; i < kHorizon; ++i) {
-      swept[packed_row(i) + k] = pivot_[i];
-    }
+    settle(pivot_);
+    scatter(k);
     tableau_.side[k] = side;
     ++changes_;
   }
@@ -153,15 +190,12 @@ class ActiveSet {
   /// Drops active inputs whose multiplier pulls the wrong way, the worst first, until none is left.
   M100_INLINE bool drop_wrong() {
     while (changes_ < kMaxChanges) {
-      std::size_t worst = kHorizon;
-      T most = Tolerance<T>::kMultiplier;
-      for (std::size_t i = 0; i < kHorizon; ++i) {
-        const T wrong = -T(tableau_.side[i]) * column_[i];
-        if (wrong > most) {
-          most = wrong;
-          worst = i;
-        }
+      Largest<T> most(Tolerance<T>::kMultiplier);
+      M100_UNROLL(20)
+      for (std::size_t b = 0; b < kColumnPacks; ++b) {
+        most.consider(-load(tableau_.side.data() + b * kLanes) * load(column_ + b * kLanes), b);
       }
+      const std::size_t worst = most.found();
       if (worst == kHorizon) {
         return true;
       }
@@ -170,46 +204,59 @@ class ActiveSet {
       const T released = limit(worst) - step;
       move_along_pivot(-step);
       column_[worst] = released;
-      sweep(worst, 0);
+      sweep(worst, T(0));
     }
     return false;
   }
 
   /// The free input that is farthest outside its limits; kHorizon when none is.
   M100_INLINE std::size_t most_violated() const {
-    std::size_t worst = kHorizon;
-    T most = Tolerance<T>::kLimit_rad;
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      const T above = column_[i] - high_rad_;
-      const T below = low_rad_ - column_[i];
-      const T outside = above > below ? above : below;
-      if (tableau_.side[i] == 0 && outside > most) {
-        most = outside;
-        worst = i;
-      }
+    const Pack<T> low = spread(low_rad_);
+    const Pack<T> high = spread(high_rad_);
+    const Pack<T> zero = spread(T(0));
+    Largest<T> most(Tolerance<T>::kLimit_rad);
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      const Pack<T> value = load(column_ + b * kLanes);
+      const Pack<T> above = value - high;
+      const Pack<T> below = low - value;
+      const Pack<T> outside = above > below ? above : below;
+      const Mask<T> is_free = load(tableau_.side.data() + b * kLanes) == zero;
+      most.consider(is_free ? outside : zero, b);
     }
-    return worst;
+    return most.found();
+  }
+
+  /// The active input whose multiplier reaches zero first when column_ moves by -step pivot_, before the whole step;
+  /// kHorizon when none does.
+  M100_INLINE std::size_t first_to_block(T step) const {
+    // Shares of the step; the smallest below 1 is the largest of their negatives above -1.
+    Largest<T> first(T(-1));
+    const Pack<T> never = spread(T(-1));
+    const Pack<T> zero = spread(T(0));
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
+      const Pack<T> shrinks = side * load(pivot_ + b * kLanes) * step;
+      const Pack<T> value = side * load(column_ + b * kLanes);
+      const Mask<T> blocks = (shrinks > zero) & (value < shrinks);
+      const Pack<T> divisor = blocks ? shrinks : never;  // never: a divisor that is not zero
+      first.consider(blocks ? -value / divisor : never, b);
+    }
+    return first.found();
   }
 
   /// Raises the multiplier of input i until it is at its limit, dropping on the way each active input whose multiplier
   /// would change sign.
   M100_INLINE bool enter(std::size_t i) {
-    const std::int8_t side = column_[i] > high_rad_ ? std::int8_t(1) : std::int8_t(-1);
-    const T target = side > 0 ? high_rad_ : low_rad_;
+    const T side = column_[i] > high_rad_ ? T(1) : T(-1);
+    const T target = side > T(0) ? high_rad_ : low_rad_;
     T multiplier = T(0);
     while (changes_ < kMaxChanges) {
       gather(i);
       const T full = (column_[i] - target) / pivot_[i];
-      T step = full;
-      std::size_t blocking = kHorizon;
-      for (std::size_t j = 0; j < kHorizon; ++j) {
-        // l_j(step) = l_j - M_ji step; it blocks when it shrinks and reaches zero before the full step.
-        const T sign = T(tableau_.side[j]);
-        if (sign * column_[j] < sign * pivot_[j] * step) {
-          step = column_[j] / pivot_[j];
-          blocking = j;
-        }
-      }
+      const std::size_t blocking = first_to_block(full);
+      const T step = blocking == kHorizon ? full : column_[blocking] / pivot_[blocking];
       move_along_pivot(-step);
       multiplier += step;
       if (blocking == kHorizon) {
@@ -219,28 +266,41 @@ class ActiveSet {
       }
       column_[blocking] = limit(blocking);
       gather(blocking);
-      sweep(blocking, 0);
+      sweep(blocking, T(0));
     }
     return false;
   }
 
-  /// gradient_ = H (inputs - unconstrained). @returns its largest wrong entry.
+  /// gradient_ = H (inputs - unconstrained). @returns its largest wrong entry; not a number if any entry is not.
   M100_INLINE T certificate(const T* inputs) {
+    alignas(32) T away[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+    const Pack<T> zero = spread(T(0));
     Column<T> sum;
-    sum.set(table_.hessian.data(), inputs[0] - unconstrained_[0]);
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      store<T>(away + b * kLanes, load(inputs + b * kLanes) - load(unconstrained_ + b * kLanes));
+    }
+    settle(away);
+    sum.set(table_.hessian.data(), away[0]);
     M100_UNROLL(20)
     for (std::size_t i = 1; i < kHorizon; ++i) {
-      sum.add(table_.hessian.data() + i * kHorizon, inputs[i] - unconstrained_[i]);
+      sum.add(table_.hessian.data() + i * kHorizon, away[i]);
     }
     sum.write(gradient_);
-    T worst = T(0);
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      const T g = gradient_[i];
-      const std::int8_t side = tableau_.side[i];
-      const T wrong = side > 0 ? g : (side < 0 ? -g : (g < T(0) ? -g : g));
-      worst = wrong > worst || !(wrong == wrong) ? wrong : worst;  // a NaN is the worst of all and stays
+    Largest<T> most(T(0));
+    Mask<T> is_number = sum.pack[0] == sum.pack[0];
+    M100_UNROLL(20)
+    for (std::size_t b = 0; b < kColumnPacks; ++b) {
+      const Pack<T> g = sum.pack[b];
+      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
+      const Pack<T> size = g < zero ? -g : g;
+      const Pack<T> wrong = side == zero ? size : side * g;
+      most.consider(wrong, b);
+      is_number = is_number & (g == g);
     }
-    return worst;
+    const std::size_t worst = most.found();
+    const T largest = worst == kHorizon ? T(0) : (tableau_.side[worst] < T(0) ? -gradient_[worst] : gradient_[worst]);
+    return all_of(is_number) ? (largest < T(0) ? -largest : largest) : std::numeric_limits<T>::quiet_NaN();
   }
 
   /// inputs_F -= M_FF gradient_F: one Newton step on the free inputs.
@@ -249,14 +309,12 @@ class ActiveSet {
     sum.read(inputs);
     sum.write(column_);
     for (std::size_t i = 0; i < kHorizon; ++i) {
-      if (tableau_.side[i] == 0) {
+      if (tableau_.side[i] == T(0)) {
         gather(i);
         move_along_pivot(-gradient_[i]);
       }
     }
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      inputs[i] = clamped(i, column_[i]);
-    }
+    clamp(inputs);
   }
 
   const GainTable<T>& table_;

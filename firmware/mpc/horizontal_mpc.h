@@ -12,8 +12,8 @@ namespace m100::mpc {
 /// What the preview law keeps from tick to tick: the tableau of the active-set iteration.
 template <typename T>
 struct Tableau {
-  std::array<T, kPackedSize> swept;        ///< principal pivot transform of H^-1 for the active set, lower triangle
-  std::array<std::int8_t, kHorizon> side;  ///< +1 at the upper limit, -1 at the lower, 0 free
+  std::array<T, kPackedSize> swept;  ///< principal pivot transform of H^-1 for the active set, lower triangle
+  std::array<T, kHorizon> side;      ///< +1 at the upper limit, -1 at the lower, 0 free
 };
 
 /// Counts since the start; wrap.

@@ -101,29 +101,71 @@ struct Column {
   Pack<T> pack[kColumnPacks];  // NOLINT(modernize-avoid-c-arrays): an std::array would not stay in registers at -O1
 
   M100_INLINE void add(const T* column, T factor) {
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       pack[i] += load(column + i * kLanes) * factor;
     }
   }
   M100_INLINE void set(const T* column, T factor) {
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       pack[i] = load(column + i * kLanes) * factor;
     }
   }
   M100_INLINE void read(const T* column) {
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       pack[i] = load(column + i * kLanes);
     }
   }
   M100_INLINE void write(T* column) const {
-#pragma GCC unroll 20
+    M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       store<T>(column + i * kLanes, pack[i]);
     }
   }
 };
+
+/// The numbers 0, 1, 2, ...
+template <typename T>
+inline constexpr std::array<T, kHorizon> kCount{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+
+/// The largest of 20 numbers above a floor, and the first place where it stands; kHorizon when none is above the floor.
+/// A NaN is never the largest. The answer does not depend on the number of lanes.
+template <typename T>
+class Largest {
+ public:
+  M100_INLINE explicit Largest(T floor) : value_(spread(floor)), place_(spread(T(kHorizon))) {}
+
+  M100_INLINE void consider(const Pack<T>& value, std::size_t pack) {
+    const Pack<T> place = load(kCount<T>.data() + pack * kLanes);
+    const Mask<T> better = value > value_;
+    value_ = better ? value : value_;
+    place_ = better ? place : place_;
+  }
+  /// @returns the place.
+  M100_INLINE std::size_t found() {
+#ifdef M100_LANES_SCALAR
+    return static_cast<std::size_t>(place_);
+#else
+    T best = value_[0];
+    T place = place_[0];
+    M100_UNROLL(4)
+    for (std::size_t lane = 1; lane < kLanes; ++lane) {
+      const bool better = value_[lane] > best || (value_[lane] == best && place_[lane] < place);
+      best = better ? value_[lane] : best;
+      place = better ? place_[lane] : place;
+    }
+    return static_cast<std::size_t>(static_cast<int>(place));
+#endif
+  }
+
+ private:
+  Pack<T> value_;
+  Pack<T> place_;
+};
+
+/// Numbers written to memory stay there: without this the compilers take them out of vector registers one by one.
+M100_INLINE void settle(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
 }  // namespace m100::mpc::M100_LANES_NAMESPACE

@@ -11,12 +11,12 @@ inline constexpr unsigned kStale = 8;
 
 template <typename T>
 M100_INLINE void start_over(const GainTable<T>& table, Tableau<T>& tableau) {
-#pragma GCC unroll 8
+  M100_UNROLL(8)
   for (std::size_t i = 0; i < kPackedSize; i += kLanes) {
     store<T>(tableau.swept.data() + i, load(table.inverse_hessian.data() + i));
   }
   for (std::size_t i = 0; i < kHorizon; ++i) {
-    tableau.side[i] = 0;
+    tableau.side[i] = T(0);
   }
 }
 
@@ -32,9 +32,14 @@ M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) 
   }
 }
 
+/// solution.input_rad holds the optimum without limits, which violates some.
 template <typename T>
-M100_INLINE void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, const T* unconstrained, T low_rad,
-                                   T high_rad, Solution<T>& solution, MpcCounters& counters) {
+__attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tableau<T>& tableau, T low_rad, T high_rad,
+                                                 Solution<T>& solution, MpcCounters& counters) {
+  alignas(32) T unconstrained[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+  Column<T> inputs;
+  inputs.read(solution.input_rad.data());
+  inputs.write(unconstrained);
   ActiveSet<T> iteration(table, tableau, unconstrained, low_rad, high_rad);
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (attempt > 0) {
@@ -64,20 +69,24 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, const Problem
                    MpcCounters& counters) {
   const T low_rad = table.input_min_rad + problem.input_offset_rad;
   const T high_rad = table.input_max_rad + problem.input_offset_rad;
-  alignas(32) T unconstrained[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-  const bool free = table.states == kMaxStates
-                        ? solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, unconstrained)
-                        : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, unconstrained);
+  T* inputs = solution.input_rad.data();
+  solution.path = Path::kTable;
   solution.changes = 0;
   solution.kkt_residual = T(0);
-  if (free) {
-    solution.path = Path::kTable;
-    ++counters.table;
-    Column<T> inputs;
-    inputs.read(unconstrained);
-    inputs.write(solution.input_rad.data());
+  bool free;
+  if (table.states == kMaxStates) {
+    free = problem.constant_targets
+               ? solve_unconstrained<T, kMaxStates, true>(table, problem, low_rad, high_rad, inputs)
+               : solve_unconstrained<T, kMaxStates, false>(table, problem, low_rad, high_rad, inputs);
   } else {
-    solve_constrained(table, tableau, unconstrained, low_rad, high_rad, solution, counters);
+    free = problem.constant_targets
+               ? solve_unconstrained<T, kMaxStates - 1, true>(table, problem, low_rad, high_rad, inputs)
+               : solve_unconstrained<T, kMaxStates - 1, false>(table, problem, low_rad, high_rad, inputs);
+  }
+  if (free) {
+    ++counters.table;
+  } else {
+    solve_constrained(table, tableau, low_rad, high_rad, solution, counters);
   }
   if (problem.input_offset_rad != T(0)) {
     for (T& input : solution.input_rad) {

@@ -25,7 +25,7 @@ M100_INLINE void filter(Column<T>& sum, const T* signal, const T* taps) {
 }
 
 /// g of gain_table.h into `filtered`.
-template <typename T, std::size_t kStates>
+template <typename T, std::size_t kStates, bool kConstantTargets>
 M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& problem, T origin_m, T* filtered) {
   alignas(32) T padded[kPadded];  // NOLINT(modernize-avoid-c-arrays): scratch, not initialised on purpose
   Column<T> signal;
@@ -44,9 +44,7 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   signal.write(padded);
   filter<T, kStates>(sum, padded, table.velocity_taps.data());
   const T last_velocity_m_s = problem.velocity_ref_m_s[kHorizon - 1];
-  T last_tilt_rad = T(0);
-  if (!problem.constant_targets) {
-    last_tilt_rad = problem.tilt_ref_rad[kHorizon - 1];
+  if constexpr (!kConstantTargets) {
     signal.read(problem.tilt_ref_rad.data());
     signal.write(padded);
     filter<T, kStates>(sum, padded, table.tilt_taps.data());
@@ -62,19 +60,24 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   filtered[0] += table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad);
   M100_UNROLL(4)
   for (std::size_t m = 0; m < kStates; ++m) {
-    filtered[kHorizon - 1 - m] +=
-        table.terminal_velocity_taps[m] * last_velocity_m_s + table.terminal_tilt_taps[m] * last_tilt_rad;
+    T last = table.terminal_velocity_taps[m] * last_velocity_m_s;
+    if constexpr (!kConstantTargets) {
+      last += table.terminal_tilt_taps[m] * problem.tilt_ref_rad[kHorizon - 1];
+    }
+    filtered[kHorizon - 1 - m] += last;
   }
 }
 
 /// The optimum without limits, u + input_offset, into `inputs`. @returns whether it keeps the limits.
-template <typename T, std::size_t kStates>
-M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad, T high_rad,
-                                     T* inputs) {
+/// One function for each shape of problem: in one body the compilers share work between the branches and spill.
+template <typename T, std::size_t kStates, bool kConstantTargets>
+__attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad,
+                                                   T high_rad, T* inputs) {
   const T origin_m = problem.position_ref_m[kHorizon - 1];
   alignas(32) T filtered[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-  filter_references<T, kStates>(table, problem, origin_m, filtered);
+  filter_references<T, kStates, kConstantTargets>(table, problem, origin_m, filtered);
 
+  settle(filtered);
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
   M100_UNROLL(4)
@@ -82,11 +85,11 @@ M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>
     sum.add(table.state_gain.data() + i * kHorizon, problem.state[i]);
   }
   sum.add(table.disturbance_gain.data(), problem.disturbance_m_s2);
-  if (problem.constant_targets) {
+  if constexpr (kConstantTargets) {
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
     sum.add(table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
   }
-  M100_UNROLL(20)
+  M100_UNROLL(5)  // all 20 at once, and the compiler loads ahead until it spills
   for (std::size_t i = 0; i < kHorizon; ++i) {
     sum.add(table.filter_gain.data() + i * kHorizon, filtered[i]);
   }

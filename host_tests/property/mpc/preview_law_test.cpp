@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "firmware/mpc/horizontal_mpc.h"
+#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/tools/gains/instances.h"
+
+namespace m100::tools::gains {
+namespace {
+
+using mpc::kHorizon;
+
+/// min 1/2 u'Hu + f'u, low <= u <= high by projected Newton with an exact search along the projected arc's first
+/// segment and a projected gradient step where it stalls. Slow, simple, and shares nothing with the firmware but H.
+class Reference {
+ public:
+  explicit Reference(const AxisProblem& problem) : problem_(problem), condensed_(condense(problem)) {}
+
+  Vector gradient_at_zero(const mpc::Problem<double>& p) const {
+    const Eigen::Index n = problem_.step.a.rows();
+    Vector x0(n);
+    Vector r = Vector::Zero(static_cast<Eigen::Index>(kHorizon) * n);
+    Vector s(static_cast<Eigen::Index>(kHorizon));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      x0(i) = p.state.at(static_cast<std::size_t>(i));
+    }
+    for (std::size_t k = 0; k < kHorizon; ++k) {
+      const Eigen::Index row = static_cast<Eigen::Index>(k) * n;
+      r(row) = p.position_ref_m.at(k);
+      r(row + 1) = p.velocity_ref_m_s.at(k);
+      r(row + 2) = p.tilt_ref_rad.at(k);
+      s(static_cast<Eigen::Index>(k)) = p.input_ref_rad.at(k) + p.input_offset_rad;
+    }
+    Vector f =
+        condensed_.s.transpose() * condensed_.qb * (condensed_.tx * x0 + condensed_.td * Real(p.disturbance_m_s2) - r) -
+        problem_.r * s;
+    f(0) -= problem_.rd * (Real(p.previous_input_rad) + Real(p.input_offset_rad));
+    return f;
+  }
+
+  /// u, in what the firmware calls input_rad.
+  Vector solve_qp(const mpc::Problem<double>& p) const {
+    const Vector f = gradient_at_zero(p);
+    const Matrix& h = condensed_.h;
+    const Real low = problem_.u_min + Real(p.input_offset_rad);
+    const Real high = problem_.u_max + Real(p.input_offset_rad);
+    const auto clip = [&](Vector u) -> Vector { return u.cwiseMax(low).cwiseMin(high); };
+    const auto cost = [&](const Vector& u) -> Real { return Real(0.5) * u.dot(h * u) + f.dot(u); };
+    Vector u = clip(solve(h, -f));
+    const Real curvature = h.cwiseAbs().rowwise().sum().maxCoeff();
+    for (int iteration = 0; iteration < 2000; ++iteration) {
+      const Vector g = h * u + f;
+      if ((u - clip(u - g / curvature)).cwiseAbs().maxCoeff() < Real(1e-18)) {
+        break;
+      }
+      std::vector<Eigen::Index> free;
+      for (Eigen::Index i = 0; i < u.size(); ++i) {
+        if (!((u(i) <= low && g(i) > 0) || (u(i) >= high && g(i) < 0))) {
+          free.push_back(i);
+        }
+      }
+      const auto m = static_cast<Eigen::Index>(free.size());
+      Matrix hf(m, m);
+      Vector gf(m);
+      for (Eigen::Index i = 0; i < m; ++i) {
+        gf(i) = g(free.at(static_cast<std::size_t>(i)));
+        for (Eigen::Index j = 0; j < m; ++j) {
+          hf(i, j) = h(free.at(static_cast<std::size_t>(i)), free.at(static_cast<std::size_t>(j)));
+        }
+      }
+      const Vector df = m > 0 ? Vector(solve(hf, -gf)) : Vector();
+      Vector d = Vector::Zero(u.size());
+      for (Eigen::Index i = 0; i < m; ++i) {
+        d(free.at(static_cast<std::size_t>(i))) = df(i);
+      }
+      Vector best = clip(u - g / curvature);
+      for (Real step = 1; step > Real(1e-6); step /= 2) {
+        const Vector tried = clip(u + step * d);
+        if (cost(tried) < cost(best)) {
+          best = tried;
+          break;
+        }
+      }
+      u = best;
+    }
+    return u.array() - Real(p.input_offset_rad);
+  }
+
+ private:
+  AxisProblem problem_;
+  Condensed condensed_;
+};
+
+AxisProblem random_model(std::mt19937& random) {
+  const auto between = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  model::Vehicle vehicle;
+  const bool first = random() % 2 == 0;
+  for (model::AttitudeAxis* axis : {&vehicle.pitch, &vehicle.roll}) {
+    axis->time_constant_s = first ? between(0.05, 0.6) : 0.0;
+    axis->natural_frequency_rad_s = first ? 0.0 : between(4.0, 20.0);
+    axis->damping_ratio = first ? 0.0 : between(0.3, 1.5);
+    axis->lead_zero_s = random() % 3 == 0 ? between(0.0, 0.03) : 0.0;
+  }
+  vehicle.translation.linear_drag_per_s = between(0.0, 0.5);
+  vehicle.translation.tilt_limit_rad = between(0.1, 0.6);
+  vehicle.mpc.input = std::exp(between(0.0, 5.0));
+  vehicle.mpc.input_rate = between(0.0, 5.0);
+  vehicle.mpc.tilt = between(0.0, 40.0);
+  AxisProblem out = axis_problem(vehicle, random() % 2 == 0 ? Axis::kX : Axis::kY);
+  if (random() % 3 == 0) {
+    out.u_min *= Real(0.5);  // limits that are not symmetric
+  }
+  return out;
+}
+
+mpc::Problem<double> random_problem(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  mpc::Problem<double> p;
+  const double size = std::pow(10.0, std::uniform_real_distribution<double>(-1.5, 1.0)(random));
+  p.state = {5.0 + size * normal(random), size * normal(random), 0.2 * normal(random), 0.5 * normal(random)};
+  p.previous_input_rad = 0.2 * normal(random);
+  p.disturbance_m_s2 = normal(random);
+  p.input_offset_rad = random() % 2 == 0 ? 0.05 * normal(random) : 0.0;
+  p.position_ref_m.fill(5.0);
+  const double w = 6.0 * std::uniform_real_distribution<double>(0.0, 1.0)(random);
+  if (random() % 4 != 0) {
+    for (std::size_t k = 0; k < kHorizon; ++k) {
+      const double t = 0.1 * static_cast<double>(k);
+      p.position_ref_m.at(k) += 0.3 * size * std::sin(w * t);
+      p.velocity_ref_m_s.at(k) = 0.3 * size * w * std::cos(w * t);
+    }
+  }
+  p.constant_targets = random() % 2 == 0;
+  p.tilt_ref_rad.fill(0.05 * normal(random));
+  p.input_ref_rad.fill(0.05 * normal(random));
+  if (!p.constant_targets) {
+    for (std::size_t k = 0; k < kHorizon; ++k) {
+      p.tilt_ref_rad.at(k) = 0.2 * normal(random);
+      p.input_ref_rad.at(k) = 0.2 * normal(random);
+    }
+  }
+  return p;
+}
+
+class PreviewLaw : public ::testing::TestWithParam<unsigned> {};
+
+// Catches any wrong table entry, tap, sign, limit or step of the iteration, for models nobody has seen.
+TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
+  std::mt19937 random(GetParam());
+  for (int m = 0; m < 4; ++m) {
+    const AxisProblem model = random_model(random);
+    const Reference reference(model);
+    const mpc::GainTable<double> table = make_gain_table(model);
+    const mpc::GainTable<float> table_f = to_float(table);
+    mpc::HorizontalMpc<double> controller(table);
+    mpc::HorizontalMpc<float> single(table_f);
+    for (int i = 0; i < 25; ++i) {
+      const mpc::Problem<double> problem = random_problem(random);
+      const Vector optimum = reference.solve_qp(problem);
+      const mpc::Solution<double> solution = controller.solve(problem);  // the tableau of the problem before is kept
+      EXPECT_NE(solution.path, mpc::Path::kClipped);
+      EXPECT_LE(solution.changes, mpc::kMaxChanges);
+      for (std::size_t k = 0; k < kHorizon; ++k) {
+        ASSERT_NEAR(solution.input_rad.at(k), static_cast<double>(optimum(static_cast<Eigen::Index>(k))), 1e-9)
+            << "model " << m << " problem " << i << " input " << k;
+      }
+      const mpc::Solution<float> in_float = single.solve(to_float(problem));
+      EXPECT_NE(in_float.path, mpc::Path::kClipped);
+      EXPECT_NEAR(static_cast<double>(in_float.input_rad[0]), static_cast<double>(optimum(0)), 1e-4);
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Seed, PreviewLaw, ::testing::Range(1U, 9U));
+
+// What is not a number must end in the flagged, finite answer, and must not poison the next tick.
+TEST(PreviewLawFaults, ANumberThatIsNotOneGivesAFiniteClippedAnswer) {
+  std::mt19937 random(3);
+  const mpc::GainTable<double> table = make_gain_table(random_model(random));
+  mpc::HorizontalMpc<double> controller(table);
+  mpc::HorizontalMpc<double> untouched(table);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity(), 1e300}) {
+    for (int place = 0; place < 6; ++place) {
+      mpc::Problem<double> problem = random_problem(random);
+      mpc::Problem<double> wrong = problem;
+      double* const places[] = {&wrong.state[0],
+                                &wrong.state[2],
+                                &wrong.disturbance_m_s2,
+                                &wrong.position_ref_m[7],
+                                &wrong.velocity_ref_m_s[19],
+                                &wrong.previous_input_rad};
+      *places[place] = bad;
+      const mpc::Solution<double> solution = controller.solve(wrong);
+      for (const double input : solution.input_rad) {
+        EXPECT_GE(input, table.input_min_rad - 1e-12);
+        EXPECT_LE(input, table.input_max_rad + 1e-12);
+      }
+      if (!std::isfinite(bad)) {
+        EXPECT_EQ(solution.path, mpc::Path::kClipped) << bad << " at place " << place;
+      }
+      const mpc::Solution<double> next = controller.solve(problem);
+      EXPECT_NEAR(next.input_rad[0], untouched.solve(problem).input_rad[0], 1e-9);
+    }
+  }
+}
+
+TEST(PreviewLawFaults, TheSameHistoryGivesTheSameBits) {
+  std::mt19937 random(5);
+  const mpc::GainTable<double> table = make_gain_table(random_model(random));
+  mpc::HorizontalMpc<double> first(table);
+  mpc::HorizontalMpc<double> second(table);
+  for (int i = 0; i < 200; ++i) {
+    const mpc::Problem<double> problem = random_problem(random);
+    EXPECT_EQ(first.solve(problem).input_rad, second.solve(problem).input_rad);
+  }
+}
+
+}  // namespace
+}  // namespace m100::tools::gains
