@@ -38,7 +38,7 @@ inline constexpr std::array<std::uint8_t, kTelemetryItemCount> kTelemetryItemByt
 constexpr std::size_t telemetry_value_bytes(std::uint16_t items) {
   std::size_t size = 2;
   for (std::size_t item = 0; item < kTelemetryItemCount; ++item) {
-    size += ((items >> item) & 1U) != 0 ? kTelemetryItemBytes[item] : 0U;
+    size += ((static_cast<unsigned>(items) >> item) & 1U) != 0 ? std::size_t{kTelemetryItemBytes[item]} : 0U;
   }
   return size;
 }
