@@ -38,7 +38,7 @@ void fly_in_lockstep(Controller& controller) {
     clock.sleep_until(clock.now());
     switch (clock.order()) {
       case hal::LockstepOrder::kEngage:
-        controller.engage(clock.now());
+        controller.engage();
         break;
       case hal::LockstepOrder::kRelease:
         controller.release();
@@ -61,7 +61,7 @@ void fly_in_lockstep(Controller& controller) {
     system_clock.sleep_until(next);
     const core::TimePoint now = system_clock.now();
     if (!ordered && controller.link().authority().stage == safety::Stage::kReady) {
-      controller.engage(now);
+      controller.engage();
       ordered = true;
     }
     static_cast<void>(controller.tick(now));

@@ -49,7 +49,7 @@ class Twin {
   void step(hal::LockstepOrder order) {
     world_.advance(core::kTickPeriod);
     if (order == hal::LockstepOrder::kEngage) {
-      controller_.engage(world_.now());
+      controller_.engage();
     } else if (order == hal::LockstepOrder::kRelease) {
       controller_.release();
     }

@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     autopilot.load(tick->from_autopilot());
     pose.load(tick->from_pose());
     if (tick->head.engage == 1) {
-      controller->engage(world.now());
+      controller->engage();
     }
     static_cast<void>(controller->tick(world.now()));
     flew = flew || controller->grant().rung == safety::Rung::kNominal;

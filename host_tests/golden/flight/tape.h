@@ -91,7 +91,7 @@ class TapeFlight {
     pose_.load(tick.from_pose());
     now_ = core::TimePoint(core::Duration(tick.head.now_us));
     if (tick.head.engage == 1) {
-      controller_.engage(now_);
+      controller_.engage();
     }
   }
   void tick() { static_cast<void>(controller_.tick(now_)); }
