@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""A test of the tests: plants defects one by one and asks the tests to find each.
+
+Usage: planted_defects.py ROOT SCRATCH [--only NAME]
+Copies the tree to SCRATCH, builds it there, and for each defect edits one place, builds and runs the tests that ought
+to see it. A defect that no test finds, or whose text is no longer in the code, is a failure. A defect that does not
+compile counts as found (a static_assert is a test too) and is shown as such.
+"""
+import pathlib
+import shutil
+import subprocess
+import sys
+
+# name, file, what stands there, what is planted, tests that ought to find it (ctest -R)
+DEFECTS = [
+    ("crc32_seed", "protocol/crc.h", "0x00003AA3", "0x00003AA1", r"protocol"),
+    ("parser_accepts_short_length", "protocol/frame_parser.cpp",
+     "header_.length_bytes < kFrameOverheadBytes &&", "header_.length_bytes < 1 &&", r"protocol"),
+    ("parser_skips_a_byte_too_many", "protocol/frame_parser.cpp", "  drop(1);\n", "  drop(2);\n", r"protocol"),
+    ("absurd_padding_passes", "protocol/frame_parser.cpp", "if (!padding_makes_sense(header_))", "if (false)", r"protocol"),
+    ("repeat_executes_twice", "protocol/session.cpp",
+     "if (!slot.used || slot.sequence != header.sequence) {", "if (true) {", r"protocol"),
+    ("one_try_too_many", "protocol/session.cpp", "if (late.sent >= late.transmissions)",
+     "if (late.sent > late.transmissions)", r"protocol"),
+    ("late_answer_taken", "protocol/session.cpp", "      slot(header.session).sequence != header.sequence) {",
+     "      false) {", r"protocol"),
+    ("ring_overwrites_when_full", "firmware/core/spsc_ring.h", "if (head - tail == kCapacity) {",
+     "if (head - tail == kCapacity + 1) {", r"unit\.core"),
+    ("frames_turned_about_y", "firmware/core/frames.h", "return {v.x(), -v.y(), -v.z()};",
+     "return {-v.x(), v.y(), -v.z()};", r"unit\.core"),
+    ("sine_last_bit", "firmware/core/maths.cpp", "-1.66666666666666324348e-01", "-1.66666666666666352e-01", r"core"),
+    ("ladder_ignores_pilot", "firmware/safety/ladder.h",
+     "    Transition{Rung::kNominal, Sign::kNone, Sign::kCommandable, Rung::kSilent},\n", "", r"safety"),
+    ("coast_never_ends", "firmware/safety/supervisor.cpp", "inside >= limits_.coast,",
+     "inside >= 100 * limits_.coast,", r"safety"),
+    ("slew_not_limited", "firmware/safety/supervisor.cpp", "core::clamp(inside, last - most, last + most)",
+     "inside", r"safety"),
+    ("nan_command_passes", "firmware/safety/supervisor.cpp",
+     "return value >= static_cast<T>(-2.0 * range) && value <= static_cast<T>(2.0 * range);",
+     "return !(value < static_cast<T>(-2.0 * range)) && !(value > static_cast<T>(2.0 * range));", r"safety"),
+    ("authority_asks_by_itself", "firmware/safety/authority_table.h",
+     "AuthorityRow{S::kSilent, kAsked, kNone, S::kAwaitingTelemetry,",
+     "AuthorityRow{S::kSilent, kNone, kNone, S::kAwaitingTelemetry,", r"safety|link"),
+    ("vehicle_range_unchecked", "firmware/app/vehicle_file.cpp",
+     "if (!absent && !(value >= low && value <= high)) {", "if (!absent && value < low - 1e9) {", r"vehicle_file"),
+    ("digest_of_half_the_file", "firmware/app/vehicle_file.cpp",
+     "std::span(text.data(), text.size())", "std::span(text.data(), text.size() / 2)", r"vehicle_file"),
+]
+
+
+def run(command, **options):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+def build_and_test(tree, build, tests):
+    """Returns "compile", "test" or None: who found something wrong."""
+    if run(["cmake", "--build", build, "-j", "2"]).returncode != 0:
+        return "compile"
+    result = run(["ctest", "--test-dir", build, "-R", tests, "-LE", "soak|habit|scenario", "--no-tests=error", "-j", "2"],
+                 cwd=tree)
+    return "test" if result.returncode != 0 else None
+
+
+def main():
+    root, scratch = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    only = sys.argv[sys.argv.index("--only") + 1] if "--only" in sys.argv else None
+    tree = scratch / "tree"
+    build = str(scratch / "build")
+    tree.mkdir(parents=True, exist_ok=True)
+    for name in run(["git", "ls-files"], cwd=root).stdout.split("\n"):
+        if name and (root / name).is_file():
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(root / name, tree / name)
+    run(["cmake", "-S", str(tree), "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"])
+    if build_and_test(tree, build, "core") is not None:
+        print("the tree as it is does not build, or fails its own tests")
+        return 1
+    missed = 0
+    for name, file, find, replace, tests in DEFECTS:
+        if only and name != only:
+            continue
+        path = tree / file
+        sound = path.read_text()
+        if find not in sound:
+            print(f"{name:32s} STALE: {file} no longer holds the text", flush=True)
+            missed += 1
+            continue
+        path.write_text(sound.replace(find, replace, 1))
+        found = build_and_test(tree, build, tests)
+        path.write_text(sound)
+        print(f"{name:32s} {'MISSED' if found is None else 'found by a ' + found}", flush=True)
+        missed += found is None
+    print(f"{len(DEFECTS)} defects planted, {missed} not found")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
