@@ -52,6 +52,8 @@ if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
   set(M100_ON_LINUX ON)
 endif()
 
+add_custom_target(installed_modules)  # what the installed package holds
+
 # m100_module(est HEADERS a.h SOURCES a.cpp DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
@@ -76,6 +78,9 @@ function(m100_module name)
     target_sources(m100_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   endif()
   if(NOT arg_HOST_ONLY)
+    if(arg_SOURCES)
+      add_dependencies(installed_modules m100_${name})
+    endif()
     install(TARGETS m100_${name} EXPORT m100Targets FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/m100)
   endif()
 endfunction()
@@ -103,6 +108,10 @@ function(m100_tests)
   endif()
   add_executable(${program} ${arg_SOURCES})
   target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_numerics m100_warnings GTest::gtest_main)
+  if(NOT TARGET tests_${arg_LABEL})
+    add_custom_target(tests_${arg_LABEL})  # all programs of a label, for those who want to build no more
+  endif()
+  add_dependencies(tests_${arg_LABEL} ${program})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
