@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   m100::tools::add_convert(lab);
   m100::tools::add_frames(lab);
   m100::tools::add_identify(lab);
+  m100::tools::add_paper(lab);
   m100::tools::add_autopilot(lab);
   m100::tools::add_report(lab);
   m100::tools::add_gains(lab);

@@ -29,10 +29,11 @@ void run(const Options& options) {
       std::printf("%12s", "-");
     }
     std::printf(" %12.4g %12.4g\n", line.reproduced, line.aligned);
-    lines.push_back({{"quantity", line.quantity},
-                     {"paper", std::isfinite(line.paper) ? nlohmann::ordered_json(line.paper) : nlohmann::ordered_json()},
-                     {"reproduced", line.reproduced},
-                     {"aligned", line.aligned}});
+    lines.push_back(
+        {{"quantity", line.quantity},
+         {"paper", std::isfinite(line.paper) ? nlohmann::ordered_json(line.paper) : nlohmann::ordered_json()},
+         {"reproduced", line.reproduced},
+         {"aligned", line.aligned}});
   }
   std::printf("sticks %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
               report.evidence.c_str());
@@ -52,7 +53,8 @@ void run(const Options& options) {
 }  // namespace
 
 void add_paper(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
+  CLI::App* app =
+      lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
   auto options = std::make_shared<Options>();
   app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
   app->add_option("--height", options->height, "ExperimentHeight.mat")->required();

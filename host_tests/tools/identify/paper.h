@@ -15,8 +15,8 @@ struct Record {
   std::vector<double> response;  ///< rad, rad/s or m/s
 };
 
-/// Samples by which the response follows the stick: the largest raw cross-correlation (no mean taken off, as the authors
-/// have it), searched over |lag| <= 3 s.
+/// Samples by which the response follows the stick: the largest raw cross-correlation (no mean taken off, as the
+/// authors have it), searched over |lag| <= 3 s.
 int correlation_lag(const std::vector<double>& stick, const std::vector<double>& response, double period_s);
 
 /// Eq. (1): the stick is moved by `lag` samples, both are cut to [from_s, to_s], straight lines are taken off both, and

@@ -32,8 +32,7 @@ Record record(const logs::RawLog& log, const std::string& stick, const std::stri
 
 // Forward differences, the last one doubled, as the authors' scale factor of the climb wants them.
 Record differentiated(Record height) {
-  const double period_s =
-      (height.t_s.back() - height.t_s.front()) / static_cast<double>(height.t_s.size() - 1);
+  const double period_s = (height.t_s.back() - height.t_s.front()) / static_cast<double>(height.t_s.size() - 1);
   for (std::size_t row = 0; row + 1 < height.response.size(); ++row) {
     height.response[row] = (height.response[row + 1] - height.response[row]) / period_s;
   }
