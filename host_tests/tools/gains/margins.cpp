@@ -125,6 +125,7 @@ class OpenLoop {
         law_(first_input(axis == Axis::kX ? table_.x : table_.y)),
         delay_(make_delay_model(believed, axis)),
         truth_states_(plant_.a.rows()),
+        truth_zero_s_(attitude_of(truth, axis).lead_zero_s),
         states_(static_cast<Eigen::Index>(delay_.ticks) + 1) {
     const Eigen::Index size =
         truth_states_ + static_cast<Eigen::Index>(plant_.ticks) + 1 + observer_.a.rows() + states_;
@@ -223,7 +224,7 @@ class OpenLoop {
   }
   Column measured(const Column& vehicle) const {
     Column out(observer_.c.rows());
-    out.head(2) << vehicle(0), vehicle(2);
+    out.head(2) << vehicle(0), vehicle.size() == 4 ? vehicle(2) + truth_zero_s_ * vehicle(3) : vehicle(2);
     if (out.size() == 3) {
       out(2) = vehicle.size() == 4 ? vehicle(3) : 0.0;
     }
@@ -247,6 +248,7 @@ class OpenLoop {
   FirstInput law_;
   mpc::DelayModel<double> delay_;
   Eigen::Index truth_states_;
+  double truth_zero_s_;  ///< what the attitude sensor sees is chi + zero chi' (axis_model.h)
   Eigen::Index states_;
   Dense a_;
   Column b_;

@@ -76,6 +76,16 @@ TEST(Margins, NotKnowingTheDelayCostsThem) {
             margins_of(truth, truth, Axis::kX).peak_sensitivity + 0.3);
 }
 
+// Catches a sensor of the simulated loop that does not see the zero which the observer expects in it.
+TEST(Margins, AKnownLeadZeroCostsLittle) {
+  model::Vehicle vehicle = second_order();
+  const double without = margins_of(vehicle, Axis::kX).peak_sensitivity;
+  vehicle.pitch.lead_zero_s = 0.1;
+  const Margins with = margins_of(vehicle, Axis::kX);
+  EXPECT_TRUE(with.stable);
+  EXPECT_LT(with.peak_sensitivity, without + 0.4);
+}
+
 TEST(Margins, TuningFindsTheEdgeOfTheLimits) {
   model::Vehicle vehicle = second_order();
   vehicle.estimator.disturbance_process_m_s2 = 2.0;
