@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/serial_link.h"
 
-#include <cmath>
-
+#include "firmware/app/answer_meaning.h"
+#include "firmware/app/telemetry_check.h"
 #include "firmware/core/assert.h"
 #include "protocol/catalogue.h"
 #include "protocol/commands.h"
@@ -11,7 +11,6 @@
 namespace m100::app {
 namespace {
 
-using safety::Action;
 using safety::Fact;
 using safety::Stage;
 using safety::when;
@@ -21,77 +20,6 @@ constexpr std::size_t kChunkBytes = 512;
 /// The autopilot counts 400 Hz ticks. A jump of more than this against our own clock means that it restarted.
 constexpr core::Duration kClockTick = std::chrono::microseconds(2500);
 constexpr core::Duration kClockJump = std::chrono::seconds(1);
-/// DJI's thirty-two characters of the SDK of the M100's time (protocol, 4.2).
-constexpr char kBundleCharacter = '9';
-constexpr std::uint8_t kOnce = 1;
-
-/// Which command's answer the stage is waiting for.
-bool is_question_of(Stage stage, protocol::MessageId command) {
-  switch (stage) {
-    case Stage::kAskingVersion:
-      return command == protocol::ids::kVersionQuery;
-    case Stage::kActivating:
-      return command == protocol::ids::kActivation;
-    case Stage::kSettingRates:
-      return command == protocol::ids::kTelemetryFrequency;
-    case Stage::kObtaining:
-    case Stage::kReleasing:
-      return command == protocol::ids::kControlRequest;
-    default:
-      return false;
-  }
-}
-
-/// Clears the bits of items that hold a number which is not finite, and says how many there were.
-template <std::size_t kCount>
-bool finite(const std::array<float, kCount>& values) {
-  for (const float value : values) {
-    if (!std::isfinite(value)) {
-      return false;
-    }
-  }
-  return true;
-}
-
-std::uint16_t not_finite_items(const protocol::Telemetry& telemetry) {
-  using Item = protocol::TelemetryItem;
-  std::uint16_t bad = 0;
-  const auto judge = [&](Item item, bool good) {
-    if (telemetry.has(item) && !good) {
-      bad = static_cast<std::uint16_t>(bad | static_cast<std::uint16_t>(item));
-    }
-  };
-  const protocol::Telemetry::Position& position = telemetry.position;
-  judge(Item::kAttitude, finite(telemetry.attitude));
-  judge(Item::kAcceleration, finite(telemetry.acceleration));
-  judge(Item::kVelocity, finite(telemetry.velocity_ned_m_s));
-  judge(Item::kAngularVelocity, finite(telemetry.angular_velocity_frd_rad_s));
-  judge(Item::kPosition, std::isfinite(position.latitude_rad) && std::isfinite(position.longitude_rad) &&
-                             std::isfinite(position.altitude_m) && std::isfinite(position.height_m));
-  return bad;
-}
-
-/// Gives the items in `keep` back their former values.
-void restore(protocol::Telemetry& telemetry, const protocol::Telemetry& former, std::uint16_t keep) {
-  using Item = protocol::TelemetryItem;
-  const auto kept = [&](Item item) { return (keep & static_cast<std::uint16_t>(item)) != 0; };
-  if (kept(Item::kAttitude)) {
-    telemetry.attitude = former.attitude;
-  }
-  if (kept(Item::kAcceleration)) {
-    telemetry.acceleration = former.acceleration;
-  }
-  if (kept(Item::kVelocity)) {
-    telemetry.velocity_ned_m_s = former.velocity_ned_m_s;
-  }
-  if (kept(Item::kAngularVelocity)) {
-    telemetry.angular_velocity_frd_rad_s = former.angular_velocity_frd_rad_s;
-  }
-  if (kept(Item::kPosition)) {
-    telemetry.position = former.position;
-  }
-  telemetry.items = static_cast<std::uint16_t>(telemetry.items & ~keep);
-}
 
 core::Duration period_or_assert(const ChannelConfig& config) {
   const core::Expected<core::Duration> period = command_period(config);
@@ -168,7 +96,7 @@ void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
   } else if (message->has_id && message->id == protocol::ids::kTelemetry) {
     handle_telemetry(*message, now);
   } else {
-    handle_push(*message, now);
+    handle_push(*message);
   }
 }
 
@@ -178,11 +106,7 @@ void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
     ++meter_.counters().bad_packages;
     return;
   }
-  const std::uint16_t bad = not_finite_items(telemetry_);
-  for (std::uint16_t rest = bad; rest != 0; rest = static_cast<std::uint16_t>(rest & (rest - 1U))) {
-    ++meter_.counters().refused_items;
-  }
-  restore(telemetry_, former, bad);
+  meter_.counters().refused_items += keep_finite(telemetry_, former);
   meter_.package(now);
   for (std::size_t item = 0; item < item_times_.size(); ++item) {
     if ((telemetry_.items >> item & 1U) != 0) {
@@ -240,29 +164,10 @@ safety::Fact SerialLink::fact_of(const protocol::Answer& answer) {
     return Fact::kNoAnswer;
   }
   authority_.answer = protocol::ack_meaning(answer.command, *code);
-  if (*code == protocol::kAckNotAuthorised || *code == protocol::kAckKeyError) {
-    return Fact::kNotActivated;
-  }
-  // A request for control is answered by what was done, which may be the opposite of what was asked.
-  const bool is_control = answer.command == protocol::ids::kControlRequest;
-  const bool releasing = state_.stage == Stage::kReleasing;
-  if (is_control && *code == (releasing ? protocol::control_ack::kObtained : protocol::control_ack::kReleased)) {
-    return Fact::kRefused;
-  }
-  switch (authority_.answer.verdict) {
-    case protocol::AckVerdict::kDone:
-      return Fact::kDone;
-    case protocol::AckVerdict::kSendAgain:
-      return Fact::kAgain;
-    case protocol::AckVerdict::kRetry:
-      return Fact::kRetry;
-    case protocol::AckVerdict::kRefused:
-      break;
-  }
-  return Fact::kRefused;
+  return meaning_of(authority_.answer, answer.command, state_.stage);
 }
 
-void SerialLink::handle_push(const protocol::Message& message, core::TimePoint now) {
+void SerialLink::handle_push(const protocol::Message& message) {
   const protocol::AnswerSessions::Reception reception = answers_.accept(message.header);
   if (reception.verdict == protocol::AnswerSessions::Verdict::kRepeat) {
     (void)outbox_.add_request(reception.bytes);
@@ -287,7 +192,6 @@ void SerialLink::handle_push(const protocol::Message& message, core::TimePoint n
       }
     }
   }
-  (void)now;
 }
 
 void SerialLink::poll_sessions(core::TimePoint now) {
@@ -357,128 +261,6 @@ void SerialLink::give_up_open_request() {
   sessions_.cancel(protocol::ids::kActivation);
   sessions_.cancel(protocol::ids::kTelemetryFrequency);
   sessions_.cancel(protocol::ids::kControlRequest);
-}
-
-void SerialLink::act(safety::Action action, core::TimePoint now) {
-  // Requests for control are sent once each: the table repeats them itself, two seconds apart.
-  core::Status sent = core::Status::kOk;
-  switch (action) {
-    case Action::kNone:
-      return;
-    case Action::kAskVersion:
-      sent = ask(protocol::VersionQuery{}, protocol::find(protocol::ids::kVersionQuery)->transmissions, now);
-      break;
-    case Action::kActivate: {
-      protocol::Activation activation{
-          .app_id = config_.app_id, .api_level = 2, .version = sdk_version_, .bundle_id = {}};
-      activation.bundle_id.fill(kBundleCharacter);
-      sent = ask(activation, protocol::find(protocol::ids::kActivation)->transmissions, now);
-      break;
-    }
-    case Action::kSetRates:
-      sent = ask(protocol::TelemetryFrequency{.rates = config_.rates},
-                 protocol::find(protocol::ids::kTelemetryFrequency)->transmissions, now);
-      break;
-    case Action::kRequestControl:
-      sent = ask(protocol::ControlRequest{.obtain = true}, kOnce, now);
-      break;
-    case Action::kSwitchVirtualRcOn:
-      sent = tell(protocol::VirtualRcSwitch{.on = true, .fall_back_to_rc = true, .reserved = 0}, false, now);
-      break;
-    case Action::kReleaseControl:
-      if (config_.channel.channel == Channel::kVirtualRc) {
-        sent = tell(protocol::VirtualRcSwitch{.on = false, .fall_back_to_rc = true, .reserved = 0}, false, now);
-      }
-      if (sent == core::Status::kOk) {
-        sent = ask(protocol::ControlRequest{.obtain = false}, kOnce, now);
-      }
-      break;
-  }
-  edges_ |= when(sent != core::Status::kOk, Fact::kNoAnswer);
-}
-
-template <typename Command>
-core::Status SerialLink::ask(const Command& command, std::uint8_t transmissions, core::TimePoint now) {
-  const core::Expected<protocol::Value> value = encode(command);
-  if (!value) {
-    return value.status();
-  }
-  const protocol::MessageId id = id_of(command);
-  const bool encrypted = config_.encrypt_commands && id.set != protocol::ids::kVersionQuery.set;
-  protocol::RequestOptions options = protocol::options_for(*protocol::find(id), encrypted ? config_.cipher : nullptr);
-  options.transmissions = transmissions;
-  const core::Expected<protocol::Outgoing> frame = sessions_.request(id, *value, options, now);
-  if (!frame) {
-    return frame.status();
-  }
-  return outbox_.add_request(frame->bytes) ? core::Status::kOk : core::Status::kResourceExhausted;
-}
-
-template <typename Command>
-core::Status SerialLink::tell(const Command& command, bool is_control, core::TimePoint) {
-  const core::Expected<protocol::Value> value = encode(command);
-  if (!value) {
-    return value.status();
-  }
-  const core::Expected<protocol::Outgoing> frame =
-      sessions_.send(id_of(command), *value, config_.encrypt_commands ? config_.cipher : nullptr);
-  if (!frame) {
-    return frame.status();
-  }
-  const bool taken = is_control ? outbox_.set_command(frame->bytes) : outbox_.add_request(frame->bytes);
-  return taken ? core::Status::kOk : core::Status::kResourceExhausted;
-}
-
-core::Status SerialLink::send(const ChannelCommand& command, core::TimePoint now) {
-  const bool is_sticks = std::holds_alternative<vrc::Sticks>(command);
-  if (is_sticks != (config_.channel.channel == Channel::kVirtualRc)) {
-    return core::Status::kInvalidArgument;
-  }
-  if (!authority_.in_control) {
-    ++meter_.counters().commands_refused;
-    return core::Status::kRefused;
-  }
-  if (!limiter_.due(now)) {
-    return core::Status::kNotReady;
-  }
-  const bool replaces = outbox_.has_command();
-  const core::Status made = is_sticks ? tell(to_virtual_rc(std::get<vrc::Sticks>(command)), true, now)
-                                      : tell(to_movement(std::get<ctl::Command<double>>(command)), true, now);
-  if (made != core::Status::kOk) {
-    ++meter_.counters().commands_refused;
-    return made;
-  }
-  meter_.counters().commands_dropped += replaces ? 1U : 0U;
-  ++meter_.counters().commands_sent;
-  limiter_.sent(now);
-  flush(now);
-  return core::Status::kOk;
-}
-
-void SerialLink::flush(core::TimePoint now) {
-  const core::Status status = outbox_.flush(uart_, [&](std::span<const std::byte> bytes) {
-    meter_.sent(bytes.size());
-    if (tap_ != nullptr) {
-      tap_->sent(bytes, now);
-    }
-  });
-  if (status != core::Status::kOk) {
-    outbox_.drop_all();  // the port is gone: what waits would be stale when it is back
-  }
-}
-
-void SerialLink::request_control(core::TimePoint) { edges_ |= Fact::kAsked; }
-
-void SerialLink::release(core::TimePoint) { edges_ |= Fact::kReleaseAsked; }
-
-core::Status SerialLink::request(const protocol::MotorRequest& request, core::TimePoint now) {
-  const bool possible = authority_.in_control && !sessions_.is_open(id_of(request));
-  return possible ? ask(request, protocol::find(id_of(request))->transmissions, now) : core::Status::kRefused;
-}
-
-core::Status SerialLink::request(const protocol::TaskRequest& request, core::TimePoint now) {
-  const bool possible = authority_.in_control && !sessions_.is_open(id_of(request));
-  return possible ? ask(request, protocol::find(id_of(request))->transmissions, now) : core::Status::kRefused;
 }
 
 }  // namespace m100::app

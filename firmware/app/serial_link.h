@@ -105,7 +105,7 @@ class SerialLink {
   void handle(const protocol::FrameView& frame, core::TimePoint now);
   void handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
-  void handle_push(const protocol::Message& message, core::TimePoint now);
+  void handle_push(const protocol::Message& message);
   void watch_clock(core::TimePoint now);
   safety::Fact fact_of(const protocol::Answer& answer);
   safety::Fact level_facts(core::TimePoint now) const;
@@ -116,7 +116,7 @@ class SerialLink {
   template <typename Command>
   core::Status ask(const Command& command, std::uint8_t transmissions, core::TimePoint now);
   template <typename Command>
-  core::Status tell(const Command& command, bool is_control, core::TimePoint now);
+  core::Status tell(const Command& command, bool is_control);
   void flush(core::TimePoint now);
   bool recent(protocol::TelemetryItem item, core::TimePoint now, core::Duration age) const;
 

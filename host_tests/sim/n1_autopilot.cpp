@@ -232,7 +232,7 @@ void N1Autopilot::command_vehicle() {
                                 .throttle_vrc = channel(protocol::vrc_channel::kThrottle),
                                 .yaw_vrc = channel(protocol::vrc_channel::kYaw)});
   } else if (moving_) {
-    vehicle_.command(movement_);
+    vehicle_.command(movement_.input(vehicle_.state()));
   } else {
     vehicle_.command(client_in_control() ? StickInput{} : pilot_);
   }
@@ -293,7 +293,7 @@ void N1Autopilot::send_telemetry() {
   telemetry.items = items;
   telemetry.rc = rc_item();
   telemetry.flight_status = flight_status();
-  telemetry.control.mode = moving_ ? 2 : 0;  // angle, vertical velocity, yaw rate
+  telemetry.control.mode = moving_ ? movement_.control_mode() : std::uint8_t{0};
   telemetry.control.bits = static_cast<std::uint8_t>(
       static_cast<unsigned>(device_) | (client_in_control() || asked_once_ ? 8U : 0U) | (virtual_rc_on_ ? 16U : 0U));
   push(protocol::ids::kTelemetry, encode(telemetry));

@@ -10,6 +10,7 @@
 #include "firmware/core/time.h"
 #include "hal/uart.h"
 #include "host_tests/sim/n1_line.h"
+#include "host_tests/sim/n1_movement.h"
 #include "host_tests/sim/n1_script.h"
 #include "host_tests/sim/n1_telemetry.h"
 #include "host_tests/sim/random.h"
@@ -173,7 +174,7 @@ class N1Autopilot {
   protocol::VirtualRcData virtual_rc_;
   bool moving_ = false;
   core::TimePoint last_movement_{};
-  MovementInput movement_;
+  N1Movement movement_;
   protocol::Task task_{};
   bool task_open_ = false;
   bool task_done_ = false;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "host_tests/sim/n1_autopilot.h"
 #include "protocol/acks.h"
@@ -10,9 +8,15 @@
 namespace m100::sim {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr std::uint32_t kVirtualRcMost_per_s = 25;
 constexpr std::uint32_t kMovementMost_per_s = 50;
+
+/// Codes above 5; 200 and 400 Hz are for newer aircraft (protocol, 4.3). The decoder takes them for "leave as it is".
+bool has_unknown_rate(const protocol::Message& message) {
+  const auto items = message.value.first(std::min(message.value.size(), protocol::kTelemetryItemCount));
+  return message.id == protocol::ids::kTelemetryFrequency &&
+         std::any_of(items.begin(), items.end(), [](std::byte code) { return code > std::byte{5}; });
+}
 
 }  // namespace
 
@@ -31,8 +35,9 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
   const bool answered = frame.header.session != protocol::kUnansweredSession;
   const core::Expected<protocol::Message> message = protocol::open(frame, config_.cipher, scratch_);
   const core::Expected<protocol::Command> command =
-      message && message->has_id ? protocol::decode_command(message->id, message->value)
-                                 : core::Expected<protocol::Command>(core::Status::kInvalidArgument);
+      message && message->has_id && !has_unknown_rate(*message)
+          ? protocol::decode_command(message->id, message->value)
+          : core::Expected<protocol::Command>(core::Status::kInvalidArgument);
   if (!message || !command) {
     ++record_.bad_commands;
     tell("ignored", message ? "bad_command" : "undecipherable", frame.header.session);
@@ -300,11 +305,7 @@ void N1Autopilot::take_movement(const protocol::Movement& movement) {
   if (record_.most_commands_per_s > kMovementMost_per_s + 1) {
     tell("violation", "movement_too_fast", record_.most_commands_per_s);
   }
-  const core::Expected<protocol::MovementMode> mode = protocol::movement_mode(movement.flag);
-  const bool ours = mode && mode->horizontal == protocol::HorizontalMode::kAngle &&
-                    mode->vertical == protocol::VerticalMode::kVelocity && mode->yaw == protocol::YawMode::kRate &&
-                    mode->frame == protocol::HorizontalFrame::kBody;
-  if (!client_in_control() || !ours || protocol::check(movement) != core::Status::kOk) {
+  if (!client_in_control() || protocol::check(movement) != core::Status::kOk) {  // also a mode that does not exist
     ++record_.movement_ignored;
     tell("ignored", "movement", movement.flag);
     return;
@@ -312,10 +313,7 @@ void N1Autopilot::take_movement(const protocol::Movement& movement) {
   ++record_.movement_taken;
   moving_ = true;
   last_movement_ = time_;
-  movement_ = {.roll_rad = static_cast<double>(movement.x) * kRadians,
-               .pitch_rad = -static_cast<double>(movement.y) * kRadians,
-               .climb_m_s = static_cast<double>(movement.z),
-               .yaw_rate_rad_s = -static_cast<double>(movement.yaw) * kRadians};
+  movement_.set(movement, vehicle_.state());
   tell("received", "movement", movement.flag);
 }
 
