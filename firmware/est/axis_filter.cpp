@@ -48,7 +48,7 @@ constexpr int exponent_above(double value) {
   while (exponent < 6 && power_of_two(exponent) < value) {
     ++exponent;
   }
-  return exponent;
+  return exponent + 2;  // headroom
 }
 
 template <typename S>

@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 
 constexpr double kLargestAttitude_rad = 1.2;
 constexpr double kYawGate_rad = 0.35;
-constexpr double kUnseenAcceleration_m_s2 = 1.5;  // what wind may do while no pose comes
+constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
 constexpr double kLargestUnseen_m = 0.5;
 constexpr std::uint32_t kAgreeingPoses = 20;
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
