@@ -27,7 +27,7 @@ struct World {
   double pose_sigma_m = 0.002;
   double attitude_sigma_rad = 0.3 * 3.14159265358979 / 180.0;
   double rate_sigma_rad_s = 0.01;
-  double pose_delay_s = 0.02;
+  double pose_delay_s = 0.0;
   double command_period_s = 0.01;  ///< how often a command leaves; between, the last one stands
   double climb_time_constant_s = 0.334;
   double climb_delay_s = 0.08;
