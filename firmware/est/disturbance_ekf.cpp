@@ -14,7 +14,6 @@ using std::chrono::milliseconds;
 constexpr double kLargestAttitude_rad = 1.2;
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
-constexpr double kLargestUnseen_m = 0.5;
 constexpr std::uint32_t kAgreeingPoses = 20;
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
@@ -251,7 +250,10 @@ void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& p
   }
   const double dropout_s = core::seconds<double>(since_pose_);
   const double unseen = 0.5 * kUnseenAcceleration_m_s2 * dropout_s * dropout_s;
-  const S unseen_m = Number::template number<double>(unseen < kLargestUnseen_m ? unseen : kLargestUnseen_m);
+  // After a long dropout the covariance has met its ceiling and a large innovation would be shared out wrongly: what is
+  // not inside the sigmas goes to judge_refused().
+  const bool long_dropout = since_pose_ > kDropout;
+  const S unseen_m = Number::template number<double>(long_dropout ? 0.0 : unseen);
   const auto x = x_.test_pose(position_x, age, unseen_m);
   const auto y = y_.test_pose(position_y, age, unseen_m);
   const auto z = height_.test_pose(position_z, age, unseen_m);
@@ -337,7 +339,8 @@ void DisturbanceEkf<S, Real>::judge_refused(const typename Measurement<Real>::Po
   const bool follows = agrees(pose);
   const bool dropped_out = since_pose_ > kDropout && refused_in_a_row_ <= kAgreeingPoses;
   const std::uint32_t needed = dropped_out ? kAgreeingAfterDropout : kAgreeingPoses;
-  if (!follows || agreeing_ < needed || since_first_ - pose.age < kBaseline || since_recovery_ < kRecoverySpacing) {
+  if (!follows || agreeing_ < needed || since_first_ - pose.age < kBaseline ||
+      (!dropped_out && since_recovery_ < kRecoverySpacing)) {
     return;
   }
   recover(dropped_out ? Recovery::kLongDropout : Recovery::kPoseMoved);

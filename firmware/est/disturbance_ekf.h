@@ -45,9 +45,14 @@ struct EkfCounters {
 /// The command is the one in force since the last tick (after supervisor, rate limit and stick rounding: what the
 /// autopilot was really told); it acts a transport delay later. Poses may be up to 0.25 s old; the filter is told their
 /// age. A measurement or command that is not a number is dropped and counted; a state that is not one lives for one
-/// call at most. The gate refuses poses that lie beyond 6 sigmas; after 20 refused poses that agree with each other the
-/// position is taken anew, at most once in 2 s. S: double, float or core::Fixed; inputs and outputs are of type Real.
-/// Cost: firmware/README.md; at most kMaxTicks ticks are caught up after a stall.
+/// call at most.
+///
+/// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; after a dropout of t < 0.5 s what wind
+/// can have done meanwhile (1.5 m/s^2 t^2) is let through. Way back: 20 refused poses in a row that follow from each
+/// other (at most once in 2 s), or 3 after a dropout of more than 0.5 s, are taken as position and, by their difference
+/// over at least 0.1 s, as velocity; disturbance and offset stay. The reason is in the counters. S: double, float or
+/// core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; at most kMaxTicks ticks are caught up
+/// after a stall.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
