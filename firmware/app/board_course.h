@@ -30,7 +30,7 @@ core::Status lay_board_course(std::string_view name, ref::Trajectory<T>& course)
   if (waits != core::Status::kOk || name == "trajectory") {
     return waits != core::Status::kOk ? waits : course.append_square(T(1), 2500ms, 500ms);
   }
-  const core::Status goes = course.append_step(place(T(1), T(1), T(1.7)), 8s);
+  const core::Status goes = course.append_step(place(T(1), T(1), T(1.7)), 5s);
   return goes != core::Status::kOk ? goes : course.append_step(start, 8s);
 }
 

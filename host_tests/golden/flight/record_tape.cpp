@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   std::ofstream file(argv[1], std::ios::binary);
-  sim::World world(sim::Plant{}, {.seed = 20171122});
+  sim::World world(sim::measured_plant(), {.seed = 20171122});
   RecordingUart autopilot(world.autopilot_uart());
   RecordingUart pose(world.pose_uart());
   ref::Trajectory<double> course;
