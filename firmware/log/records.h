@@ -49,11 +49,14 @@ struct TickRecord {
   std::uint8_t mpc_path_x = 0;
   std::uint8_t mpc_path_y = 0;
   std::uint8_t mpc_changes = 0;  ///< of the active sets, both axes
-  std::uint32_t reserved = 0;
+  std::uint32_t orders = 0;      ///< of the operator, given before this tick: kOrder*
 };
 static_assert(std::is_trivially_copyable_v<TickRecord>);
 static_assert(sizeof(TickRecord) == 8 + 8 * (3 + 3 + 3 + 2 + 2 + 2 + 1 + 3 + 3 + 2 + 1 + 3 + 1 + 3 + 3 + 4 + 4) +
                                         4 * 4 + 2 * 4 + 4 * 3 + 8 + 4);
+
+inline constexpr std::uint32_t kOrderEngage = 1;
+inline constexpr std::uint32_t kOrderRelease = 2;
 
 inline constexpr std::string_view kTickFormat =
     "tick:uint64_t timestamp;double[3] position;double[3] velocity;double[3] attitude;double[2] tilt_rate;"
@@ -62,7 +65,7 @@ inline constexpr std::string_view kTickFormat =
     "double[3] imu_rate;double[4] wanted;double[4] granted;float pose_age;float telemetry_age;float late;"
     "float residual;uint16_t[4] sticks;uint32_t facts;uint32_t refused_poses;uint32_t dropped_messages;uint8_t state;"
     "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
-    "uint8_t mpc_changes;uint32_t reserved;";
+    "uint8_t mpc_changes;uint32_t orders;";
 
 /// Where bytes came from or went to.
 enum class Stream : std::uint8_t { kAutopilotIn = 0, kAutopilotOut = 1, kPoseIn = 2, kPoseOut = 3 };

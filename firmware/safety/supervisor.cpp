@@ -30,21 +30,21 @@ Sign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Facts& facts) {
   add(!facts.estimate_healthy || facts.refused_poses >= limits_.gate_shut_poses, Sign::kEstimateLost);
   add(fresh, Sign::kFresh);
   add(good_ticks_ >= limits_.good_ticks_to_recover, Sign::kRecovered);
-  add(state_ == Rung::kCoast && inside >= limits_.coast, Sign::kCoastOver);
-  add(state_ == Rung::kLevel && inside >= limits_.level, Sign::kLevelOver);
-  add(state_ == Rung::kRelease && inside >= limits_.neutral, Sign::kNeutralOver);
+  add(rung_ == Rung::kCoast && inside >= limits_.coast, Sign::kCoastOver);
+  add(rung_ == Rung::kLevel && inside >= limits_.level, Sign::kLevelOver);
+  add(rung_ == Rung::kRelease && inside >= limits_.neutral, Sign::kNeutralOver);
   add(facts.operator_engages, Sign::kOperatorEngages);
   return set;
 }
 
 template <typename T>
-void Supervisor<T>::enter(Rung state, core::TimePoint now) {
-  state_ = state;
+void Supervisor<T>::enter(Rung rung, core::TimePoint now) {
+  rung_ = rung;
   entered_ = now;
-  stats_.coasts += state == Rung::kCoast ? 1U : 0U;
-  stats_.levels += state == Rung::kLevel ? 1U : 0U;
-  stats_.releases += state == Rung::kRelease ? 1U : 0U;
-  good_ticks_ = state == Rung::kCoast ? 0 : good_ticks_;  // ten good ticks are counted from the fault on
+  stats_.coasts += rung == Rung::kCoast ? 1U : 0U;
+  stats_.levels += rung == Rung::kLevel ? 1U : 0U;
+  stats_.releases += rung == Rung::kRelease ? 1U : 0U;
+  good_ticks_ = rung == Rung::kCoast ? 0 : good_ticks_;  // ten good ticks are counted from the fault on
 }
 
 template <typename T>
@@ -70,16 +70,16 @@ template <typename T>
 Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const Facts& facts, T step_s) {
   seen_ = weigh(wanted, facts);
   stats_.unsound_commands += has_any(seen_, Sign::kCommandUnsound) ? 1U : 0U;
-  const Rung before = state_;
-  const Rung after = next_rung(state_, seen_);
+  const Rung before = rung_;
+  const Rung after = next_rung(rung_, seen_);
   if (after != before) {
     enter(after, facts.now);
   }
-  const bool passes = passes_law(state_) && !has_any(seen_, Sign::kCommandUnsound);
+  const bool passes = passes_law(rung_) && !has_any(seen_, Sign::kCommandUnsound);
   last_ = limited(passes ? wanted : ctl::Command<T>{}, step_s);
   return {.command = last_,
-          .state = state_,
-          .transmit = may_transmit(state_),
+          .rung = rung_,
+          .transmit = may_transmit(rung_),
           .release = before == Rung::kRelease && after == Rung::kSilent && has_any(seen_, Sign::kCommandable)};
 }
 

@@ -13,7 +13,7 @@ namespace m100::safety {
 template <typename T>
 struct Grant {
   ctl::Command<T> command{};  ///< finite, inside the envelope and its slew limits
-  Rung state = Rung::kSilent;
+  Rung rung = Rung::kSilent;
   bool transmit = false;  ///< whether a control byte may leave at all
   bool release = false;   ///< true in the one tick in which control is to be given back
 };
@@ -39,20 +39,20 @@ class Supervisor {
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   Grant<T> review(const ctl::Command<T>& wanted, const Facts& facts, T step_s);
 
-  Rung state() const { return state_; }
+  Rung rung() const { return rung_; }
   /// What the table saw in the last tick.
   Sign seen() const { return seen_; }
   const SupervisorStats& stats() const { return stats_; }
 
  private:
   Sign weigh(const ctl::Command<T>& wanted, const Facts& facts);
-  void enter(Rung state, core::TimePoint now);
+  void enter(Rung rung, core::TimePoint now);
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
   T limited(T wanted, T last, double range, double slew, T step_s);
 
   Limits limits_;
   Envelope envelope_;
-  Rung state_ = Rung::kSilent;
+  Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
   std::uint32_t good_ticks_ = 0;
   Sign seen_ = Sign::kNone;

@@ -42,7 +42,10 @@ Plant with_fan(Plant plant) {
   constexpr double kJetTurbulence = 0.15;  // of the speed, a free jet several diameters from its fan
   // Hover yaw RMS grows from 1.087 to 1.844 deg in the fan: sqrt(1.844^2 - 1.087^2) / 1.087 = 1.37 of the calm one.
   constexpr double kHeadingDisturbance = 1.37;
-  plant.air.wind_m_s += core::Vector<double, 3>(kSpeed_m_s / std::sqrt(2.0), kSpeed_m_s / std::sqrt(2.0), 0.0);
+  // The steady tilts of the same table (see Air) give the direction: 0.175 deg of pitch, 0.930 deg of roll.
+  const double along_x = 0.175 / std::hypot(0.175, 0.930);
+  const double along_y = 0.930 / std::hypot(0.175, 0.930);
+  plant.air.wind_m_s += kSpeed_m_s * core::Vector<double, 3>(along_x, along_y, 0.0);
   plant.air.turbulence_m_s = std::hypot(plant.air.turbulence_m_s, kJetTurbulence * kSpeed_m_s);
   plant.air.yaw_rate_disturbance_rad_s *= std::hypot(1.0, kHeadingDisturbance);
   return plant;

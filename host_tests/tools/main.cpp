@@ -11,6 +11,8 @@ int main(int argc, char** argv) {
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::tools::add_convert(lab);
   m100::tools::add_frames(lab);
+  m100::tools::add_experiments(lab);
+  m100::tools::add_loop(lab);
   m100::tools::add_identify(lab);
   m100::tools::add_paper(lab);
   m100::tools::add_autopilot(lab);

@@ -11,6 +11,8 @@ enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 // Each subcommand lives in a file of its own and adds itself here. Its callback throws InputError for bad input and
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_convert(CLI::App& lab);
+void add_experiments(CLI::App& lab);
+void add_loop(CLI::App& lab);
 void add_frames(CLI::App& lab);
 void add_identify(CLI::App& lab);
 void add_paper(CLI::App& lab);

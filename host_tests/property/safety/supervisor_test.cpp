@@ -57,12 +57,12 @@ TEST_P(SupervisorFacts, NeverGrantWhatTheyMustNot) {
     const Facts facts = random_facts(random, now);
     const ctl::Command<double> wanted{random_number(random), random_number(random), random_number(random),
                                       random_number(random)};
-    const Rung before = supervisor.state();
+    const Rung before = supervisor.rung();
     const Grant<double> grant = supervisor.review(wanted, facts, 0.01);
     ASSERT_FALSE(grant.transmit && !(facts.authority && facts.mode_f));
     ASSERT_FALSE((before == Rung::kSilent || before == Rung::kLevel || before == Rung::kRelease) &&
-                 grant.state == Rung::kNominal && !facts.operator_engages);
-    ASSERT_FALSE(before == Rung::kNominal && grant.state == Rung::kNominal &&
+                 grant.rung == Rung::kNominal && !facts.operator_engages);
+    ASSERT_FALSE(before == Rung::kNominal && grant.rung == Rung::kNominal &&
                  facts.pose_age > std::chrono::milliseconds(60));
     const auto check = [](double value, double was, double range, double slew) {
       ASSERT_TRUE(std::isfinite(value));

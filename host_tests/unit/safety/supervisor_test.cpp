@@ -34,7 +34,7 @@ class Ladder : public ::testing::Test {
     }
     Facts engage = good();
     engage.operator_engages = true;
-    ASSERT_EQ(tick(engage).state, Rung::kNominal);
+    ASSERT_EQ(tick(engage).rung, Rung::kNominal);
     for (int i = 0; i < 20; ++i) {
       tick(good());
     }
@@ -42,7 +42,7 @@ class Ladder : public ::testing::Test {
   /// Ticks until the state is left. @returns how many; 0: not within five seconds.
   int ticks_in(Rung state, const Facts& facts) {
     for (int i = 1; i <= 500; ++i) {
-      if (tick(facts).state != state) {
+      if (tick(facts).rung != state) {
         return i;
       }
     }
@@ -72,14 +72,14 @@ TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   fly();
   Facts old = good();
   old.pose_age = milliseconds(61);
-  EXPECT_EQ(tick(old).state, Rung::kCoast);
+  EXPECT_EQ(tick(old).rung, Rung::kCoast);
   EXPECT_EQ(ticks_in(Rung::kCoast, old), 20);  // 200 ms
-  EXPECT_EQ(supervisor_.state(), Rung::kLevel);
+  EXPECT_EQ(supervisor_.rung(), Rung::kLevel);
   EXPECT_EQ(tick(old).command.roll_rad, 0.0);  // level
   EXPECT_EQ(ticks_in(Rung::kLevel, old), 99);  // 1 s
-  EXPECT_EQ(supervisor_.state(), Rung::kRelease);
+  EXPECT_EQ(supervisor_.rung(), Rung::kRelease);
   EXPECT_EQ(ticks_in(Rung::kRelease, old), 50);  // neutral for 0.5 s
-  EXPECT_EQ(supervisor_.state(), Rung::kSilent);
+  EXPECT_EQ(supervisor_.rung(), Rung::kSilent);
 }
 
 TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
@@ -99,20 +99,20 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
   old.pose_age = milliseconds(61);
   tick(old);
   EXPECT_EQ(ticks_in(Rung::kCoast, good()), 10);
-  EXPECT_EQ(supervisor_.state(), Rung::kNominal);
+  EXPECT_EQ(supervisor_.rung(), Rung::kNominal);
 }
 
 TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
   fly();
   Facts lost = good();
   lost.refused_poses = 5;
-  EXPECT_EQ(tick(lost).state, Rung::kLevel);
+  EXPECT_EQ(tick(lost).rung, Rung::kLevel);
   for (int i = 0; i < 50; ++i) {
-    EXPECT_EQ(tick(good()).state, Rung::kLevel);
+    EXPECT_EQ(tick(good()).rung, Rung::kLevel);
   }
   Facts engage = good();
   engage.operator_engages = true;
-  EXPECT_EQ(tick(engage).state, Rung::kNominal);
+  EXPECT_EQ(tick(engage).rung, Rung::kNominal);
 }
 
 struct Loss {
@@ -128,7 +128,7 @@ TEST_P(LossOf, IsAnsweredInTheSameTick) {
   Facts facts = good();
   GetParam().change(facts);
   const Grant<double> grant = tick(facts);
-  EXPECT_EQ(grant.state, GetParam().expected);
+  EXPECT_EQ(grant.rung, GetParam().expected);
   EXPECT_EQ(grant.transmit, GetParam().transmits);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -153,7 +153,7 @@ TEST_P(Unsound, CommandBecomesNeutralAndLevel) {
   ctl::Command<double> wanted = kWanted;
   wanted.pitch_rad = GetParam();
   const Grant<double> grant = tick(good(), wanted);
-  EXPECT_EQ(grant.state, Rung::kLevel);
+  EXPECT_EQ(grant.rung, Rung::kLevel);
   EXPECT_EQ(grant.command.pitch_rad, 0.0);
   EXPECT_EQ(supervisor_.stats().unsound_commands, 1U);
 }

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/flight_controller.h"
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::app {
+namespace {
+
+constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
+
+template <typename To, typename From>
+ctl::Command<To> cast(const ctl::Command<From>& command) {
+  return {.roll_rad = static_cast<To>(command.roll_rad),
+          .pitch_rad = static_cast<To>(command.pitch_rad),
+          .climb_m_s = static_cast<To>(command.climb_m_s),
+          .yaw_rate_rad_s = static_cast<To>(command.yaw_rate_rad_s)};
+}
+
+/// A stick of the RC item, -10000..10000, in counts.
+vrc::Stick stick_of(std::int16_t rc) {
+  const int counts = 1024 + (rc * 660 + (rc < 0 ? -5000 : 5000)) / 10000;
+  return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
+}
+
+double as_double(float value) { return static_cast<double>(value); }
+
+}  // namespace
+
+template <typename T, typename S>
+FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
+                                         const FlightConfig& config, hal::Uart& autopilot, hal::Uart& pose,
+                                         ref::Trajectory<T>& trajectory, log::FlightLog* log)
+    : autopilot_tap_(log, log::Stream::kAutopilotIn, log::Stream::kAutopilotOut),
+      pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
+      link_(autopilot, config.link, &autopilot_tap_),
+      pose_link_(pose, config.pose_baud, &pose_tap_),
+      measure_(config.plausible),
+      observer_(vehicle),
+      trajectory_(trajectory),
+      law_(vehicle, tables),
+      supervisor_(config.limits, config.envelope),
+      commands_(vehicle),
+      log_(log),
+      config_(config) {}
+
+template <typename T, typename S>
+core::Status FlightController<T, S>::tick(core::TimePoint now) {
+  note_time(now);
+  take_orders(now);
+  const protocol::Telemetry& telemetry = link_.receive(now);  // bytes -> frames -> telemetry
+  if (!link_.authority().in_control) {
+    in_force_ = pilots_command(telemetry);
+  }
+  const est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
+  estimate_ = observer_.update(measured, in_force_, elapsed_);                             // -> state estimate
+  reference_ = trajectory_.window(now, law_.lead());                                       // -> reference
+  const ctl::Command<T> wanted = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
+  const safety::Rung before = supervisor_.rung();
+  grant_ = supervisor_.review(wanted, facts(now), core::seconds<T>(elapsed_));  // may only take away
+  start_when_nominal(before, now);
+  const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
+  if (log_ != nullptr) {
+    remember(measured);
+    log_->append(record(now, wanted, sent));
+  }
+  return sent;
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::take_orders(core::TimePoint now) {
+  tick_orders_ = orders_;
+  orders_ = 0;
+  if ((tick_orders_ & log::kOrderEngage) != 0) {
+    link_.request_control(now);
+    order_until_ = now + config_.order_lasts;
+  }
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::note_time(core::TimePoint now) {
+  elapsed_ = stats_.ticks == 0 ? core::kTickPeriod : now - last_tick_;
+  stats_.stalls += elapsed_ > kStall ? 1U : 0U;
+  stats_.longest = elapsed_ > stats_.longest ? elapsed_ : stats_.longest;
+  stats_.ticks += 1;
+  last_tick_ = now;
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
+  if (measured.pose.is_new) {
+    measured_.pose = measured.pose;
+  }
+  if (measured.attitude.is_new) {
+    measured_.attitude = measured.attitude;
+  }
+  measured_.pose.is_new = measured.pose.is_new;
+  measured_.attitude.is_new = measured.attitude.is_new;
+}
+
+template <typename T, typename S>
+PoseReport FlightController<T, S>::pose(core::TimePoint now) {
+  const core::Expected<PoseSample> came = pose_link_.receive(now);
+  if (!came) {
+    return {};
+  }
+  const protocol::PoseMessage& message = came->message;
+  const core::Quaternion<double> rotation{as_double(message.rotation_wb[0]), as_double(message.rotation_wb[1]),
+                                          as_double(message.rotation_wb[2]), as_double(message.rotation_wb[3])};
+  return {.is_new = true,
+          .captured = now - came->age,
+          .position_w_m = {as_double(message.position_w_m[0]), as_double(message.position_w_m[1]),
+                           as_double(message.position_w_m[2])},
+          .yaw_rad = core::euler_of(rotation).yaw_rad};
+}
+
+template <typename T, typename S>
+ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry& telemetry) const {
+  return cast<T>(commands_.to_command({.roll = stick_of(telemetry.rc.roll),
+                                       .pitch = stick_of(telemetry.rc.pitch),
+                                       .throttle = stick_of(telemetry.rc.throttle),
+                                       .yaw = stick_of(telemetry.rc.yaw)}));
+}
+
+template <typename T, typename S>
+safety::Facts FlightController<T, S>::facts(core::TimePoint now) {
+  return {.now = now,
+          .pose_age = estimate_.pose_age,
+          .telemetry_age = link_.health().telemetry_age,
+          .refused_poses = estimate_.refused_poses,
+          .estimate_healthy = estimate_.healthy,
+          .authority = link_.authority().in_control,
+          .mode_f = link_.authority().mode_f,
+          .operator_engages = now < order_until_,
+          .operator_releases = (tick_orders_ & log::kOrderRelease) != 0};
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::start_when_nominal(safety::Rung before, core::TimePoint now) {
+  const bool flew = before == safety::Rung::kNominal || before == safety::Rung::kCoast;
+  if (grant_.rung != safety::Rung::kNominal || flew) {
+    return;
+  }
+  order_until_ = now;
+  started_ = now;
+  trajectory_.start(now);
+  law_.reset();
+  commands_.reset();
+}
+
+template <typename T, typename S>
+core::Status FlightController<T, S>::send(const safety::Grant<T>& grant, core::TimePoint now) {
+  if (grant.release) {
+    link_.release(now);
+  }
+  if (!grant.transmit) {
+    return core::Status::kRefused;
+  }
+  return link_.due(now) ? tell(grant.command, now) : core::Status::kNotReady;
+}
+
+template <typename T, typename S>
+core::Status FlightController<T, S>::tell(const ctl::Command<T>& command, core::TimePoint now) {
+  if (config_.link.channel.channel == Channel::kMovement) {
+    const core::Status sent = link_.send(cast<double>(command), now);
+    in_force_ = sent == core::Status::kOk ? command : in_force_;
+    return sent;
+  }
+  const core::Expected<vrc::Sticks> sticks = commands_.to_sticks(cast<float>(command));
+  if (!sticks) {
+    return sticks.status();
+  }
+  const core::Status sent = link_.send(*sticks, now);
+  if (sent == core::Status::kOk) {
+    last_sticks_ = *sticks;
+    in_force_ = cast<T>(commands_.to_command(*sticks));
+  }
+  return sent;
+}
+
+template class FlightController<double>;
+template class FlightController<float>;
+template class FlightController<float, core::Fixed>;
+
+}  // namespace m100::app

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/app/config.h"
+#include "firmware/app/measure.h"
+#include "firmware/app/pose_link.h"
+#include "firmware/app/serial_link.h"
+#include "firmware/ctl/flight_law.h"
+#include "firmware/est/disturbance_ekf.h"
+#include "firmware/log/flight_log.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/mpc/gain_table.h"
+#include "firmware/ref/trajectory.h"
+#include "firmware/safety/supervisor.h"
+#include "firmware/vrc/command_map.h"
+#include "hal/uart.h"
+
+namespace m100::app {
+
+/// What happened to time itself.
+struct TickStats {
+  std::uint32_t ticks = 0;
+  std::uint32_t stalls = 0;  ///< more than two periods since the tick before (R9); the ladder sees the old pose
+  core::Duration longest{0};
+};
+
+/// Writes the bytes that pass a link into the flight log.
+class LogTap final : public ByteTap {
+ public:
+  LogTap(log::FlightLog* log, log::Stream in, log::Stream out) : log_(log), in_(in), out_(out) {}
+  void received(std::span<const std::byte> bytes, core::TimePoint now) override { append(in_, bytes, now); }
+  void sent(std::span<const std::byte> bytes, core::TimePoint now) override { append(out_, bytes, now); }
+
+ private:
+  void append(log::Stream stream, std::span<const std::byte> bytes, core::TimePoint now) {
+    if (log_ != nullptr) {
+      log_->append(stream, now, bytes);
+    }
+  }
+  log::FlightLog* log_;
+  log::Stream in_;
+  log::Stream out_;
+};
+
+/// The flight program: one tick is one function, and each arrow of the data's way is one of its lines.
+///
+/// T is the scalar of control and estimate (float or double), S that of the observer (T, or core::Fixed). Nothing is
+/// allocated, nothing waits, nothing reads a clock. Cost: firmware/README.md.
+template <typename T, typename S = T>
+class FlightController {
+ public:
+  /// Everything handed over must outlive the controller. @param log may be null.
+  FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightConfig& config,
+                   hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLog* log);
+
+  /// One period of 10 ms. @returns what became of the command: see SerialLink::send; kRefused: silent by the ladder.
+  core::Status tick(core::TimePoint now);
+
+  /// The operator's two orders. To fly: control is asked for as the protocol wants it, and the ladder is told to go up;
+  /// the trajectory begins when it does. To stop: neutral sticks, then control goes back to the pilot. Both count from
+  /// the next tick on, and stand in its record.
+  void engage() { orders_ |= log::kOrderEngage; }
+  void release() { orders_ |= log::kOrderRelease; }
+
+  const SerialLink& link() const { return link_; }
+  const safety::Supervisor<T>& supervisor() const { return supervisor_; }
+  const est::Estimate<T>& estimate() const { return estimate_; }
+  const ref::Window<T>& reference() const { return reference_; }
+  const safety::Grant<T>& grant() const { return grant_; }
+  const MeasureStats& measure_stats() const { return measure_.stats(); }
+  est::EkfCounters observer_counters() const { return observer_.counters(); }
+  const ctl::FlightLaw<T>& law() const { return law_; }
+  const TickStats& stats() const { return stats_; }
+  /// When the ladder last reached its top from silence or level: where the trajectory's time began.
+  core::TimePoint started() const { return started_; }
+
+ private:
+  void note_time(core::TimePoint now);
+  void take_orders(core::TimePoint now);
+  PoseReport pose(core::TimePoint now);
+  safety::Facts facts(core::TimePoint now);
+  void start_when_nominal(safety::Rung before, core::TimePoint now);
+  core::Status send(const safety::Grant<T>& grant, core::TimePoint now);
+  core::Status tell(const ctl::Command<T>& command, core::TimePoint now);
+  ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
+  void remember(const est::Measurement<T>& measured);
+  log::TickRecord record(core::TimePoint now, const ctl::Command<T>& wanted, core::Status sent) const;
+
+  LogTap autopilot_tap_;
+  LogTap pose_tap_;
+  SerialLink link_;
+  PoseLink pose_link_;
+  Measure measure_;
+  est::DisturbanceEkf<S, T> observer_;
+  ref::Trajectory<T>& trajectory_;
+  ctl::FlightLaw<T> law_;
+  safety::Supervisor<T> supervisor_;
+  vrc::CommandMap commands_;
+  log::FlightLog* log_;
+  FlightConfig config_;
+
+  est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
+  est::Estimate<T> estimate_;
+  ref::Window<T> reference_;
+  safety::Grant<T> grant_;
+  ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
+  vrc::Sticks last_sticks_{};
+  core::TimePoint last_tick_{};
+  core::Duration elapsed_ = core::kTickPeriod;
+  core::TimePoint started_{};
+  core::TimePoint order_until_{};
+  std::uint32_t orders_ = 0;       ///< given since the last tick
+  std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon
+  TickStats stats_;
+};
+
+}  // namespace m100::app

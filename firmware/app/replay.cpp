@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/replay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <sstream>
+
+#include "firmware/app/course.h"
+#include "firmware/app/flight_controller.h"
+#include "firmware/app/vehicle_file.h"
+#include "firmware/mpc/table_file.h"
+
+namespace m100::app {
+namespace {
+
+/// Gives a tick the bytes that it had, and keeps what it writes.
+class RecordedUart final : public hal::Uart {
+ public:
+  void next(const std::vector<std::byte>& input) {
+    input_ = &input;
+    at_ = 0;
+    written_.clear();
+  }
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const std::size_t count = input_ == nullptr ? 0 : std::min(destination.size(), input_->size() - at_);
+    for (std::size_t i = 0; i < count; ++i) {
+      destination[i] = (*input_)[at_ + i];
+    }
+    at_ += count;
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override {
+    written_.insert(written_.end(), source.begin(), source.end());
+    return source.size();
+  }
+  const std::vector<std::byte>& written() const { return written_; }
+
+ private:
+  const std::vector<std::byte>* input_ = nullptr;
+  std::size_t at_ = 0;
+  std::vector<std::byte> written_;
+};
+
+const std::string& note(const RecordedFlight& flight, const char* key) {
+  const auto found = flight.notes.find(key);
+  if (found == flight.notes.end()) {
+    throw FlightLogError(std::string("the log does not hold '") + key + "': it cannot be replayed");
+  }
+  return found->second;
+}
+
+FlightConfig config_of(const RecordedFlight& flight) {
+  FlightConfig config = kDefaultFlight;
+  const std::string& channel = note(flight, kChannelNote);
+  config.link.app_id = 1;
+  config.link.channel.channel = channel.starts_with("movement") ? Channel::kMovement : Channel::kVirtualRc;
+  config.link.channel.paper_100_hz = channel.find("paper_100_hz") != std::string::npos;
+  return config;
+}
+
+template <typename T>
+ref::Waypoint<T> start_of(const RecordedFlight& flight) {
+  std::istringstream words(note(flight, kStartNote));
+  std::array<double, 4> n{};
+  for (double& value : n) {
+    words >> value;
+  }
+  if (!words) {
+    throw FlightLogError(std::string("'") + kStartNote + "' needs four numbers");
+  }
+  ref::Waypoint<T> start;
+  start.position_w_m = core::Vector<double, 3>(n[0], n[1], n[2]).cast<T>();
+  start.yaw_rad = static_cast<T>(n[3]);
+  return start;
+}
+
+/// The record of a tick as the replayed flight would have logged it: the last message of its ring.
+class LastRecord {
+ public:
+  LastRecord() : ring_(storage_), log_(ring_) {}
+  log::FlightLog& log() { return log_; }
+  log::TickRecord take() {
+    std::vector<std::byte> bytes;
+    while (!ring_.front().empty()) {
+      bytes.insert(bytes.end(), ring_.front().begin(), ring_.front().end());
+      ring_.pop(ring_.front().size());
+    }
+    log::TickRecord record;
+    std::memcpy(&record, bytes.data() + bytes.size() - sizeof record, sizeof record);
+    return record;
+  }
+
+ private:
+  std::array<std::byte, 1U << 16U> storage_{};
+  log::Ring ring_;
+  log::FlightLog log_;
+};
+
+void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same_bytes, std::size_t tick,
+             ReplayResult& result) {
+  const bool same = std::memcmp(&now, &then.record, sizeof now) == 0 && same_bytes;
+  if (!same && result.ticks_unlike++ == 0) {
+    result.first_unlike = tick;
+  }
+  for (std::size_t i = 0; i < now.position.size(); ++i) {
+    result.largest_difference_m =
+        std::max(result.largest_difference_m, std::abs(now.position[i] - then.record.position[i]));
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    result.largest_command_difference_rad =
+        std::max(result.largest_command_difference_rad, std::abs(now.granted[i] - then.record.granted[i]));
+  }
+}
+
+template <typename T, typename S>
+ReplayResult run(const RecordedFlight& flight) {
+  const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
+  const auto tables = std::make_unique<mpc::TableStorage<T>>();
+  const std::string& table_bytes = note(flight, kTablesNote);
+  if (tables->load(std::as_bytes(std::span(table_bytes.data(), table_bytes.size())), vehicle.digest) !=
+      core::Status::kOk) {
+    throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");
+  }
+  ref::Trajectory<T> course;
+  lay_course(note(flight, kCourseNote), start_of<T>(flight), course);
+  RecordedUart autopilot;
+  RecordedUart pose;
+  const auto last = std::make_unique<LastRecord>();
+  const auto controller = std::make_unique<FlightController<T, S>>(vehicle.vehicle, tables->tables(), config_of(flight),
+                                                                   autopilot, pose, course, &last->log());
+  core::Sha256 hash;
+  ReplayResult result;
+  for (const RecordedFlight::Tick& tick : flight.ticks) {
+    if ((tick.record.orders & log::kOrderEngage) != 0) {
+      controller->engage();
+    }
+    if ((tick.record.orders & log::kOrderRelease) != 0) {
+      controller->release();
+    }
+    autopilot.next(tick.autopilot_in);
+    pose.next(tick.pose_in);
+    static_cast<void>(controller->tick(core::TimePoint(core::Duration(tick.record.timestamp))));
+    const log::TickRecord record = last->take();
+    hash.update(autopilot.written());
+    hash.update(std::as_bytes(std::span(&record, 1)));
+    compare(record, tick, autopilot.written() == tick.autopilot_out, result.ticks, result);
+    ++result.ticks;
+  }
+  result.digest = hash.finish();
+  return result;
+}
+
+}  // namespace
+
+ReplayResult replay(const RecordedFlight& flight, Scalar scalar) {
+  switch (scalar) {
+    case Scalar::kFloat:
+      return run<float, float>(flight);
+    case Scalar::kFixed:
+      return run<float, core::Fixed>(flight);
+    case Scalar::kDouble:
+      break;
+  }
+  return run<double, double>(flight);
+}
+
+}  // namespace m100::app

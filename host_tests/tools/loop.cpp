@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab loop: fly, identify what the log shows missing, add it, make new tables, fly again.
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/sim/plant_file.h"
+#include "host_tests/tools/input_error.h"
+#include "host_tests/tools/loop/close_loop.h"
+#include "host_tests/tools/subcommands.h"
+
+namespace m100::tools {
+namespace {
+
+struct Options {
+  std::string plant;
+  std::string vehicle;
+  std::string out;
+  std::string json;
+  std::uint64_t seed = 1;
+  int seeds = 1;
+};
+
+void run(const Options& options) {
+  loop::LoopOptions loop;
+  loop.plant = sim::load_plant(options.plant);
+  loop.vehicle = options.vehicle.empty() ? app::as_file(mpc::generated::kVehicle) : app::load_vehicle(options.vehicle);
+  loop.seed = options.seed;
+  loop.seeds = options.seeds;
+  loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
+  const loop::LoopResult result = loop::close_loop(loop);
+  app::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
+  loop::print(std::cout, result);
+  if (!options.json.empty()) {
+    std::ofstream file(options.json);
+    file << loop::to_json(result).dump(2) << "\n";
+    if (!file) {
+      throw InputError(options.json, 0, "", "cannot be written");
+    }
+  }
+}
+
+}  // namespace
+
+void add_loop(CLI::App& lab) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = lab.add_subcommand("loop", "fly, identify what the log shows missing, add it, fly again");
+  command->add_option("--plant", options->plant, "what the simulated world is (TOML); shown to the simulator only")
+      ->required();
+  command->add_option("--vehicle", options->vehicle, "what the controller believes at first; default: the project's");
+  command->add_option("--out", options->out, "vehicle file to write")->required();
+  command->add_option("--json", options->json, "file for the numbers");
+  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace m100::tools

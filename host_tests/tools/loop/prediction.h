@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "firmware/model/vehicle.h"
+#include "host_tests/tools/logs/flight_log.h"
+
+namespace m100::tools::loop {
+
+/// How far ahead predictions are looked at.
+inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
+
+/// Root mean square error of what a vehicle file predicts from the sticks of a log, at each of kHorizons_s; starts
+/// every 0.1 s from the measured state. Velocity is horizontal, in the world: v + integral of
+/// (g + predicted climb acceleration) tan(predicted tilts).
+struct Prediction {
+  std::array<double, kHorizons_s.size()> roll_rad{};
+  std::array<double, kHorizons_s.size()> pitch_rad{};
+  std::array<double, kHorizons_s.size()> velocity_m_s{};
+  std::array<double, kHorizons_s.size()> climb_m_s{};
+};
+Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
+
+}  // namespace m100::tools::loop
