@@ -52,8 +52,6 @@ void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Traje
       status = course.append_quintic(place(start, n), seconds_of(n[4]));
     } else if (word == "square") {
       status = course.append_square(static_cast<T>(n[0]), seconds_of(n[1]), seconds_of(n[2]));
-    } else if (word == "sinusoid") {
-      status = course.append_sinusoid(static_cast<T>(n[0]), static_cast<T>(n[1]), seconds_of(n[2]));
     }
     if (status != core::Status::kOk) {
       fail(number, word, status == core::Status::kInvalidArgument ? "no such piece" : std::string(name(status)));

@@ -21,7 +21,6 @@ class CourseError : public std::runtime_error {
 ///   step X Y Z YAW SECONDS        jump there and stay
 ///   quintic X Y Z YAW SECONDS     rest to rest, straight
 ///   square SIDE PER_SIDE PAUSE    once around, from where the course is
-///   sinusoid AMPLITUDE RATE SECONDS
 ///
 /// Leaves `course` standing at the start where the text is empty. Errors: CourseError.
 template <typename T>

@@ -41,6 +41,7 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       law_(vehicle, tables),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
+      residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod)),
       log_(log),
       config_(config) {}
 
@@ -60,8 +61,9 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   grant_ = supervisor_.review(wanted, facts(now), core::seconds<T>(elapsed_));  // may only take away
   start_when_nominal(before, now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
+  remember(measured);
+  watch_residual();
   if (log_ != nullptr) {
-    remember(measured);
     log_->append(record(now, wanted, sent));
   }
   return sent;
@@ -96,6 +98,21 @@ void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
   }
   measured_.pose.is_new = measured.pose.is_new;
   measured_.attitude.is_new = measured.attitude.is_new;
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::watch_residual() {
+  const bool flies_sticks = config_.link.channel.channel == Channel::kVirtualRc && link_.authority().in_control;
+  if (!flies_sticks || !measured_.attitude.is_new || elapsed_ > kStall) {
+    residual_.interrupt();
+    return;
+  }
+  const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
+  // In the order of sysid::Channel; the yaw stick is positive to the right.
+  residual_.update({.stick_counts = {counts(last_sticks_.roll), counts(last_sticks_.pitch), counts(last_sticks_.yaw),
+                                     counts(last_sticks_.throttle)},
+                    .measured = {measured_.attitude.roll_rad, measured_.attitude.pitch_rad,
+                                 -measured_.attitude.rate_b_rad_s.z(), estimate_.climb_m_s}});
 }
 
 template <typename T, typename S>

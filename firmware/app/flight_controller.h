@@ -14,6 +14,7 @@
 #include "firmware/mpc/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "firmware/safety/supervisor.h"
+#include "firmware/sysid/residual_monitor.h"
 #include "firmware/vrc/command_map.h"
 #include "hal/uart.h"
 
@@ -72,6 +73,8 @@ class FlightController {
   const MeasureStats& measure_stats() const { return measure_.stats(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
   const ctl::FlightLaw<T>& law() const { return law_; }
+  /// Whether the aircraft still answers its sticks as the vehicle file says; Virtual RC only.
+  const sysid::ResidualMonitor<T>& residual() const { return residual_; }
   const TickStats& stats() const { return stats_; }
   /// When the ladder last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
@@ -86,6 +89,7 @@ class FlightController {
   core::Status tell(const ctl::Command<T>& command, core::TimePoint now);
   ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
   void remember(const est::Measurement<T>& measured);
+  void watch_residual();
   log::TickRecord record(core::TimePoint now, const ctl::Command<T>& wanted, core::Status sent) const;
 
   LogTap autopilot_tap_;
@@ -98,6 +102,7 @@ class FlightController {
   ctl::FlightLaw<T> law_;
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;
+  sysid::ResidualMonitor<T> residual_;
   log::FlightLog* log_;
   FlightConfig config_;
 

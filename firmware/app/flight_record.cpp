@@ -54,6 +54,7 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, const ctl::C
   out.facts = static_cast<std::uint32_t>(supervisor_.seen());
   out.refused_poses = e.refused_poses;
   out.dropped_messages = log_ != nullptr ? log_->dropped() : 0U;
+  out.residual = static_cast<float>(residual_.report(residual_.worst()).ratio);
   out.orders = tick_orders_;
   out.state = static_cast<std::uint8_t>(grant_.rung);
   out.sent = sent == core::Status::kOk ? 1 : 0;

@@ -36,7 +36,7 @@ struct TickRecord {
   float pose_age = 0.0F;                  ///< s, R3
   float telemetry_age = 0.0F;             ///< s
   float late = 0.0F;                      ///< s, this tick after its time
-  float residual = 0.0F;                  ///< of the residual monitor, in its sigmas
+  float residual = 0.0F;                  ///< of the residual monitor: worst channel over what is expected
   std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as sent
   std::uint32_t facts = 0;
   std::uint32_t refused_poses = 0;
