@@ -12,6 +12,13 @@ namespace {
 
 constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // a header needs one byte more than is kept of a delivered frame
 
+constexpr std::ptrdiff_t kHeader = kHeaderBytes;
+
+const std::byte* find_start_byte(const std::byte* at, const std::byte* last) {
+  const void* const start = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
+  return start != nullptr ? static_cast<const std::byte*>(start) : last;
+}
+
 std::size_t length_of(const std::byte* at) { return load<std::uint16_t>(at + 1) & kMaxFrameBytes; }
 
 FrameHeader read_header(const std::byte* at) {
@@ -34,6 +41,11 @@ bool fixed_bits_hold(const std::byte* at) {
 
 bool header_checksum_holds(const std::byte* at) {
   return crc_kernels::header_crc16(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
+}
+
+/// A whole header whose checksum holds, but VER, RES0 or RES1 is not zero.
+bool is_of_another_version(const std::byte* at, const std::byte* last) {
+  return last - at >= kHeader && *at == kStartByte && !fixed_bits_hold(at) && header_checksum_holds(at);
 }
 
 /// Filler fits into DATA, and encrypted DATA is whole cipher blocks.
@@ -87,37 +99,37 @@ bool FrameParser::seek(std::size_t from) {
   const std::byte* const edge = buffer_.data() + delivered_;
   const std::byte* const last = buffer_.data() + end_;
   const std::byte* at = buffer_.data() + from;
-  std::uint64_t refused = 0;
+  if (in_step_ && at == edge && is_of_another_version(at, last)) {
+    ++stats_.reserved_errors;
+    ++at;
+  }
   bool found = false;
-  while (at < last && !found) {
-    if (*at != kStartByte) {
-      const void* const start = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
-      at = start != nullptr ? static_cast<const std::byte*>(start) : last;
-      continue;
-    }
-    if (last - at < static_cast<std::ptrdiff_t>(kHeaderBytes)) {
-      break;
-    }
-    if (!fixed_bits_hold(at)) {
-      if (in_step_ && at == edge && header_checksum_holds(at)) {
-        ++stats_.reserved_errors;
-      } else {
-        refused += at >= edge ? 1U : 0U;
-      }
-      ++at;
-      continue;
-    }
+  for (at = next_candidate(at, last); last - at >= kHeader; at = next_candidate(at + 1, last)) {
     std::uint64_t* const error = judge_header(at);
     found = error == nullptr;
-    if (!found) {
-      *error += at >= edge ? 1U : 0U;
-      ++at;
+    if (found) {
+      break;
     }
+    *error += at >= edge ? 1U : 0U;
   }
-  stats_.crc16_errors += refused;
   drop_to(static_cast<std::size_t>(at - buffer_.data()));
   needed_ = found ? length_ : (at == last ? 1 : kHeaderBytes);
   return found;
+}
+
+const std::byte* FrameParser::next_candidate(const std::byte* at, const std::byte* last) {
+  const std::byte* const edge = buffer_.data() + delivered_;
+  std::uint64_t refused = 0;
+  while (last - at >= kHeader && !fixed_bits_hold(at)) {
+    if (*at == kStartByte) {
+      refused += at >= edge ? 1U : 0U;
+      ++at;
+    } else {
+      at = find_start_byte(at, last);
+    }
+  }
+  stats_.crc16_errors += refused;
+  return last - at >= kHeader ? at : find_start_byte(at, last);
 }
 
 std::uint64_t* FrameParser::judge_header(const std::byte* at) {

@@ -79,6 +79,9 @@ class FrameParser {
   /// Moves the window to the first good header at or behind a position, or to a start byte too near the end to judge.
   /// @returns true for a good header; length_ is of its frame then.
   bool seek(std::size_t from);
+  /// @returns the first start byte in at..last that the fixed bits of a header do not rule out, or that is too near the
+  ///   end to judge, or last.
+  const std::byte* next_candidate(const std::byte* at, const std::byte* last);
   /// Judges 12 bytes. @returns the counter of what is wrong with them, null if nothing is.
   std::uint64_t* judge_header(const std::byte* at);
   /// Moves the window on; bytes behind the last delivered frame count as dropped.

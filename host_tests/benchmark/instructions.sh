@@ -19,8 +19,8 @@ while read -r stream limit; do
 done <<'STREAMS'
 clean_142_byte_frames 9.2
 random_bytes 0.8
-runs_of_start_bytes 21.0
-headers_of_1023 44.4
+runs_of_start_bytes 17.6
+headers_of_1023 45.2
 frames_behind_false_headers 12.1
 STREAMS
 exit $result
