@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab frames: bytes of the DJI link to JSON lines, and back.
-#include <fstream>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <vector>
+#include <span>
+#include <sstream>
 
 #include "host_tests/tools/frames/frame_text.h"
 #include "host_tests/tools/frames/hex.h"
@@ -22,27 +28,42 @@ struct Options {
   std::string key;
 };
 
-/// Standard input, or the file that is named.
+/// Standard input, or the file that is named. Bytes are handed on as they come, so that a live port can be watched.
 class Input {
  public:
-  explicit Input(const std::string& file) : name_(file.empty() || file == "-" ? "standard input" : file) {
-    if (name_ == file) {
-      file_.open(file, std::ios::binary);
-      if (!file_) {
-        throw InputError(file, 0, "", "cannot be read");
-      }
-      if (file_.peek() == std::ifstream::traits_type::eof() && file_.bad()) {
-        throw InputError(file, 0, "", "is not a file that can be read");
-      }
-      file_.clear();
+  explicit Input(const std::string& file)
+      : name_(file.empty() || file == "-" ? "standard input" : file),
+        descriptor_(name_ == file ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC) : STDIN_FILENO) {
+    if (descriptor_ < 0) {
+      throw InputError(file, 0, "", std::string("cannot be read: ") + std::strerror(errno));
     }
   }
-  std::istream& stream() { return file_.is_open() ? file_ : std::cin; }
+  Input(const Input&) = delete;
+  Input& operator=(const Input&) = delete;
+  ~Input() {
+    if (descriptor_ != STDIN_FILENO) {
+      ::close(descriptor_);
+    }
+  }
+
+  /// @returns the bytes that are there, at least one; none at the end.
+  std::span<const char> read() {
+    ssize_t count = -1;
+    do {
+      count = ::read(descriptor_, space_.data(), space_.size());
+    } while (count < 0 && errno == EINTR);
+    if (count < 0) {
+      throw InputError(name_, 0, "", std::string("cannot be read: ") + std::strerror(errno));
+    }
+    return std::span<const char>(space_).first(static_cast<std::size_t>(count));
+  }
+
   const std::string& name() const { return name_; }
 
  private:
   std::string name_;
-  std::ifstream file_;
+  int descriptor_;
+  std::array<char, 65536> space_{};
 };
 
 void print(const Json& line) { std::cout << line.dump(-1, ' ', true, Json::error_handler_t::replace) << '\n'; }
@@ -70,12 +91,11 @@ void decode(const Options& options) {
   Input input(options.file);
   protocol::FrameParser parser;
   CommandMemory memory;
-  std::vector<char> chunk(65536);
-  while (input.stream().read(chunk.data(), static_cast<std::streamsize>(chunk.size())), input.stream().gcount() > 0) {
-    const auto count = static_cast<std::size_t>(input.stream().gcount());
-    parser.consume(std::as_bytes(std::span(chunk).first(count)), [&](const protocol::FrameView& frame) {
+  for (auto chunk = input.read(); !chunk.empty(); chunk = input.read()) {
+    parser.consume(std::as_bytes(chunk), [&](const protocol::FrameView& frame) {
       print(frame_line(frame, cipher ? &*cipher : nullptr, memory));
     });
+    std::cout.flush();
   }
   print(statistics(parser));
 }
@@ -86,8 +106,13 @@ void encode(const Options& options) {
     key = parse_key(options.key, {"command line", 0}, "--key");
   }
   Input input(options.file);
+  std::string all;
+  for (auto chunk = input.read(); !chunk.empty(); chunk = input.read()) {
+    all.append(chunk.begin(), chunk.end());
+  }
+  std::istringstream lines(std::move(all));
   LineOrigin origin{input.name(), 0};
-  for (std::string text; std::getline(input.stream(), text);) {
+  for (std::string text; std::getline(lines, text);) {
     ++origin.line;
     if (text.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
