@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 
 #include "host_tests/property/protocol/every_message.h"
 #include "host_tests/property/protocol/reference_parser.h"
@@ -197,6 +198,43 @@ TEST(Parser, NamesAnotherVersionOfTheProtocol) {
   collect(parser, stream, found);
   EXPECT_EQ(parser.stats().reserved_errors, 1U);
   EXPECT_EQ(parser.stats().crc16_errors, 0U);
+}
+
+// Each bit that must be zero, set in a frame whose checksums were made with it.
+TEST(Parser, RefusesEachReservedBitUnderGoodChecksums) {
+  const Bytes good = telemetry_frame(1);
+  for (const auto& [byte, first_bit] : {std::pair<std::size_t, unsigned>{2, 2}, {3, 6}, {5, 0}, {6, 0}, {7, 0}}) {
+    for (unsigned bit = first_bit; bit < 8; ++bit) {
+      Bytes frame = good;
+      frame[byte] |= static_cast<std::byte>(1U << bit);
+      const std::uint16_t header_crc = protocol::crc16(std::span(frame).first(10));
+      std::memcpy(&frame[10], &header_crc, sizeof(header_crc));
+      const std::uint32_t frame_crc = protocol::crc32(std::span(frame).first(frame.size() - 4));
+      std::memcpy(&frame[frame.size() - 4], &frame_crc, sizeof(frame_crc));
+      append(frame, good);
+      FrameParser parser;
+      std::vector<FoundFrame> found;
+      collect(parser, frame, found);
+      ASSERT_EQ(found.size(), 1U) << byte << '.' << bit;
+      EXPECT_EQ(found[0].offset, good.size());
+      EXPECT_EQ(parser.stats().reserved_errors, 1U) << byte << '.' << bit;
+    }
+  }
+}
+
+TEST(Parser, CountsEachStretchOfGarbageOnce) {
+  Bytes stream;
+  for (std::uint16_t number = 0; number < 5; ++number) {
+    append(stream, telemetry_frame(number));
+    append(stream, telemetry_frame(number));
+    append(stream, Bytes(7 + number));
+  }
+  FrameParser parser;
+  std::vector<FoundFrame> found;
+  collect(parser, stream, found);
+  EXPECT_EQ(parser.stats().resyncs, 5U);
+  EXPECT_EQ(parser.stats().bytes_dropped, 7U + 8U + 9U + 10U + 11U);
+  EXPECT_EQ(parser.stats().crc16_errors + parser.stats().crc32_errors, 0U) << "what is inside good frames is no error";
 }
 
 // DJI's receiver keeps the last eleven bytes of a frame: a header may begin there.

@@ -163,6 +163,7 @@ TEST(AnswerSessions, ExecutesANumberOnceAndRepeatsTheStoredAnswer) {
   }
   EXPECT_EQ(sessions.accept(command(6, 100)).verdict, AnswerSessions::Verdict::kExecute) << "another session";
   EXPECT_EQ(sessions.accept(command(5, 101)).verdict, AnswerSessions::Verdict::kExecute) << "another number";
+  EXPECT_EQ(sessions.accept(command(5, 101)).verdict, AnswerSessions::Verdict::kIgnore) << "never the old answer";
   EXPECT_EQ(sessions.answer(command(5, 100), encode_ack(2)).status(), core::Status::kRefused) << "too late";
 }
 
