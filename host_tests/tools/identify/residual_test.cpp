@@ -167,7 +167,7 @@ struct Line {
 Line strongest_line(const Vector& target, const Thinned& thinned, double period_s) {
   const Eigen::Index rows = target.size();
   const double duration_s = period_s * static_cast<double>(thinned.end.back() - thinned.begin.front());
-  const double lowest_hz = 4.0 / duration_s;
+  const double lowest_hz = 6.0 / duration_s;  // fewer periods cannot be told from slow air
   const auto bins = std::min<std::size_t>(600, static_cast<std::size_t>(4.0 * duration_s));
   std::vector<double> power(bins, 0.0);
   const double mean = target.mean();
@@ -238,7 +238,8 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
     return;
   }
   const ResidualFinding::Share& best = shares.front();
-  if (best.predicted > options.minimum_share && best.predicted > best.shifted + options.shift_margin) {
+  if (best.predicted > options.minimum_share &&
+      best.predicted > options.shift_factor * best.shifted + options.shift_margin) {
     out.push_back(before + best.source + " (" + percent(best.predicted) + " of what is left, chance reaches " +
                   percent(std::max(0.0, best.shifted)) + ")");
   }

@@ -28,10 +28,11 @@ struct ResidualInput {
 
 struct ResidualOptions {
   std::size_t shifts = 99;       ///< circular shifts of the residual, the best of which must be beaten
-  double shift_margin = 0.05;    ///< by this share of the variance
-  double minimum_share = 0.10;   ///< least cross-validated share of the variance that counts
+  double shift_factor = 1.5;     ///< by this factor
+  double shift_margin = 0.03;    ///< and this share of the variance
+  double minimum_share = 0.12;   ///< least cross-validated share of the variance that counts
   double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
-  double periodic_peak = 14.0;   ///< and this many times its neighbourhood
+  double periodic_peak = 20.0;   ///< and this many times its neighbourhood
   double burst_sigma = 6.0;      ///< an excursion beyond this many robust sigmas is a burst
   double burst_share = 0.25;     ///< bursts that hold more than this share of the power are reported
   double floor_factor = 2.0;     ///< residual above this times the declared floor is a disturbance

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 #include "firmware/core/eigen.h"
 // After our eigen.h, which redirects the checks.
@@ -90,11 +92,11 @@ class Search {
     out_.declared = judge(family_, declared, nullptr, options_.folds);
     out_.final_model = out_.declared;
     // A swap may open the way for another addition; the bound only guards against a cycle.
-    for (int pass = 0; pass < 3; ++pass) {
+    for (int pass = 0; pass < 4; ++pass) {
       while (out_.steps.size() < options_.maximum_effects && (add_one() || add_two())) {
         retest();
       }
-      if (!swap_or_note_rivals()) {
+      if (!split_one() && !swap_or_note_rivals()) {
         break;
       }
     }
@@ -194,24 +196,22 @@ class Search {
     return true;
   }
 
-  // Two effects may hide each other (a dead zone and a trim): each must convince beside the other.
-  bool add_two() {
-    if (out_.steps.size() + 2 > options_.maximum_effects) {
-      return false;
-    }
-    const Judged& from = out_.final_model;
+  struct Pair {
+    const Tried* first;
+    Tried second;
+    Comparison first_beside_second;
+  };
+
+  // Two effects may hide each other (a dead zone and a trim): each must convince beside the other. `tried` are the
+  // single edits of `from`, best first.
+  std::optional<Pair> best_pair(const Judged& from, const std::vector<Tried>& tried) const {
     std::vector<const Tried*> first;
-    for (const Tried& one : last_tried_) {
+    for (const Tried& one : tried) {
       if (first.size() < options_.pair_candidates && family_.big_enough(one.judged.fit, one.edit.name)) {
         first.push_back(&one);
       }
     }
-    struct Pair {
-      const Tried* first;
-      Tried second;
-      Comparison first_beside_second;
-    };
-    std::vector<Pair> pairs;
+    std::optional<Pair> best;
     for (std::size_t a = 0; a < first.size(); ++a) {
       for (const Family::Edit& edit : family_.edits(first[a]->judged.fit.structure)) {
         const auto other = std::find_if(first.begin() + static_cast<std::ptrdiff_t>(a) + 1, first.end(),
@@ -220,36 +220,67 @@ class Search {
           continue;
         }
         Tried second = try_edit(first[a]->judged, edit);
+        if (!second.accepted || (best && second.judged.cv >= best->second.judged.cv)) {
+          continue;
+        }
         const Comparison beside = compare((*other)->judged, second.judged, samples_);
         const Comparison both = compare(from, second.judged, samples_);
-        if (second.accepted && convincing(beside, options_) && convincing(both, options_) &&
-            both.delta_bic > options_.strong_delta_bic && family_.big_enough(second.judged.fit, first[a]->edit.name)) {
-          pairs.push_back({first[a], std::move(second), beside});
+        if (convincing(beside, options_) && convincing(both, options_) && both.delta_bic > options_.strong_delta_bic &&
+            family_.big_enough(second.judged.fit, first[a]->edit.name)) {
+          best = Pair{first[a], std::move(second), beside};
         }
       }
     }
-    const auto best = std::min_element(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) {
-      return a.second.judged.cv < b.second.judged.cv;
-    });
-    if (best == pairs.end()) {
-      return false;
-    }
+    return best;
+  }
+
+  void take_pair(const Pair& pair) {
     Step step;
-    step.name = best->first->edit.name;
-    step.cv_gain = best->first_beside_second.cv_gain;
-    step.delta_bic = best->first_beside_second.delta_bic;
-    step.paired_t = best->first_beside_second.t;
+    step.name = pair.first->edit.name;
+    step.cv_gain = pair.first_beside_second.cv_gain;
+    step.delta_bic = pair.first_beside_second.delta_bic;
+    step.paired_t = pair.first_beside_second.t;
     out_.steps.push_back(std::move(step));
-    for (const std::string& name : {best->first->edit.name, best->second.edit.name}) {
-      const Comparison& comparison =
-          name == best->second.edit.name ? best->second.comparison : best->first_beside_second;
+    for (const auto& [name, comparison] : {std::pair{pair.first->edit.name, pair.first_beside_second},
+                                           std::pair{pair.second.edit.name, pair.second.comparison}}) {
       out_.table.push_back({round_, name, comparison.cv_gain, comparison.delta_bic, comparison.delta_white,
                             comparison.t, true, true, true});
     }
     ++round_;
-    const Tried second = best->second;
-    take(second);
-    return true;
+    take(pair.second);
+  }
+
+  bool add_two() {
+    if (out_.steps.size() + 2 > options_.maximum_effects) {
+      return false;
+    }
+    const std::optional<Pair> pair = best_pair(out_.final_model, last_tried_);
+    if (pair) {
+      take_pair(*pair);
+    }
+    return pair.has_value();
+  }
+
+  // One effect that stood in for two: a gain asymmetry for a trim on a curved stick.
+  bool split_one() {
+    if (out_.steps.size() + 1 > options_.maximum_effects || out_.steps.size() > 2) {
+      return false;
+    }
+    for (std::size_t at = 0; at < out_.steps.size(); ++at) {
+      const Structure reduced = family_.without(out_.final_model.fit.structure, out_.steps[at].name);
+      if (reduced == out_.final_model.fit.structure) {
+        continue;
+      }
+      const Judged without = judge(family_, reduced, &out_.final_model.fit, options_.folds);
+      const std::vector<Tried> tried = try_edits(without);
+      const std::optional<Pair> pair = best_pair(without, tried);
+      if (pair && pair->second.judged.cv < (1.0 - options_.split_gain) * out_.final_model.cv) {
+        out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(at));
+        take_pair(*pair);
+        return true;
+      }
+    }
+    return false;
   }
 
   // Drops earlier effects that no longer earn their place beside the later ones.

@@ -86,6 +86,7 @@ struct SelectionOptions {
   double keep_cv_gain = 0.02;       ///< an earlier effect that earns less is dropped
   double simpler_margin = 0.02;     ///< within this, the candidate with fewer parameters wins
   std::size_t pair_candidates = 6;  ///< when no single edit convinces, pairs of this many best ones are tried
+  double split_gain = 0.15;         ///< a pair must be this much better than the one effect that stood in for it
   std::size_t folds = 5;
   std::size_t maximum_effects = 5;
   std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
