@@ -50,21 +50,24 @@ struct DelayModel {
   LeadZero<T> lead;
 };
 
-inline constexpr std::size_t kSetpointStates = 8;  ///< numbers per row of the set-point law
+inline constexpr std::size_t kSetpointStates = 8;  ///< numbers per plane of the set-point law
+inline constexpr std::size_t kLawStates = 12;      ///< numbers per affine law
 struct SetpointNode {
   std::uint16_t plane;                 ///< row of planes
   std::array<std::uint16_t, 2> child;  ///< [z on the negative side, on the other]; see SetpointTree::kLeaf
 };
 
-/// The explicit law for a constant reference (README.md, "Set-point law"): a search tree over planes, then an affine
-/// law. Parameters z = (position error, velocity, tilt - target, tilt rate, previous input - steady input,
-/// steady input, 1, 0); the first plane decides by which sign z and the answer are mirrored.
+/// The explicit law for a constant reference: a search tree over planes, then one affine law, clipped. Parameters
+///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, 1, rd, rs):
+/// steady input = target / input_gain - input_offset; rd, rs are what is left of disturbance and input target when the
+/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. A plane is passed on side 1
+/// where its row times z is not negative. Where plane 0 is negative, z and the answer are mirrored.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
   std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
   std::span<const T> planes{};                    ///< rows of kSetpointStates
-  std::span<const T> laws{};                      ///< rows of kSetpointStates: u_0 - steady input, before clipping
+  std::span<const T> laws{};                      ///< rows of kLawStates: u_0 before clipping
   std::array<T, 6> box{};                         ///< the law holds where |z_i| <= box_i
   std::uint32_t depth = 0;                        ///< most planes on any path
 };

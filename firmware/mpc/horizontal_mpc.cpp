@@ -6,33 +6,35 @@
 #include "firmware/core/assert.h"
 
 #include "firmware/mpc/preview_law.h"
+#include "firmware/mpc/setpoint_law.h"
 
 namespace m100::mpc {
 
 #ifdef M100_MPC_AVX
 void solve_preview_avx(const GainTable<double>& table, Tableau<double>& tableau, const Problem<double>& problem,
                        Solution<double>& solution, MpcCounters& counters);
+bool solve_setpoint_avx(const GainTable<double>& table, const Problem<double>& problem, double& input_rad);
 #endif
 
 namespace {
 
-/// Which copy of the preview law this machine runs.
+/// Which copy of the laws this machine runs.
 template <typename T>
-typename HorizontalMpc<T>::PreviewLaw preview_law() {
+typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 #ifdef M100_MPC_AVX
   if constexpr (std::is_same_v<T, double>) {
     if (__builtin_cpu_supports("avx") != 0) {
-      return &solve_preview_avx;
+      return {.preview = &solve_preview_avx, .setpoint = &solve_setpoint_avx};
     }
   }
 #endif
-  return &M100_LANES_NAMESPACE::solve_preview<T>;
+  return {.preview = &M100_LANES_NAMESPACE::solve_preview<T>, .setpoint = &M100_LANES_NAMESPACE::solve_setpoint<T>};
 }
 
 }  // namespace
 
 template <typename T>
-HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table) : table_(&table), preview_law_(preview_law<T>()) {
+HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table) : table_(&table), laws_(laws_of_this_machine<T>()) {
   M100_ASSERT(table.states == kMaxStates || table.states == kMaxStates - 1);
   reset();
 }
@@ -44,11 +46,19 @@ void HorizontalMpc<T>::reset() {
 
 template <typename T>
 void HorizontalMpc<T>::solve_preview(const Problem<T>& problem, Solution<T>& solution) {
-  preview_law_(*table_, tableau_, problem, solution, counters_);
+  laws_.preview(*table_, tableau_, problem, solution, counters_);
 }
 
 template <typename T>
 void HorizontalMpc<T>::solve(const Problem<T>& problem, Solution<T>& solution) {
+  if (problem.constant_reference && !table_->setpoint.nodes.empty() &&
+      laws_.setpoint(*table_, problem, solution.input_rad[0])) {
+    solution.path = Path::kSetpoint;
+    solution.changes = 0;
+    solution.kkt_residual = T(0);
+    ++counters_.setpoint;
+    return;
+  }
   solve_preview(problem, solution);
 }
 

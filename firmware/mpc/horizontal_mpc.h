@@ -38,7 +38,11 @@ struct MpcCounters {
 template <typename T>
 class HorizontalMpc {
  public:
-  using PreviewLaw = void (*)(const GainTable<T>&, Tableau<T>&, const Problem<T>&, Solution<T>&, MpcCounters&);
+  /// The two laws as compiled for this machine's registers.
+  struct Laws {
+    void (*preview)(const GainTable<T>&, Tableau<T>&, const Problem<T>&, Solution<T>&, MpcCounters&);
+    bool (*setpoint)(const GainTable<T>&, const Problem<T>&, T& input_rad);
+  };
 
   /// The table must outlive the controller.
   explicit HorizontalMpc(const GainTable<T>& table);
@@ -61,7 +65,7 @@ class HorizontalMpc {
 
  private:
   const GainTable<T>* table_;
-  PreviewLaw preview_law_;  ///< the copy for this machine's registers
+  Laws laws_;
   alignas(32) Tableau<T> tableau_;
   MpcCounters counters_;
 };

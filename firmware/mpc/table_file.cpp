@@ -69,7 +69,7 @@ bool read_axis(Reader& reader, const core::Sha256Digest& vehicle, Rows& rows, Ga
   for (std::size_t i = 0; i < planes * kSetpointStates; ++i) {
     rows.planes[i] = static_cast<T>(reader.number());
   }
-  for (std::size_t i = 0; i < laws * kSetpointStates; ++i) {
+  for (std::size_t i = 0; i < laws * kLawStates; ++i) {
     rows.laws[i] = static_cast<T>(reader.number());
   }
   for (std::size_t i = 0; i < nodes; ++i) {
@@ -79,7 +79,7 @@ bool read_axis(Reader& reader, const core::Sha256Digest& vehicle, Rows& rows, Ga
   }
   reader.unsigned_number((8 - nodes * 6 % 8) % 8);
   table.setpoint.planes = std::span<const T>(rows.planes).first(planes * kSetpointStates);
-  table.setpoint.laws = std::span<const T>(rows.laws).first(laws * kSetpointStates);
+  table.setpoint.laws = std::span<const T>(rows.laws).first(laws * kLawStates);
   table.setpoint.nodes = std::span<const SetpointNode>(rows.nodes).first(nodes);
   return (table.states == 3 || table.states == 4) && tree_is_sound(table.setpoint.nodes, planes, laws);
 }

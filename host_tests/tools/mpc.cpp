@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab mpc solve: the controller's own solver on quadratic programs from a file.
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
@@ -9,6 +10,7 @@
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/tools/gains/gain_tables.h"
 #include "host_tests/tools/gains/instances.h"
+#include "host_tests/tools/gains/setpoint_law.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/subcommands.h"
 
@@ -55,11 +57,30 @@ void print(const gains::Instance& instance, const mpc::Solution<T>& solution) {
               static_cast<unsigned>(solution.changes), static_cast<double>(solution.kkt_residual));
 }
 
+/// The rows of a set-point law in T.
 template <typename T>
-void solve(const gains::InstanceFile& file) {
+struct Rows {
+  std::vector<T> planes;
+  std::vector<T> laws;
+  std::vector<mpc::SetpointNode> nodes;
+};
+
+template <typename T>
+void solve(const gains::InstanceFile& file, bool setpoint) {
   std::vector<mpc::GainTable<T>> tables;
+  std::vector<Rows<T>> laws(file.models.size());
   for (const gains::AxisProblem& model : file.models) {
     tables.push_back(gains::table_in<T>(gains::make_gain_table(model)));
+    if (setpoint) {
+      const gains::SetpointRows rows = gains::make_setpoint_law(model);
+      Rows<T>& law = laws.at(tables.size() - 1);
+      law = {.planes = {rows.planes.begin(), rows.planes.end()},
+             .laws = {rows.laws.begin(), rows.laws.end()},
+             .nodes = rows.nodes};
+      mpc::SetpointTree<T>& tree = tables.back().setpoint;
+      tree = {.nodes = law.nodes, .planes = law.planes, .laws = law.laws, .box = {}, .depth = rows.depth};
+      std::copy(rows.box.begin(), rows.box.end(), tree.box.begin());
+    }
   }
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   for (const mpc::GainTable<T>& table : tables) {
@@ -69,7 +90,11 @@ void solve(const gains::InstanceFile& file) {
     mpc::HorizontalMpc<T>& controller = *controllers.at(instance.model);
     controller.reset();  // the instances of a file have nothing to do with each other
     mpc::Solution<T> solution;
-    controller.solve_preview(problem_in<T>(instance.problem), solution);
+    if (setpoint) {
+      controller.solve(problem_in<T>(instance.problem), solution);
+    } else {
+      controller.solve_preview(problem_in<T>(instance.problem), solution);
+    }
     print(instance, solution);
   }
 }
@@ -93,9 +118,9 @@ void add_mpc(CLI::App& lab) {
     }
     const gains::InstanceFile file = gains::read_instances(stream, options->file);
     if (options->scalar == "double") {
-      solve<double>(file);
+      solve<double>(file, options->law == "setpoint");
     } else {
-      solve<float>(file);
+      solve<float>(file, options->law == "setpoint");
     }
   });
 }

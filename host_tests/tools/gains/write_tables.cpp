@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdio>
 #include <span>
+#include <stdexcept>
 
 #include "firmware/mpc/table_data.h"
 #include "firmware/mpc/table_file.h"
@@ -45,7 +46,7 @@ class Bytes {
       std::for_each(numbers.begin(), numbers.end(), [this](double value) { number(value); });
     });
     unsigned_number(rows.planes.size() / mpc::kSetpointStates, 4);
-    unsigned_number(rows.laws.size() / mpc::kSetpointStates, 4);
+    unsigned_number(rows.laws.size() / mpc::kLawStates, 4);
     unsigned_number(rows.nodes.size(), 4);
     unsigned_number(0, 4);
     std::for_each(rows.planes.begin(), rows.planes.end(), [this](double value) { number(value); });
@@ -263,7 +264,17 @@ std::string table_text(const std::string& name) {
 }  // namespace
 
 TableSet make_table_set(const app::VehicleFile& file) {
-  return {.tables = make_gain_tables(file.vehicle, file.digest), .x = {}, .y = {}};
+  TableSet set{.tables = make_gain_tables(file.vehicle, file.digest),
+               .x = make_setpoint_law(axis_problem(file.vehicle, Axis::kX)),
+               .y = make_setpoint_law(axis_problem(file.vehicle, Axis::kY))};
+  if (set.x.nodes.size() > mpc::kMaxSetpointNodes || set.y.nodes.size() > mpc::kMaxSetpointNodes) {
+    throw std::domain_error("the set-point law is too large for a table file");
+  }
+  for (const auto& [table, rows] : {std::pair{&set.tables.x, &set.x}, {&set.tables.y, &set.y}}) {
+    table->setpoint.box = rows->box;
+    table->setpoint.depth = rows->depth;
+  }
+  return set;
 }
 
 std::vector<std::byte> to_file(const TableSet& set) {

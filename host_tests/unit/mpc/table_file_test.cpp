@@ -17,7 +17,7 @@ using tools::gains::to_file;
 TableSet made_from(const app::VehicleFile& file) {
   TableSet set;
   set.tables = tools::gains::make_gain_tables(file.vehicle, file.digest);
-  set.x = {.planes = std::vector<double>(16, 0.5), .laws = std::vector<double>(24, -2.0), .nodes = {}};
+  set.x = tools::gains::SetpointRows{.planes = std::vector<double>(16, 0.5), .laws = std::vector<double>(36, -2.0)};
   constexpr auto kLeaf = SetpointTree<double>::kLeaf;
   set.x.nodes = {{.plane = 0, .child = {kLeaf, 1}}, {.plane = 1, .child = {kLeaf + 1, kLeaf + 2}}};
   return set;
@@ -39,7 +39,7 @@ TEST_F(TableFile, ComesBackToTheLastBit) {
   EXPECT_EQ(tables.x.vehicle, file.digest);
   ASSERT_EQ(tables.x.setpoint.nodes.size(), 2U);
   EXPECT_EQ(tables.x.setpoint.nodes[1].child[1], SetpointTree<double>::kLeaf + 2);
-  EXPECT_EQ(tables.x.setpoint.laws[23], -2.0);
+  EXPECT_EQ(tables.x.setpoint.laws[35], -2.0);
   EXPECT_TRUE(tables.y.setpoint.nodes.empty());
 }
 

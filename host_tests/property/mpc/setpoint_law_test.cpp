@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/gains/setpoint_law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "firmware/mpc/horizontal_mpc.h"
+#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/tools/gains/instances.h"
+
+namespace m100::tools::gains {
+namespace {
+
+/// A constant reference, the state anywhere in the law's box; every third is small, where the limits hardly bind.
+mpc::Problem<double> constant_problem(std::mt19937& random, const mpc::GainTable<double>& table, bool rounded) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const double size = random() % 3 == 0 ? 0.1 : 1.0;
+  std::array<double, 6> z{};
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    z.at(i) = size * unit(random) * table.setpoint.box.at(i) * 0.999;
+  }
+  mpc::Problem<double> problem;
+  problem.position_ref_m.fill(3.0);
+  problem.input_offset_rad = random() % 2 == 0 ? 0.03 * unit(random) : 0.0;
+  const double tilt = table.input_gain * (z[5] + problem.input_offset_rad);
+  problem.state = {3.0 + z[0], z[1], z[2] + tilt, table.states == 4 ? z[3] : 0.0};
+  problem.previous_input_rad = z[4] + z[5];
+  problem.disturbance_m_s2 = -table.tilt_sign * table.acceleration_per_tilt * tilt;
+  const auto digits = [rounded](double value) { return rounded ? std::round(value * 1e6) / 1e6 : value; };
+  problem.tilt_ref_rad.fill(digits(tilt));
+  problem.input_ref_rad.fill(digits(z[5]));
+  problem.constant_targets = true;
+  problem.constant_reference = true;
+  return problem;
+}
+
+struct Difference {
+  double double_rad = 0.0;
+  double float_rad = 0.0;
+  unsigned outside = 0;
+};
+
+template <typename Table, typename TableF>
+Difference compare(const Table& table, const TableF& table_f, bool rounded, int count, unsigned seed) {
+  std::mt19937 random(seed);
+  mpc::HorizontalMpc<double> controller(table);
+  mpc::HorizontalMpc<float> single(table_f);
+  Difference out;
+  for (int i = 0; i < count; ++i) {
+    const mpc::Problem<double> problem = constant_problem(random, table, rounded);
+    mpc::Solution<double> preview;
+    controller.solve_preview(problem, preview);
+    const mpc::Solution<double> setpoint = controller.solve(problem);
+    out.outside += setpoint.path != mpc::Path::kSetpoint ? 1U : 0U;
+    out.double_rad = std::max(out.double_rad, std::abs(setpoint.input_rad[0] - preview.input_rad[0]));
+    out.float_rad = std::max(out.float_rad, std::abs(static_cast<double>(single.solve(to_float(problem)).input_rad[0]) -
+                                                     preview.input_rad[0]));
+  }
+  return out;
+}
+
+// The two exact laws know nothing of each other but H. Catches a missed or doubled region, a plane on the wrong side, a
+// leaf that stands for one region too many: any of them is wrong by more than a milliradian somewhere.
+TEST(SetpointLaw, OfTheGeneratedTablesIsThePreviewLaw) {
+  for (const auto& [table, table_f] : {std::pair{&mpc::generated::kX<double>, &mpc::generated::kX<float>},
+                                       {&mpc::generated::kY<double>, &mpc::generated::kY<float>}}) {
+    ASSERT_FALSE(table->setpoint.nodes.empty());
+    const Difference difference = compare(*table, *table_f, false, 200000, 1);
+    EXPECT_EQ(difference.outside, 0U);
+    EXPECT_LE(difference.double_rad, 1e-9);
+    EXPECT_LE(difference.float_rad, 2e-5);
+  }
+}
+
+TEST(SetpointLaw, StaysExactWhenTheTargetsAreRoundedToSixDecimals) {
+  const Difference difference = compare(mpc::generated::kX<double>, mpc::generated::kX<float>, true, 100000, 2);
+  EXPECT_LE(difference.double_rad, 2e-6) << "one part in a million may fall beside a plane that moved by the rounding";
+}
+
+// A law for a first-order axis with the benchmark's weights: the tables of the trial had 1081 regions in both halves.
+TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
+  model::Vehicle vehicle;
+  vehicle.pitch.time_constant_s = 0.087;
+  vehicle.mpc.input = 35.0;
+  const AxisProblem problem = axis_problem(vehicle, Axis::kX);
+  const SetpointRows rows = make_setpoint_law(problem);
+  EXPECT_GT(rows.regions, 500U);
+  EXPECT_LT(rows.regions, 700U);
+  mpc::GainTable<double> table = make_gain_table(problem);
+  const mpc::GainTable<float> table_f = to_float(table);
+  attach(rows, table);
+  const Difference difference = compare(table, table_f, false, 100000, 3);
+  EXPECT_LE(difference.double_rad, 1e-9);
+}
+
+TEST(SetpointLaw, LeavesWhatIsOutsideItsBoxToThePreviewLaw) {
+  mpc::HorizontalMpc<double> controller(mpc::generated::kX<double>);
+  std::mt19937 random(4);
+  mpc::Problem<double> problem = constant_problem(random, mpc::generated::kX<double>, false);
+  problem.state[0] = 3.0 + 6.01;
+  EXPECT_NE(controller.solve(problem).path, mpc::Path::kSetpoint);
+  problem.state[0] = std::nan("");
+  EXPECT_EQ(controller.solve(problem).path, mpc::Path::kClipped);
+}
+
+}  // namespace
+}  // namespace m100::tools::gains
