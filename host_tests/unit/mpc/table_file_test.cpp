@@ -17,7 +17,8 @@ using tools::gains::to_file;
 TableSet made_from(const app::VehicleFile& file) {
   TableSet set;
   set.tables = tools::gains::make_gain_tables(file.vehicle, file.digest);
-  set.x = tools::gains::SetpointRows{.planes = std::vector<double>(16, 0.5), .laws = std::vector<double>(36, -2.0)};
+  set.x.planes.assign(16, 0.5);
+  set.x.laws.assign(36, -2.0);
   constexpr auto kLeaf = SetpointTree<double>::kLeaf;
   set.x.nodes = {{.plane = 0, .child = {kLeaf, 1}}, {.plane = 1, .child = {kLeaf + 1, kLeaf + 2}}};
   return set;
