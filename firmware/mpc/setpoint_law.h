@@ -40,9 +40,14 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   }
   z[6] = T(0);
   z[7] = T(0);
+  constexpr T kLargestRest = T(2e-5);  // m/s^2 and rad: targets rounded to six decimals
   T rest_disturbance =
       problem.disturbance_m_s2 + table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_rad[0];
   T rest_target = steady - z[5];
+  if (!(rest_disturbance < kLargestRest && -rest_disturbance < kLargestRest && rest_target < kLargestRest &&
+        -rest_target < kLargestRest)) {
+    return false;  // not the steady targets of this disturbance
+  }
   T sign = T(1);
   if (dot8(tree.planes.data(), z) < T(0)) {
     sign = T(-1);

@@ -173,7 +173,7 @@ void fly(bool preview_law) {
       mpc::DelayPredictor<double> predictor(set.tables.x.delay);
       mpc::HorizontalMpc<T> controller(storage->tables().x);
       double previous = 0.0;
-      for (int tick = 0; tick < 200; ++tick) {
+      for (int tick = 0; tick < 100; ++tick) {
         const double now_s = 0.01 * tick + core::seconds<double>(predictor.lead());
         const mpc::AxisState<double> seen = flight.seen();
         const mpc::Problem<T> problem = problem_in<T>(problem_of(task, now_s, seen, predictor.predict(seen), previous));
