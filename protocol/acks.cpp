@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "protocol/acks.h"
 
+#include <array>
+
 #include "protocol/bytes.h"
 
 namespace m100::protocol {
@@ -16,13 +18,14 @@ constexpr auto kAgain = AckVerdict::kSendAgain;
 constexpr auto kRetry = AckVerdict::kRetry;
 constexpr auto kRefused = AckVerdict::kRefused;
 
-constexpr std::array kCommon{
+// std::to_array: GCC 12 puts a constant whose std::array type it deduces into RAM.
+constexpr auto kCommon = std::to_array<AckMeaning>({
     AckMeaning{kAckKeyError, "key_error", kRefused, "the autopilot cannot decrypt: check the key, activate again"},
     AckMeaning{kAckNotAuthorised, "not_authorised", kRefused, "activate first, then obtain control"},
     AckMeaning{kAckInsufficientRights, "insufficient_rights", kRefused, "the app id lacks the rights for this"},
-};
+});
 
-constexpr std::array kRows{
+constexpr auto kRows = std::to_array<Row>({
     Row{ids::kVersionQuery, {kAckSuccess, "activated", kDone, ""}},
     Row{ids::kVersionQuery, {kAckNotAuthorised, "not_activated", kDone, "activate next"}},
 
@@ -77,7 +80,7 @@ constexpr std::array kRows{
     Row{ids::kTaskQuery, {task_query_ack::kSucceeded, "succeeded", kDone, ""}},
 
     Row{ids::kControlLost, {kAckSuccess, "noted", kDone, ""}},
-};
+});
 
 /// Takes up to three digits from the front of text. @returns -1 without a digit or above 255.
 int take_number(std::string_view& text) {

@@ -13,7 +13,7 @@ RequestOptions options_for(const MessageInfo& info, const Cipher* cipher) {
 
 core::Expected<Outgoing> RequestSessions::request(MessageId id, std::span<const std::byte> value,
                                                   const RequestOptions& options, core::TimePoint now) {
-  for (std::uint8_t session = kFirstReliableSession; session < kSessionCount; ++session) {
+  for (std::uint8_t session = kFirstReliableSession; session < kPastReliableSessions; ++session) {
     if (!slot(session).open) {
       return open_slot(session, id, value, options, now);
     }
@@ -74,7 +74,7 @@ core::Expected<Answer> RequestSessions::accept(const Message& message, core::Tim
   if (!header.is_ack) {
     return core::Status::kRefused;
   }
-  if (header.session < kFirstReliableSession || !slot(header.session).open ||
+  if (header.session < kFirstReliableSession || header.session >= kPastReliableSessions || !slot(header.session).open ||
       slot(header.session).sequence != header.sequence) {
     ++stats_.stray_answers;
     return core::Status::kRefused;
@@ -93,7 +93,7 @@ core::Expected<Answer> RequestSessions::accept(const Message& message, core::Tim
 core::Expected<Due> RequestSessions::poll(core::TimePoint now) {
   Slot& tolerant = slot(kTolerantSession);
   tolerant.open = tolerant.open && now - tolerant.last_sent <= tolerant.timeout;
-  for (std::uint8_t session = kFirstReliableSession; session < kSessionCount; ++session) {
+  for (std::uint8_t session = kFirstReliableSession; session < kPastReliableSessions; ++session) {
     Slot& late = slot(session);
     if (!late.open || now - late.last_sent <= late.timeout) {
       continue;

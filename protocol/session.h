@@ -23,7 +23,12 @@ namespace m100::protocol {
 inline constexpr std::uint8_t kUnansweredSession = 0;
 inline constexpr std::uint8_t kTolerantSession = 1;
 inline constexpr std::uint8_t kFirstReliableSession = 2;
+#ifdef M100_SMALL_MEMORY
+inline constexpr std::size_t kReliableSessions = 6;  ///< requests that may be open at a time
+#else
 inline constexpr std::size_t kReliableSessions = kSessionCount - kFirstReliableSession;
+#endif
+inline constexpr std::uint8_t kPastReliableSessions = kFirstReliableSession + kReliableSessions;
 /// No answer can be expected sooner (DJI's SDK waits as long).
 inline constexpr core::Duration kShortestTimeout = std::chrono::milliseconds(20);
 
@@ -124,7 +129,7 @@ class RequestSessions {
                                      const RequestOptions& options, core::TimePoint now);
   Slot& slot(std::uint8_t session) { return slots_[session - kTolerantSession]; }
 
-  std::array<Slot, kReliableSessions + 1> slots_{};  ///< of sessions 1..31
+  std::array<Slot, kReliableSessions + 1> slots_{};  ///< of sessions 1 and up
   std::array<std::byte, kMaxFrameBytes> unanswered_{};
   std::uint16_t next_sequence_;
   RequestStats stats_;

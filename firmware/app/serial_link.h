@@ -56,7 +56,7 @@ struct AuthorityView {
 class SerialLink {
  public:
 #ifdef M100_SMALL_MEMORY
-  static constexpr std::size_t kRingBytes = 1024;  ///< the interrupt in front of it has a ring of its own
+  static constexpr std::size_t kRingBytes = 512;  ///< the interrupt in front of it has a ring of its own
 #else
   static constexpr std::size_t kRingBytes = 4096;
 #endif

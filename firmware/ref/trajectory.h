@@ -34,7 +34,11 @@ struct SpeedLimits {
 template <typename T>
 class Trajectory {
  public:
+#ifdef M100_SMALL_MEMORY
+  static constexpr std::size_t kMaxPieces = 16;
+#else
   static constexpr std::size_t kMaxPieces = 64;
+#endif
   static constexpr std::size_t kMaxWaypoints = 32;  ///< of one minimum-snap course
 
   /// Begins anew, standing at a place for ever.

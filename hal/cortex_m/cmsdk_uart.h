@@ -23,8 +23,8 @@ struct CmsdkUartRegisters {
 /// out of the transmit ring. The loop never touches the data register, so neither ring has two ends on one side.
 class CmsdkUart final : public Uart {
  public:
-  static constexpr std::size_t kReceiveBytes = 1024;  ///< 44 ms of 230400 baud
-  static constexpr std::size_t kTransmitBytes = 512;
+  static constexpr std::size_t kReceiveBytes = 512;  ///< 22 ms of 230400 baud: two periods of the loop
+  static constexpr std::size_t kTransmitBytes = 256;
 
   /// pend: the NVIC's "set pending" register that holds this UART's transmit interrupt, mask its bit: writing it makes
   /// the machine run on_transmit() as if the transmitter had asked.
