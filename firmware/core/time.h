@@ -22,7 +22,10 @@ using TimePoint = FlightClock::time_point;
 /// Seconds as a floating-point number of type T.
 template <typename T>
 constexpr T seconds(Duration duration) {
-  return static_cast<T>(duration.count()) / static_cast<T>(1000000);
+  const std::int64_t count_us = duration.count();
+  const auto short_us = static_cast<std::int32_t>(count_us);
+  // The same number either way; up to half an hour the processor converts it, beyond that a library function does.
+  return (short_us == count_us ? static_cast<T>(short_us) : static_cast<T>(count_us)) / static_cast<T>(1000000);
 }
 
 /// The period of the control loop (paper, IV-B: every box runs at 100 Hz).
