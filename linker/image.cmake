@@ -22,6 +22,8 @@ function(m100_image name)
   if(arg_FLIGHT)
     add_custom_command(TARGET ${name} POST_BUILD VERBATIM
       COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/size_report.py $<TARGET_FILE:${name}>.map
+              ${M100_LINKER_DIR}/budget.txt
+      COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/stack_report.py $<TARGET_FILE:${name}> ${PROJECT_BINARY_DIR}
               ${M100_LINKER_DIR}/budget.txt)
   endif()
 endfunction()

@@ -23,7 +23,8 @@ NM = "arm-none-eabi-nm"
 INDIRECT = [
     (r"16assertion_failed", r"(emergency|on_assertion)"),  # the assertion handler, installed by main
     (r"^Reset_Handler$", r"^_GLOBAL__sub_I_"),  # static constructors
-    (r"13HorizontalMpc", r"(12preview_law|11PreviewLaw)"),  # its own function pointer
+    (r"13HorizontalMpc", r"13solve_preview"),  # the copy of the law for this machine
+    (r"^_ZN4m1008protocol", r"^_ZNK4m1008protocol6Aes256"),  # the one interface of the protocol: its cipher
 ]
 
 
@@ -169,13 +170,16 @@ def analyse(image, build):
             graph.edges[name] |= callees
         return name
 
+    def is_common(name):
+        """May any indirect call reach it? Not interrupt handlers, and not what INDIRECT gives to one caller."""
+        return not (name.endswith("_Handler") or name == "main" or any(re.search(c, name) for _, c in INDIRECT))
+
     def resolve(name):
         callees = set()
         for callee in graph.edges[name]:
             if callee == "__indirect_call":
                 allowed = next((c for f, c in INDIRECT if re.search(f, name)), None)
-                handlers = {n for n in taken if n.endswith("_Handler") or n in ("main", "Reset_Handler")}
-                callees |= {known(n) for n in taken - handlers if allowed is None or re.search(allowed, n)}
+                callees |= {known(n) for n in taken if (re.search(allowed, n) if allowed else is_common(n))}
             elif callee in present:
                 callees.add(known(callee))
         return callees - ({name} if name not in graph.edges[name] else set())

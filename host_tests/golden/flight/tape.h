@@ -94,6 +94,15 @@ class TapeFlight {
       controller_.engage();
     }
   }
+  /// Instead of the recorded course: three metres and back, every third of a second, so that limits always bind.
+  void fly_far_and_often() {
+    using namespace std::chrono_literals;
+    const auto place = [](T x_m) { return ref::Waypoint<T>{.position_w_m = {x_m, -x_m, T(1.5)}, .yaw_rad = T(0)}; };
+    course_.hold(place(T(0)));
+    for (std::size_t i = 0; i + 1 < ref::Trajectory<T>::kMaxPieces; ++i) {
+      static_cast<void>(course_.append_quintic(place(i % 2 == 0 ? T(3) : T(-3)), 333ms));
+    }
+  }
   void tick() { static_cast<void>(controller_.tick(now_)); }
   void drain() {
     while (!ring_.front().empty()) {

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instructions of a tick by part, from the samples of `replay TAPE profile` (host_tests/target/replay.cpp).
+
+Usage: profile_report.py IMAGE.elf SAMPLES.txt [--functions N]
+"""
+import bisect
+import collections
+import re
+import subprocess
+import sys
+
+PARTS = [("mpc", "m100::mpc::"), ("est", "m100::est::"), ("protocol", "m100::protocol::"), ("ref", "m100::ref::"),
+         ("ctl", "m100::ctl::"), ("sysid", "m100::sysid::"), ("safety", "m100::safety::"), ("vrc", "m100::vrc::"),
+         ("log", "m100::log::"), ("core", "m100::core::"), ("app", "m100::app::"), ("tape", "m100::golden::")]
+
+
+def part_of(name):
+    own = re.sub(r"^.*?(?=m100::)", "", name.split("(")[0] or name)  # not the namespaces of its arguments
+    return next((part for part, space in PARTS if own.startswith(space)), "library")
+
+
+def main():
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    functions = []
+    for line in subprocess.run(["arm-none-eabi-nm", "-C", sys.argv[1]], check=True, capture_output=True,
+                               text=True).stdout.splitlines():
+        words = line.split(None, 2)
+        if len(words) == 3 and words[1] in "TtWw":
+            functions.append((int(words[0], 16) & ~1, words[2]))
+    functions.sort()
+    starts = [start for start, _ in functions]
+    count = collections.Counter()
+    per_sample = ticks = 0
+    with open(sys.argv[2], encoding="utf-8") as lines:
+        for line in lines:
+            words = line.split()
+            if words[0] == "ticks":
+                ticks, per_sample = int(words[1]), int(words[3])
+            else:
+                count[functions[bisect.bisect_right(starts, int(words[0]) + 8) - 1][1]] += int(words[1])
+    by_part = collections.Counter()
+    for name, samples in count.items():
+        by_part[part_of(name)] += samples
+    scale = per_sample / ticks
+    for part, samples in by_part.most_common():
+        print(f"{part:<10}{samples * scale:>9.0f} instructions a tick, mean")
+    print(f"{'sum':<10}{sum(by_part.values()) * scale:>9.0f}")
+    if "--functions" in sys.argv:
+        for name, samples in count.most_common(int(sys.argv[sys.argv.index("--functions") + 1])):
+            print(f"{samples * scale:>9.0f}  {name[:110]}")
+
+
+if __name__ == "__main__":
+    main()
