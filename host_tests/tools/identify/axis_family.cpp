@@ -43,7 +43,7 @@ constexpr std::array kParameters{
     Parameter{"trim_offset", "offset_counts", &Model::trim_counts, false, Unit::kStick, -0.7, 0.7, 6.0, 0.0},
     Parameter{"stick_curve", "exponent", &Model::stick_exponent, true, Unit::kPlain, 0.3, 4.0, 0.05, 1.0},
     Parameter{"backlash", "half_width_counts", &Model::backlash_counts, false, Unit::kStick, 0.0, 0.5, 3.0, 0.0},
-    Parameter{"gain_drift", "fraction_per_minute", &Model::gain_drift_per_s, false, Unit::kPlain, -1.5, 3.0, 0.05, 0.0},
+    Parameter{"gain_drift", "fraction_per_minute", &Model::gain_drift_per_s, false, Unit::kPlain, -1.0, 1.0, 0.05, 0.0},
     Parameter{"cross_axis", "coefficient", &Model::cross_axis, false, Unit::kPlain, -2.0, 2.0, 0.02, 0.0},
 };
 
@@ -403,7 +403,16 @@ bool AxisFamily::big_enough(const Fit& fit, const std::string& name) const {
   const std::vector<const Parameter*> parameters = parameters_of(fit.structure);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& p = *parameters[i];
-    if (name != p.effect || p.minimum <= 0.0) {
+    if (name != p.effect) {
+      continue;
+    }
+    // An effect that ends at the edge of what an aircraft can have explains something else.
+    const double in_unit = from_fitted(p, fit.parameters[i]);
+    const double margin = 1e-3 * (p.high - p.low);
+    if (in_unit > p.high - margin || (p.low != 0.0 && in_unit < p.low + margin)) {
+      return false;
+    }
+    if (p.minimum <= 0.0) {
       continue;
     }
     const double value = physical(fit, i);

@@ -67,7 +67,8 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
   if (comparison.cv_gain <= options.minimum_cv_gain) {
     return false;
   }
-  if (comparison.t > options.minimum_t_white && comparison.delta_white > options.minimum_delta_white) {
+  const double least_t = comparison.delta_bic > 0.0 ? options.minimum_t_white : options.minimum_t;
+  if (comparison.t > least_t && comparison.delta_white > options.minimum_delta_white) {
     return true;
   }
   return comparison.delta_bic > options.minimum_delta_bic &&

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <span>
 
 #include "firmware/app/vehicle_file.h"
 
@@ -55,7 +56,8 @@ bool jumps(const IdentifyResult& result) {
 
 // The axis starts from nothing: what was not found is not there.
 template <typename Axis, std::size_t kCount>
-std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&places)[kCount], Axis& axis) {
+std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&places)[kCount],
+                             std::span<const app::NumberKey<Axis>> keys, Axis& axis) {
   std::vector<std::string> homeless;
   axis = Axis{};
   axis.natural_frequency_rad_s = 0.0;
@@ -66,7 +68,15 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
     if (place == std::end(places)) {
       homeless.push_back("the vehicle file has no place for " + parameter.name + " of axis " + result.axis);
     } else {
-      axis.*(place->member) = parameter.name == "gain" ? std::abs(parameter.value) : parameter.value;
+      const double wanted = parameter.name == "gain" ? std::abs(parameter.value) : parameter.value;
+      const auto key = std::find_if(keys.begin(), keys.end(),
+                                    [&](const app::NumberKey<Axis>& one) { return one.member == place->member; });
+      const double written = key == keys.end() ? wanted : std::clamp(wanted, key->low, key->high);
+      if (written != wanted) {
+        homeless.push_back("the vehicle file cannot hold " + parameter.name + " = " + std::to_string(wanted) +
+                           " of axis " + result.axis + "; it says " + std::to_string(written));
+      }
+      axis.*(place->member) = written;
     }
   }
   if (jumps(result)) {
@@ -80,16 +90,17 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle) {
   if (result.axis == "roll" || result.axis == "pitch") {
     std::vector<std::string> homeless =
-        put(result, kAttitudePlaces, result.axis == "roll" ? vehicle.roll : vehicle.pitch);
+        put(result, kAttitudePlaces, app::attitude_axis_keys(), result.axis == "roll" ? vehicle.roll : vehicle.pitch);
     for (const NamedValue& parameter : result.final_model.parameters) {
       if (parameter.name == "limit_rad") {
-        vehicle.translation.tilt_limit_rad = parameter.value;
-        homeless.clear();
+        vehicle.translation.tilt_limit_rad = std::clamp(parameter.value, 0.05, 0.7);
+        std::erase_if(homeless, [](const std::string& one) { return one.find("limit_rad") != std::string::npos; });
       }
     }
     return homeless;
   }
-  return put(result, kRatePlaces, result.axis == "climb" ? vehicle.climb : vehicle.yaw_rate);
+  return result.axis == "climb" ? put(result, kRatePlaces, app::climb_keys(), vehicle.climb)
+                                : put(result, kRatePlaces, app::yaw_rate_keys(), vehicle.yaw_rate);
 }
 
 std::vector<std::string> update_vehicle_file(const std::string& path, const IdentifyResult& result,
