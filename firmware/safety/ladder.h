@@ -68,7 +68,7 @@ inline constexpr std::array kTransitions{
     Transition{Rung::kCoast, Sign::kCommandUnsound, Sign::kNone, Rung::kLevel},
     Transition{Rung::kNominal, Sign::kEstimateLost, Sign::kNone, Rung::kLevel},
     Transition{Rung::kCoast, Sign::kEstimateLost, Sign::kNone, Rung::kLevel},
-    Transition{Rung::kCoast, Sign::kCoastOver, Sign::kRecovered, Rung::kLevel},
+    Transition{Rung::kCoast, Sign::kCoastOver, Sign::kFresh, Rung::kLevel},
     Transition{Rung::kNominal, Sign::kNone, Sign::kFresh, Rung::kCoast},
     // Up again: from kCoast by itself, from kLevel and kSilent only by the operator.
     Transition{Rung::kCoast, Sign::kRecovered, Sign::kNone, Rung::kNominal},
@@ -97,6 +97,8 @@ static_assert(next_rung(Rung::kNominal, Sign::kFresh | Sign::kRecovered) == Rung
 static_assert(next_rung(Rung::kNominal, Sign::kCommandable | Sign::kFresh) == Rung::kNominal);
 static_assert(next_rung(Rung::kNominal, Sign::kCommandable) == Rung::kCoast);
 static_assert(next_rung(Rung::kCoast, Sign::kCommandable | Sign::kCoastOver) == Rung::kLevel);
+static_assert(next_rung(Rung::kCoast, Sign::kCommandable | Sign::kCoastOver | Sign::kFresh) == Rung::kCoast,
+              "poses are back: ten of them decide");
 static_assert(next_rung(Rung::kLevel, Sign::kCommandable | Sign::kFresh | Sign::kRecovered) == Rung::kLevel,
               "from level back only by the operator");
 static_assert(next_rung(Rung::kSilent, Sign::kCommandable | Sign::kFresh | Sign::kRecovered) == Rung::kSilent,
