@@ -37,7 +37,7 @@ LAYERS = [
 ]
 
 # Linux-only parts of firmware/app: they run before the first tick or beside it and may use the whole library.
-HOST_PARTS = re.compile(r"firmware/app/(main_linux|linux/|vehicle_file|replay)|hal/linux/|hal/mock/|protocol/aes_mbedtls")
+HOST_PARTS = re.compile(r"firmware/app/(main_linux|linux/|vehicle_file|replay|course|recorded_flight)|hal/linux/|hal/mock/|protocol/aes_mbedtls")
 HEAP_HEADERS = re.compile(r"#include <(vector|string|map|set|list|deque|memory|functional|iostream|fstream|sstream|"
                           r"unordered_map|unordered_set|regex|thread|mutex|future|any|exception|stdexcept)>")
 LIBM = re.compile(r"std::(sin|cos|tan|asin|acos|atan|atan2|exp|exp2|log|log2|log10|pow|hypot|cbrt|sinh|cosh|tanh)f?\(")

@@ -121,7 +121,7 @@ inline double change_on(const Hidden& hidden) {
   const LoopResult result = close_loop(options);
   const double before = trajectory_error_m(result.before.experiments);
   const double after = trajectory_error_m(result.after.experiments);
-  std::cout << hidden.name << ": " << before << " m -> " << after << " m\n";
+  std::cout << hidden.name << ": " << before << " m -> " << after << " m" << std::endl;
   return after / before - 1.0;
 }
 
