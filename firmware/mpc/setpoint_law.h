@@ -16,6 +16,11 @@ M100_INLINE T dot8(const T* row, const T* z) {
   return (a + c) + (b + d);
 #else
   const Pack<T> sum = load(row) * load(z) + load(row + kPack) * load(z + kPack);
+  if constexpr (sizeof(T) == sizeof(double)) {  // the same additions, two at a time
+    using Half = double __attribute__((vector_size(16)));
+    const Half half = Half{sum[0], sum[1]} + Half{sum[2], sum[3]};
+    return half[0] + half[1];
+  }
   return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 #endif
 }
@@ -34,7 +39,7 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   z[5] = problem.tilt_ref_rad[0] / table.input_gain - problem.input_offset_rad;
   z[4] = problem.previous_input_rad - z[5];
   for (std::size_t i = 0; i < tree.box.size(); ++i) {
-    if (!(z[i] <= tree.box[i] && -z[i] <= tree.box[i])) {
+    if (!((z[i] < T(0) ? -z[i] : z[i]) <= tree.box[i])) {
       return false;
     }
   }
@@ -44,8 +49,8 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   T rest_disturbance =
       problem.disturbance_m_s2 + table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_rad[0];
   T rest_target = steady - z[5];
-  if (!(rest_disturbance < kLargestRest && -rest_disturbance < kLargestRest && rest_target < kLargestRest &&
-        -rest_target < kLargestRest)) {
+  if (!((rest_disturbance < T(0) ? -rest_disturbance : rest_disturbance) < kLargestRest &&
+        (rest_target < T(0) ? -rest_target : rest_target) < kLargestRest)) {
     return false;  // not the steady targets of this disturbance
   }
   T sign = T(1);

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Counts the instructions of single solves of one axis under callgrind; mpc_instructions.sh runs it and prints the
 // distribution. Every solve is one dump; the trigger line of a dump says what it was.
-//   mpc_instructions flight double|float     closed loop, tableau kept; hover, steps, sinusoid, segments, preview jumps
-//   mpc_instructions setpoint double|float   the same flights' constant references, through solve()
+//   mpc_instructions flight double|float     closed loop as flown; hover, steps, sinusoids, segments, preview jumps
+//   mpc_instructions setpoint double|float   only the flights with a constant reference
 //   mpc_instructions cold double|float FILE  the instances of a file, each from an empty active set
 #include <valgrind/callgrind.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -18,17 +17,15 @@
 #include <vector>
 
 #include "firmware/mpc/delay_predictor.h"
+#include "firmware/mpc/generated/gain_table.h"
 #include "firmware/mpc/horizontal_mpc.h"
-#include "firmware/mpc/table_file.h"
 #include "host_tests/tools/gains/gain_tables.h"
 #include "host_tests/tools/gains/instances.h"
-#include "host_tests/tools/gains/write_tables.h"
 
 namespace m100 {
 namespace {
 
 using tools::gains::Axis;
-using tools::gains::TableSet;
 
 template <typename T>
 mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
@@ -154,31 +151,23 @@ mpc::Problem<double> problem_of(const Task& task, double now_s, const mpc::AxisS
 }
 
 template <typename T>
-void fly(bool preview_law) {
-  model::Vehicle vehicle;
-  vehicle.pitch = {.natural_frequency_rad_s = 9.36, .damping_ratio = 0.68, .transport_delay_s = 0.033};
-  vehicle.roll = vehicle.pitch;
-  vehicle.mpc.input = 35.0;  // the weights of the benchmark
-  const TableSet set = tools::gains::make_table_set(app::as_file(vehicle));
-  const auto storage = std::make_unique<mpc::TableStorage<T>>();
-  if (storage->load(tools::gains::to_file(set), set.tables.x.vehicle) != core::Status::kOk) {
-    std::abort();
-  }
+void fly(bool constant_only) {
+  const model::Vehicle& vehicle = mpc::generated::kVehicle;
   for (const Task& task : tasks()) {
     for (const bool wind : {false, true}) {
-      if (!preview_law && task.preview) {
+      if (constant_only && task.preview) {
         continue;
       }
       Flight flight(vehicle, 11, wind);
-      mpc::DelayPredictor<double> predictor(set.tables.x.delay);
-      mpc::HorizontalMpc<T> controller(storage->tables().x);
+      mpc::DelayPredictor<double> predictor(mpc::generated::kX<double>.delay);
+      mpc::HorizontalMpc<T> controller(mpc::generated::kX<T>);
       double previous = 0.0;
-      for (int tick = 0; tick < 100; ++tick) {
+      for (int tick = 0; tick < 300; ++tick) {
         const double now_s = 0.01 * tick + core::seconds<double>(predictor.lead());
         const mpc::AxisState<double> seen = flight.seen();
         const mpc::Problem<T> problem = problem_in<T>(problem_of(task, now_s, seen, predictor.predict(seen), previous));
         mpc::Solution<T> solution;
-        measure(controller, problem, solution, preview_law);
+        measure(controller, problem, solution, false);
         previous = static_cast<double>(solution.input_rad[0]);
         predictor.sent(previous);
         flight.step(previous);
@@ -210,7 +199,7 @@ template <typename T>
 int run(const std::string& what, const std::string& path) {
   std::printf("working memory of one axis: %zu bytes\n", sizeof(mpc::HorizontalMpc<T>));
   if (what == "flight" || what == "setpoint") {
-    fly<T>(what == "flight");
+    fly<T>(what == "setpoint");
   } else if (what == "cold" && !path.empty()) {
     cold<T>(path);
   } else {
