@@ -7,10 +7,10 @@
 
 #include "firmware/ctl/flight_law.h"
 #include "firmware/est/disturbance_ekf.h"
+#include "firmware/mpc/generated/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "firmware/vrc/command_map.h"
 #include "host_tests/property/est/long_run.h"
-#include "host_tests/tools/gains/gain_tables.h"
 
 namespace {
 
@@ -69,10 +69,8 @@ int ekf() {
 
 template <typename Real>
 int law() {
-  const mpc::GainTables<double> wide = tools::gains::make_gain_tables(vehicle());
-  const mpc::GainTables<Real> tables{.x = tools::gains::table_in<Real>(wide.x),
-                                     .y = tools::gains::table_in<Real>(wide.y)};
-  ctl::FlightLaw<Real> flight_law(vehicle(), tables);
+  const mpc::GainTables<Real> tables{.x = mpc::generated::kX<Real>, .y = mpc::generated::kY<Real>};
+  ctl::FlightLaw<Real> flight_law(mpc::generated::kVehicle, tables);
   ref::Window<Real> window;
   for (std::size_t k = 0; k < window.x.size(); ++k) {
     window.x[k].position_m = Real(0.01) * static_cast<Real>(k);
