@@ -23,7 +23,8 @@ NM = "arm-none-eabi-nm"
 INDIRECT = [
     (r"16assertion_failed", r"(emergency|on_assertion)"),  # the assertion handler, installed by main
     (r"^Reset_Handler$", r"^_GLOBAL__sub_I_"),  # static constructors
-    (r"13HorizontalMpc", r"13solve_preview"),  # the copy of the law for this machine
+    (r"13HorizontalMpcIfE", r"13solve_previewIfE"),  # the copy of the law for this machine, in its own scalar
+    (r"13HorizontalMpcIdE", r"13solve_previewIdE"),
     (r"^_ZN4m1008protocol", r"^_ZNK4m1008protocol6Aes256"),  # the one interface of the protocol: its cipher
 ]
 
