@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab loop: fly, identify what the log shows missing, add it, make new tables, fly again.
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "host_tests/sim/plant_file.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/loop/close_loop.h"
+#include "host_tests/tools/loop/flown_log.h"
 #include "host_tests/tools/subcommands.h"
 
 namespace m100::tools {
@@ -19,6 +21,7 @@ struct Options {
   std::string vehicle;
   std::string out;
   std::string json;
+  std::string logs;
   std::uint64_t seed = 1;
   int seeds = 1;
 };
@@ -30,6 +33,11 @@ void run(const Options& options) {
   loop.seed = options.seed;
   loop.seeds = options.seeds;
   loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
+  if (!options.logs.empty()) {
+    std::filesystem::create_directories(options.logs);
+    loop.work_folder = options.logs;
+    std::ofstream(options.logs + "/columns.toml") << loop::own_columns();
+  }
   const loop::LoopResult result = loop::close_loop(loop);
   app::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
   loop::print(std::cout, result);
@@ -52,6 +60,7 @@ void add_loop(CLI::App& lab) {
   command->add_option("--vehicle", options->vehicle, "what the controller believes at first; default: the project's");
   command->add_option("--out", options->out, "vehicle file to write")->required();
   command->add_option("--json", options->json, "file for the numbers");
+  command->add_option("--logs", options->logs, "folder that keeps the two identification flights and their column map");
   command->add_option("--seed", options->seed, "first seed");
   command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
   command->callback([options] { run(*options); });
