@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   m100::tools::add_identify(lab);
   m100::tools::add_paper(lab);
   m100::tools::add_autopilot(lab);
+  m100::tools::add_inject(lab);
   m100::tools::add_report(lab);
   m100::tools::add_gains(lab);
   m100::tools::add_mpc(lab);

@@ -17,6 +17,7 @@ void add_frames(CLI::App& lab);
 void add_identify(CLI::App& lab);
 void add_paper(CLI::App& lab);
 void add_autopilot(CLI::App& lab);
+void add_inject(CLI::App& lab);
 void add_report(CLI::App& lab);
 
 void add_gains(CLI::App& lab);

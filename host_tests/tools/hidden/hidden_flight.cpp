@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <numbers>
 #include <random>
+
+#include "host_tests/tools/hidden/stick_response.h"
 
 namespace m100::tools::hidden {
 namespace {
@@ -15,11 +16,9 @@ using logs::FlightLog;
 using logs::Signal;
 using Three = std::array<double, 3>;
 
-constexpr double kStep_s = 0.002;
 constexpr int kStepsPerSample = 5;
 constexpr int kStepsPerStick = 10;
 constexpr double kG_m_s2 = 9.80665;
-constexpr double kTravel_counts = 330.0;
 
 class Dice {
  public:
@@ -86,74 +85,10 @@ class Hand {
   double amplitude_ = 0.0;
 };
 
-/// The stick's way through everything that can lie between hand and actuator.
-class StickPath {
- public:
-  StickPath(const Hidden& hidden, double delay_s)
-      : hidden_(hidden), line_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0) {}
-
-  /// @param other the other stick [counts]. @returns effective counts.
-  double pass(double stick, double other, double now_s) {
-    line_.push_back(stick);
-    double u = line_.front();
-    line_.pop_front();
-    u += value("trim_offset");
-    if (const double half = value("backlash"); half > 0.0) {
-      play_ = std::clamp(play_, u - half, u + half);
-      u = play_;
-    }
-    if (const double width = value("dead_zone"); width > 0.0) {
-      u = std::abs(u) <= width ? 0.0 : u - std::copysign(width, u);
-    }
-    if (const double exponent = value("stick_curve"); exponent > 0.0) {
-      u = std::copysign(kTravel_counts * std::pow(std::abs(u) / kTravel_counts, exponent), u);
-    }
-    if (const double ratio = value("gain_asymmetry"); ratio > 0.0 && u > 0.0) {
-      u *= ratio;
-    }
-    u *= 1.0 + value("gain_drift") * now_s / 60.0;
-    u += value("cross_axis") * other;
-    u += 0.5 * value("product") * stick * other / kTravel_counts;
-    return u;
-  }
-
- private:
-  double value(const char* name) const {
-    const auto found = hidden_.find(name);
-    return found == hidden_.end() ? 0.0 : found->second;
-  }
-
-  const Hidden& hidden_;
-  std::deque<double> line_;
-  double play_ = 0.0;
-};
-
 double value_of(const Hidden& hidden, const char* name) {
   const auto found = hidden.find(name);
   return found == hidden.end() ? 0.0 : found->second;
 }
-
-/// Second-order answer of an angle to an effective stick, with a zero, limits and the air.
-struct Tilt {
-  double scale_rad, frequency_rad_s, damping;
-  double angle = 0.0, rate = 0.0, input = 0.0;
-
-  void step(double target, double zero_s, double rate_limit, double limit) {
-    const double slope = (target - input) / kStep_s;
-    input = target;
-    double wanted = target;
-    if (limit > 0.0) {
-      wanted = std::clamp(wanted, -limit, limit);
-    }
-    const double lead = zero_s > 0.0 ? zero_s * slope : 0.0;
-    rate +=
-        kStep_s * (frequency_rad_s * frequency_rad_s * (wanted + lead - angle) - 2 * damping * frequency_rad_s * rate);
-    if (rate_limit > 0.0) {
-      rate = std::clamp(rate, -rate_limit, rate_limit);
-    }
-    angle += kStep_s * rate;
-  }
-};
 
 class Flight {
  public:

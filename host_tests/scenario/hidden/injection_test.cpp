@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "host_tests/shared_files.h"
+#include "host_tests/tools/hidden/inject.h"
+#include "host_tests/tools/identify/request.h"
+
+namespace m100::tools::hidden {
+namespace {
+
+using identify::IdentifyResult;
+using Names = std::vector<std::string>;
+
+logs::FlightLog measured_flight(const std::string& csv) {
+  return logs::load(*logs::open_log(csv), logs::parse_column_map(R"(
+time = "t_s"
+[signals]
+sequence = "seq"
+stick_roll = { column = "rc_roll", offset = -1024 }
+stick_pitch = { column = "rc_pitch", offset = -1024 }
+attitude_roll = { column = "odom_roll_rad" }
+attitude_pitch = { column = "odom_pitch_rad" }
+)",
+                                                                 "map"));
+}
+
+IdentifyResult analyse(const logs::FlightLog& log, const std::string& axis, const Names& declared) {
+  identify::Request request;
+  request.axis = axis;
+  request.declared = declared;
+  request.log = &log;
+  request.validation_log = &log;
+  request.train = {{12.0, 38.0}};
+  request.validate = {{38.0, 55.5}};
+  request.bootstrap_draws = 0;
+  return identify::identify_axis(request);
+}
+
+Names found_in(const IdentifyResult& result) {
+  Names out;
+  for (const auto& effect : result.effects) {
+    out.push_back(effect.name);
+  }
+  return out;
+}
+
+bool has(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+double delay_in(const IdentifyResult& result) {
+  for (const auto& parameter : result.final_model.parameters) {
+    if (parameter.name == "delay_s") {
+      return parameter.value;
+    }
+  }
+  return 0.0;
+}
+
+/// The 98 % quantile of a size: what a limit must be below to act.
+double usual_largest(std::vector<double> values) {
+  for (double& value : values) {
+    value = std::abs(value);
+  }
+  std::sort(values.begin(), values.end());
+  return values[values.size() * 98 / 100];
+}
+
+// Effects added to the measured residual of the real flight, air and autopilot included. Goal: 90 % at medium size.
+TEST(Injection, IntoTheMeasuredFlightIsNamed) {
+  RecordProperty("promise", "R13");
+  M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");
+  const logs::FlightLog flight = measured_flight(csv.string());
+  int right = 0;
+  int count = 0;
+  for (const std::string axis : {"roll", "pitch"}) {
+    const Names declared{"second_order", "dead_zone"};
+    const IdentifyResult plain = analyse(flight, axis, declared);
+    const Names before = found_in(plain);
+    const auto& y = flight.of(axis == "roll" ? logs::Signal::kAttitudeRoll : logs::Signal::kAttitudePitch);
+    std::vector<double> rate(y.size(), 0.0);
+    for (std::size_t k = 1; k < y.size(); ++k) {
+      rate[k] = (y[k] - y[k - 1]) / flight.period_s;
+    }
+    const std::vector<std::pair<Hidden, Names>> cases{
+        {{{"transport_delay", 0.1}}, {"transport_delay", "lead_zero"}},
+        {{{"saturation", 0.7 * usual_largest(y)}}, {"saturation", "tilt_limit"}},
+        {{{"rate_limit", 0.5 * usual_largest(rate)}}, {"rate_limit"}},
+        {{{"gain_asymmetry", 1.25}}, {"gain_asymmetry"}},
+        {{{"gain_asymmetry", 0.8}}, {"gain_asymmetry"}},
+        {{{"trim_offset", 40.0}}, {"trim_offset"}},
+        {{{"stick_curve", 1.35}}, {"stick_curve"}},
+        {{{"backlash", 18.0}}, {"backlash"}},
+        {{{"gain_drift", -0.28}}, {"gain_drift"}},
+        {{{"cross_axis", 0.17}}, {"cross_axis"}}};
+    for (const auto& [hidden, allowed] : cases) {
+      const IdentifyResult result = analyse(inject(flight, axis, plain.declared, hidden), axis, declared);
+      const Names found = found_in(result);
+      const bool named =
+          std::any_of(allowed.begin(), allowed.end(), [&](const auto& name) { return has(found, name); });
+      const bool nothing_else = std::all_of(found.begin(), found.end(),
+                                            [&](const auto& name) { return has(allowed, name) || has(before, name); });
+      ++count;
+      right += named && nothing_else ? 1 : 0;
+      std::string all;
+      for (const std::string& name : found) {
+        all += " " + name;
+      }
+      std::printf("%s %s: %s;%s\n", axis.c_str(), hidden.begin()->first.c_str(),
+                  named && nothing_else ? "named" : "WRONG", all.c_str());
+      if (named) {
+        EXPECT_LT(result.final_model.validation_rmse, result.declared.validation_rmse) << hidden.begin()->first;
+      }
+    }
+  }
+  RecordProperty("right", right);
+  RecordProperty("count", count);
+  EXPECT_GE(10 * right, 9 * count) << right << " of " << count;
+}
+
+}  // namespace
+}  // namespace m100::tools::hidden
