@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   lab.require_subcommand(1);
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::tools::add_convert(lab);
+  m100::tools::add_excite(lab);
   m100::tools::add_frames(lab);
   m100::tools::add_experiments(lab);
   m100::tools::add_loop(lab);

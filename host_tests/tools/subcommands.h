@@ -13,6 +13,7 @@ enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 void add_convert(CLI::App& lab);
 void add_experiments(CLI::App& lab);
 void add_loop(CLI::App& lab);
+void add_excite(CLI::App& lab);
 void add_frames(CLI::App& lab);
 void add_identify(CLI::App& lab);
 void add_paper(CLI::App& lab);

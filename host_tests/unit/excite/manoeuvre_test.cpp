@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/tools/excite/manoeuvre.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace m100::tools::excite {
+namespace {
+
+const model::AttitudeAxis kAxis{
+    .scale_rad_per_count = 9.3e-4, .natural_frequency_rad_s = 8.7, .damping_ratio = 0.68, .dead_zone_counts = 16.0};
+
+class Kind : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Kind, StaysInsideTheFence) {
+  for (const double fence_m : {3.0, 8.0}) {
+    const Wish wish{.kind = GetParam(), .amplitude_counts = 400.0, .duration_s = 60.0, .fence_m = fence_m};
+    const Manoeuvre made = make(wish, kAxis);
+    EXPECT_LE(made.farthest_m, fence_m);
+    EXPECT_GE(static_cast<double>(made.stick_counts.size()) * made.period_s, 60.0);
+    EXPECT_LE(*std::max_element(made.stick_counts.begin(), made.stick_counts.end()), 660.0);
+    EXPECT_LT(std::abs(made.position_m.back()), 1.0) << "it ends where it began";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp", "mixed"),
+                         [](const auto& tested) { return "k" + tested.param; });
+
+TEST(Abort, LeavesRoomToBrake) {
+  const Wish wish{.fence_m = 8.0, .brake_m_s2 = 2.0};
+  EXPECT_FALSE(must_abort(7.0, 1.9, wish));
+  EXPECT_TRUE(must_abort(7.0, 2.1, wish));
+  EXPECT_FALSE(must_abort(7.0, -5.0, wish)) << "it flies inwards";
+  EXPECT_TRUE(must_abort(-7.0, -2.1, wish));
+}
+
+const Forecast& of(const std::vector<Forecast>& table, const std::string& effect) {
+  return *std::find_if(table.begin(), table.end(), [&](const Forecast& one) { return one.effect == effect; });
+}
+
+// Catches a forecast that does not look at the manoeuvre: small sticks cannot show a saturation of the stick law's end.
+TEST(Forecast, SaysThatLongerFlightsShowMore) {
+  const Wish brief{.duration_s = 20.0, .fence_m = 20.0};
+  const Wish longer{.duration_s = 80.0, .fence_m = 20.0};
+  const auto a = forecast(make(brief, kAxis), kAxis);
+  const auto b = forecast(make(longer, kAxis), kAxis);
+  for (const char* effect : {"dead_zone", "trim_offset", "gain_asymmetry"}) {
+    EXPECT_GT(of(b, effect).sigma, 1.5 * of(a, effect).sigma) << effect;
+  }
+}
+
+TEST(Forecast, SaysThatMixedManoeuvresTellDeadZoneFromCurveBetterThanDoublets) {
+  const auto doublets = forecast(make({.kind = "doublet", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
+  const auto mixed = forecast(make({.kind = "mixed", .amplitude_counts = 250, .fence_m = 20}, kAxis), kAxis);
+  EXPECT_LT(of(mixed, "dead_zone").likeness, of(doublets, "dead_zone").likeness);
+}
+
+TEST(Wish, ThatMakesNoSenseIsRefused) {
+  EXPECT_THROW(make({.amplitude_counts = -1}, kAxis), std::invalid_argument);
+  EXPECT_THROW(make({.kind = "wiggle"}, kAxis), std::invalid_argument);
+  EXPECT_THROW(make({.fence_m = 0}, kAxis), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace m100::tools::excite
