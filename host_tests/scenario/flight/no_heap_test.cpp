@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// R1 on the host: a counting operator new must not move during a tick, from start-up through flight to release.
+#include <gtest/gtest.h>
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+#include "firmware/app/course.h"
+#include "firmware/app/flight_controller.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/sim/world.h"
+#include "host_tests/tools/gains/gain_tables.h"
+
+namespace {
+std::size_t allocations = 0;
+}  // namespace
+
+// Deviation: replacing the global allocator is the point of this program.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size); memory != nullptr) {
+    return memory;
+  }
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace m100::app {
+namespace {
+
+TEST(NoHeap, IsTouchedInAnyTick) {
+  RecordProperty("promise", "R1");
+  sim::World world(sim::measured_plant(), {.seed = 1});
+  const auto tables = tools::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
+  ref::Trajectory<double> course;
+  ref::Waypoint<double> start;
+  start.position_w_m = world.vehicle().state().position_w_m;
+  lay_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
+  std::vector<std::byte> storage(1U << 18U);
+  log::Ring ring(storage);
+  log::FlightLog log(ring);
+  ASSERT_EQ(log.begin(core::TimePoint{}, {}), core::Status::kOk);
+  const auto controller = std::make_unique<FlightController<double>>(
+      mpc::generated::kVehicle, tables, kDefaultFlight, world.autopilot_uart(), world.pose_uart(), course, &log);
+  std::size_t in_ticks = 0;
+  bool flew = false;
+  for (int i = 0; i < 2500; ++i) {
+    world.advance(core::kTickPeriod);
+    if (i == 300) {
+      controller->engage();
+    }
+    if (i == 2000) {
+      controller->release();
+    }
+    const std::size_t before = allocations;
+    static_cast<void>(controller->tick(world.now()));
+    in_ticks += allocations - before;
+    flew = flew || controller->grant().rung == safety::Rung::kNominal;
+    while (!ring.front().empty()) {
+      ring.pop(ring.front().size());
+    }
+  }
+  EXPECT_TRUE(flew);
+  EXPECT_EQ(in_ticks, 0U);
+}
+
+}  // namespace
+}  // namespace m100::app
