@@ -11,11 +11,13 @@
 #include "hal/linux/monotonic_clock.h"
 #include "host_tests/sim/n1_autopilot.h"
 #include "host_tests/sim/plant_file.h"
+#include "host_tests/sim/pose_source.h"
 #include "host_tests/sim/pty_uart.h"
 #include "host_tests/sim/vehicle.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/subcommands.h"
 #include "protocol/aes256.h"
+#include "protocol/pose_message.h"
 
 namespace m100::tools {
 namespace {
@@ -25,6 +27,7 @@ void ask_to_stop(int) { stop_asked = 1; }
 
 struct Options {
   std::string pty;
+  std::string pose_pty;
   std::string plant;
   std::uint64_t seed = 1;
   std::string mode = "F";
@@ -104,6 +107,32 @@ class EventFile {
   std::ofstream file_;
 };
 
+/// The motion capture beside the autopilot, if there is one: pose messages on a pseudo-terminal of their own.
+class PosePty {
+ public:
+  PosePty(const std::string& link, const sim::Plant& plant, std::uint64_t seed)
+      : uart_(link), source_(plant.sensors, seed) {}
+
+  void step(core::TimePoint now, const sim::Vehicle& vehicle) {
+    while (const auto sample = source_.step(now, vehicle.state(), vehicle.attitude().yaw_rad)) {
+      const core::Quaternion<double> q = core::quaternion_of(core::Euler<double>{.yaw_rad = sample->yaw_rad});
+      const protocol::PoseMessage message{
+          .sequence = ++sequence_,
+          .age_us = static_cast<std::uint32_t>((now - sample->captured).count()),
+          .position_w_m = {static_cast<float>(sample->position_w_m.x()), static_cast<float>(sample->position_w_m.y()),
+                           static_cast<float>(sample->position_w_m.z())},
+          .rotation_wb = {static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y),
+                          static_cast<float>(q.z)}};
+      (void)uart_.write(protocol::encode(message));
+    }
+  }
+
+ private:
+  sim::PtyUart uart_;
+  sim::PoseSource source_;
+  std::uint32_t sequence_ = 0;
+};
+
 void run(const Options& options) {
   const sim::Plant plant = options.plant.empty() ? sim::measured_plant() : sim::load_plant(options.plant);
   std::optional<protocol::Aes256> cipher;
@@ -133,6 +162,15 @@ void run(const Options& options) {
   if (events) {
     autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
   }
+  // The pilot holds the aircraft at the balancing point of its sticks until the client takes over.
+  autopilot.set_pilot_sticks({.roll_vrc = 1024.0 + plant.roll.trim_counts,
+                              .pitch_vrc = 1024.0 + plant.pitch.trim_counts,
+                              .throttle_vrc = 1024.0 + plant.climb.trim_counts,
+                              .yaw_vrc = 1024.0 + plant.yaw_rate.trim_counts});
+  std::optional<PosePty> pose;
+  if (!options.pose_pty.empty()) {
+    pose.emplace(options.pose_pty, plant, options.seed);
+  }
   std::signal(SIGINT, ask_to_stop);
   std::signal(SIGTERM, ask_to_stop);
   std::cout << "autopilot on " << options.pty << ", " << options.baud << " baud, mode switch at " << options.mode
@@ -142,6 +180,9 @@ void run(const Options& options) {
   for (core::TimePoint now = clock.now(); stop_asked == 0 && (options.duration_s <= 0.0 || now < end);
        now = clock.now()) {
     autopilot.advance(now);
+    if (pose) {
+      pose->step(now, vehicle);
+    }
     clock.sleep_until(now + sim::N1Autopilot::kTick);
   }
   if (events) {
@@ -155,6 +196,7 @@ void add_autopilot(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal");
   auto options = std::make_shared<Options>();
   app->add_option("--pty", options->pty, "symbolic link to make; clients open it like a serial port")->required();
+  app->add_option("--pose-pty", options->pose_pty, "a second link, with the pose of the vehicle at 100 Hz");
   app->add_option("--plant", options->plant, "plant file (TOML); default: the measured aircraft");
   app->add_option("--seed", options->seed, "of every noise");
   app->add_option("--rc-mode", options->mode, "mode switch of the remote controller at the start")

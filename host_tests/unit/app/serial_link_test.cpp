@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "firmware/app/farewell.h"
 #include "host_tests/sim/link_bench.h"
 
 namespace m100::app {
@@ -268,6 +269,22 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   sticks.roll = vrc::Stick{1685};
   EXPECT_EQ(bench.link.send(sticks, bench.clock.now()), core::Status::kOutOfRange);
   EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
+}
+
+// Catches last words that the autopilot does not take: wrong session, stored answer, only one request.
+TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
+  for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
+    LinkBench bench(over(channel));
+    const Farewell farewell(bench.command(), nullptr);
+    ASSERT_TRUE(bench.take_control());
+    ASSERT_EQ(bench.cable().a().write(farewell.bytes()).value(), farewell.bytes().size());
+    for (int i = 0; i < 10; ++i) {
+      bench.clock.advance(sim::N1Autopilot::kTick);
+      bench.autopilot.advance(bench.clock.now());
+    }
+    EXPECT_FALSE(bench.autopilot.client_in_control());
+    EXPECT_FALSE(bench.autopilot.virtual_rc_on());
+  }
 }
 
 TEST(SerialLinkTest, SignsOfTheMovementChannel) {
