@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly: the flight controller on a course, from the first pose to the hand-over.
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <atomic>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <thread>
+#include <vector>
+
+#include "firmware/app/course.h"
+#include "firmware/app/farewell.h"
+#include "firmware/app/flight_controller.h"
+#include "firmware/app/linux/fly.h"
+#include "firmware/app/linux/link_report.h"
+#include "firmware/app/linux/subcommands.h"
+#include "firmware/app/replay.h"
+#include "firmware/app/vehicle_file.h"
+#include "firmware/mpc/table_file.h"
+#include "firmware/vrc/command_map.h"
+#include "hal/linux/file_storage.h"
+
+namespace m100::app {
+namespace {
+
+using Controller = FlightController<double>;
+constexpr std::size_t kLogRingBytes = 1U << 20U;
+constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
+constexpr core::Duration kPosePatience = std::chrono::seconds(5);
+constexpr core::Duration kHandOver = std::chrono::seconds(5);
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw UsageError(path + ": cannot be read");
+  }
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+/// The vehicle and the tables that were made from it; refused if they do not belong together (R10).
+class Model {
+ public:
+  Model(const std::string& vehicle_path, const std::string& tables_path)
+      : text_(read_file(vehicle_path)), file_(parse_vehicle(text_, vehicle_path)), bytes_(read_file(tables_path)) {
+    switch (storage_->load(std::as_bytes(std::span(bytes_)), file_.digest)) {
+      case core::Status::kOk:
+        return;
+      case core::Status::kRefused:
+        throw UsageError(tables_path + ": made from another vehicle file than " + vehicle_path +
+                         "; make it again with m100-lab gains");
+      case core::Status::kDataLoss:
+        throw UsageError(tables_path + ": damaged; make it again with m100-lab gains");
+      default:
+        throw UsageError(tables_path + ": not a gain table file");
+    }
+  }
+  const model::Vehicle& vehicle() const { return file_.vehicle; }
+  const mpc::GainTables<double>& tables() const { return storage_->tables(); }
+  const std::string& vehicle_text() const { return text_; }
+  const std::string& table_bytes() const { return bytes_; }
+
+ private:
+  std::string text_;
+  VehicleFile file_;
+  std::string bytes_;
+  std::unique_ptr<mpc::TableStorage<double>> storage_ = std::make_unique<mpc::TableStorage<double>>();
+};
+
+/// The flight log on its way to a file: a thread of its own waits for the medium, the tick never does.
+class LogFile {
+ public:
+  explicit LogFile(const std::string& path) : file_(path), storage_(kLogRingBytes), ring_(storage_), log_(ring_) {
+    if (file_.open() != core::Status::kOk) {
+      throw UsageError(path + ": exists already, or cannot be written");
+    }
+  }
+  ~LogFile() {
+    running_ = false;
+    if (writer_.joinable()) {
+      writer_.join();
+    }
+    (void)file_.sync();
+  }
+  LogFile(const LogFile&) = delete;
+  LogFile& operator=(const LogFile&) = delete;
+
+  void start() {
+    writer_ = std::thread([this] {
+      while (running_ || !ring_.front().empty()) {
+        if (!drain()) {
+          return;  // the medium is full or gone: the ring fills, and the log counts what it drops
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    });
+  }
+  log::FlightLog& log() { return log_; }
+
+ private:
+  bool drain() {
+    while (!ring_.front().empty()) {
+      const core::Expected<std::size_t> taken = file_.append(ring_.front());
+      if (!taken) {
+        std::cerr << "m100: flight log: " << core::name(taken.status()) << "\n";
+        return false;
+      }
+      ring_.pop(*taken);
+    }
+    return true;
+  }
+
+  hal::FileStorage file_;
+  std::vector<std::byte> storage_;
+  log::Ring ring_;
+  log::FlightLog log_;
+  std::atomic<bool> running_{true};
+  std::thread writer_;
+};
+
+/// Where the aircraft stands: the first pose.
+ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
+  PoseLink link(port, baud);
+  TickClock clock;
+  for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience; now = clock.next()) {
+    if (const core::Expected<PoseSample> sample = link.receive(now)) {
+      const std::array<float, 4>& q = sample->message.rotation_wb;
+      const core::Quaternion<double> rotation{static_cast<double>(q[0]), static_cast<double>(q[1]),
+                                              static_cast<double>(q[2]), static_cast<double>(q[3])};
+      const std::array<float, 3>& p = sample->message.position_w_m;
+      ref::Waypoint<double> start;
+      start.position_w_m = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
+      start.yaw_rad = core::euler_of(rotation).yaw_rad;
+      return start;
+    }
+  }
+  throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) +
+                   " s (m100 expects its own message, protocol/pose_message.h)");
+}
+
+void write_notes(log::FlightLog& log, const FlyOptions& options, const Model& model, const std::string& course,
+                 const ref::Waypoint<double>& start, core::TimePoint now) {
+  std::ostringstream place;
+  place.precision(17);
+  place << start.position_w_m.x() << " " << start.position_w_m.y() << " " << start.position_w_m.z() << " "
+        << start.yaw_rad;
+  const std::string where = place.str();
+  const std::string channel = options.channel + (options.paper_100_hz ? " paper_100_hz" : "");
+  const std::array notes{log::Note{kVehicleNote, model.vehicle_text()}, log::Note{kTablesNote, model.table_bytes()},
+                         log::Note{kCourseNote, course}, log::Note{kStartNote, where},
+                         log::Note{kChannelNote, channel}};
+  if (log.begin(now, notes) != core::Status::kOk) {
+    throw UsageError(options.log + ": the gain tables are too large for the log's ring");
+  }
+}
+
+/// What an assertion handler can reach.
+hal::SerialPort* farewell_port = nullptr;
+const Farewell* farewell = nullptr;
+
+void say_farewell(const char* file, int line) {
+  (void)farewell_port->write(farewell->bytes());
+  std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
+  std::_Exit(kAnswerIsNo);
+}
+
+ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
+  return options.channel == "movement" ? ChannelCommand(ctl::Command<double>{})
+                                       : ChannelCommand(vrc::CommandMap(vehicle).neutral());
+}
+
+void ask_for_real_time() {
+  const sched_param priority{.sched_priority = kPriority};
+  if (sched_setscheduler(0, SCHED_FIFO, &priority) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    std::cout << "no real-time rights; m100 doctor tells how to get them\n";
+  }
+}
+
+/// The operator's part: Enter takes control when all is ready, Enter again (or an interrupt) gives it back.
+class Pilotage {
+ public:
+  Pilotage(const FlyOptions& options, Controller& controller) : options_(options), controller_(controller) {}
+
+  /// After each tick. @returns false: over.
+  bool tick(core::TimePoint now) {
+    const AuthorityView& authority = controller_.link().authority();
+    tell(now, authority);
+    const bool in_control = authority.in_control;
+    switch (phase_) {
+      case Phase::kWaiting:
+        if (authority.stage == safety::Stage::kReady && (options_.take_control || key_pressed())) {
+          controller_.engage();
+          phase_ = Phase::kEngaging;
+        }
+        return !stop_asked();
+      case Phase::kEngaging:
+        if (in_control) {
+          phase_ = Phase::kFlying;
+          since_ = now;
+        }
+        return !stop_asked() && !is_refused(authority);
+      case Phase::kFlying:
+        if (!in_control) {
+          return false;  // lost, or given back by the ladder
+        }
+        if (stop_asked() || key_pressed() || is_over(now)) {
+          controller_.release();
+          phase_ = Phase::kReleasing;
+          since_ = now;
+        }
+        return true;
+      case Phase::kReleasing:
+        given_back_ = given_back_ || authority.reason == safety::Reason::kReleased;
+        return !given_back_ && now - since_ < kHandOver;
+    }
+    return false;
+  }
+  bool flew() const { return phase_ == Phase::kFlying || phase_ == Phase::kReleasing; }
+  bool given_back() const { return given_back_; }
+
+ private:
+  enum class Phase { kWaiting, kEngaging, kFlying, kReleasing };
+
+  bool is_over(core::TimePoint now) const {
+    return options_.take_control && core::seconds<double>(now - since_) >= options_.hold_s;
+  }
+  static bool is_refused(const AuthorityView& authority) {
+    const bool at_rest = authority.stage == safety::Stage::kReady || authority.stage == safety::Stage::kSilent ||
+                         authority.stage == safety::Stage::kSilentCold;
+    return at_rest && !safety::remedy(authority.reason).empty() && authority.reason != safety::Reason::kStarting;
+  }
+  void tell(core::TimePoint now, const AuthorityView& authority) {
+    const std::string text = describe(authority);
+    if (text != told_) {
+      told_ = text;
+      std::cout << core::seconds<double>(now.time_since_epoch()) << " s  " << text << std::endl;
+    }
+  }
+
+  const FlyOptions& options_;
+  Controller& controller_;
+  Phase phase_ = Phase::kWaiting;
+  core::TimePoint since_{};
+  bool given_back_ = false;
+  std::string told_;
+};
+
+std::string to_json(const FlyOptions& options, const Pilotage& pilotage, const Controller& controller,
+                    std::uint32_t stalls) {
+  const AuthorityView& authority = controller.link().authority();
+  const est::Estimate<double>& estimate = controller.estimate();
+  std::ostringstream out;
+  out << "{\"channel\":" << quoted(options.channel) << ",\"baud\":" << options.baud
+      << ",\"obtained\":" << (pilotage.flew() ? "true" : "false")
+      << ",\"released\":" << (pilotage.given_back() ? "true" : "false")
+      << ",\"last_stage\":" << quoted(safety::name(authority.stage))
+      << ",\"last_reason\":" << quoted(safety::name(authority.reason)) << ",\"stalls\":" << stalls
+      << ",\"position_m\":[" << estimate.x.position_m << "," << estimate.y.position_m << "," << estimate.height_m
+      << "],\"health\":" << to_json(controller.link().health()) << "}";
+  return out.str();
+}
+
+}  // namespace
+
+bool fly_course(const FlyOptions& options, const LinkConfig& link, hal::SerialPort& port) {
+  if (options.pose_port.empty() || options.vehicle.empty() || options.gains.empty()) {
+    throw UsageError("fly: needs --pose-port, --vehicle and --gains (or --dry-run)");
+  }
+  const Model model(options.vehicle, options.gains);
+  const std::string course_text = options.course.empty() ? "" : read_file(options.course);
+  hal::SerialPort pose_port(options.pose_port, options.pose_baud);
+  open_or_explain(pose_port);
+  const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
+  const auto trajectory = std::make_unique<ref::Trajectory<double>>();
+  lay_course(course_text, start, *trajectory);
+
+  TickClock clock;
+  std::optional<LogFile> log;
+  if (!options.log.empty()) {
+    log.emplace(options.log);
+    write_notes(log->log(), options, model, course_text, start, clock.now());
+    log->start();
+  }
+  FlightConfig config;
+  config.link = link;
+  config.pose_baud = options.pose_baud;
+  const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port,
+                                                       *trajectory, log ? &log->log() : nullptr);
+  const Farewell last_words(neutral_of(options, model.vehicle()), link.encrypt_commands ? link.cipher : nullptr);
+  farewell = &last_words;
+  farewell_port = &port;
+  const core::AssertionHandler former = core::set_assertion_handler(&say_farewell);
+  ask_for_real_time();
+  Pilotage pilotage(options, *controller);
+  for (core::TimePoint now = clock.now();; now = clock.next()) {
+    (void)controller->tick(now);  // what became of the command stands in the log
+    if (!pilotage.tick(now)) {
+      break;
+    }
+  }
+  core::set_assertion_handler(former);
+  print(std::cout, controller->link().health());
+  if (!options.json.empty()) {
+    write_file(options.json, to_json(options, pilotage, *controller, clock.stalls()));
+  }
+  return pilotage.given_back();
+}
+
+}  // namespace m100::app
