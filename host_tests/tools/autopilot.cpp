@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab autopilot: an N1 autopilot with a vehicle behind it, on a pseudo-terminal, in real time.
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <iostream>
@@ -80,7 +81,8 @@ class EventFile {
     file_ << "{\"t_s\":" << core::seconds<double>(event.at.time_since_epoch()) << ",\"what\":\"" << event.what
           << "\",\"name\":\"" << event.name << "\",\"value\":" << event.value << "}\n";
   }
-  void summarise(const sim::N1Autopilot& autopilot) {
+  /// @param longest_lag the machine kept the autopilot waiting: its own stamps are late by up to that.
+  void summarise(const sim::N1Autopilot& autopilot, core::Duration longest_lag) {
     const sim::N1Record& record = autopilot.record();
     const protocol::ParserStats& parser = autopilot.parser_stats();
     const auto spacing_s = [](core::Duration spacing) {
@@ -99,6 +101,7 @@ class EventFile {
           << ",\"telemetry_packages\":" << record.telemetry_packages << ",\"bad_commands\":" << record.bad_commands
           << ",\"frames\":" << parser.frames << ",\"crc16_errors\":" << parser.crc16_errors
           << ",\"crc32_errors\":" << parser.crc32_errors << ",\"bytes_dropped\":" << parser.bytes_dropped
+          << ",\"longest_lag_s\":" << core::seconds<double>(longest_lag)
           << ",\"client_in_control\":" << (autopilot.client_in_control() ? "true" : "false") << "}\n";
     file_.flush();
   }
@@ -177,8 +180,11 @@ void run(const Options& options) {
             << std::endl;
   hal::MonotonicClock clock;
   const core::TimePoint end{core::Duration{static_cast<std::int64_t>(options.duration_s * 1e6)}};
-  for (core::TimePoint now = clock.now(); stop_asked == 0 && (options.duration_s <= 0.0 || now < end);
-       now = clock.now()) {
+  core::TimePoint last = clock.now();
+  core::Duration longest_lag{0};
+  for (core::TimePoint now = last; stop_asked == 0 && (options.duration_s <= 0.0 || now < end); now = clock.now()) {
+    longest_lag = std::max(longest_lag, now - last);
+    last = now;
     autopilot.advance(now);
     if (pose) {
       pose->step(now, vehicle);
@@ -186,7 +192,7 @@ void run(const Options& options) {
     clock.sleep_until(now + sim::N1Autopilot::kTick);
   }
   if (events) {
-    events->summarise(autopilot);
+    events->summarise(autopilot, longest_lag);
   }
 }
 
