@@ -86,11 +86,13 @@ inline constexpr std::size_t kColumnPacks = kHorizon / kLanes;
 
 template <typename T>
 M100_INLINE Pack<T> load(const T* from) {
-  return *reinterpret_cast<const typename PackOf<T>::Memory*>(from);
+  Pack<T> pack;
+  __builtin_memcpy(&pack, from, sizeof(pack));  // unaligned; Clang drops the alignment of a type named by a template
+  return pack;
 }
 template <typename T>
 M100_INLINE void store(T* to, const Pack<T>& pack) {
-  *reinterpret_cast<typename PackOf<T>::Memory*>(to) = pack;
+  __builtin_memcpy(to, &pack, sizeof(pack));
 }
 template <typename T>
 M100_INLINE Pack<T> spread(T value) {
