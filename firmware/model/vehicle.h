@@ -79,11 +79,11 @@ struct MpcWeights {
 /// Noise the disturbance EKF assumes. Process noise as power density per second, measurement noise as sigma.
 struct EstimatorNoise {
   double position_process_m = 1e-4;         ///< per sqrt(s)
-  double velocity_process_m_s = 0.02;       ///< per sqrt(s)
+  double velocity_process_m_s = 0.001;      ///< per sqrt(s)
   double tilt_process_rad = 1e-3;           ///< per sqrt(s)
-  double tilt_rate_process_rad_s = 1.0;     ///< per sqrt(s)
-  double disturbance_process_m_s2 = 0.5;    ///< per sqrt(s)
-  double input_offset_process_rad = 0.003;  ///< per sqrt(s)
+  double tilt_rate_process_rad_s = 0.3;     ///< per sqrt(s)
+  double disturbance_process_m_s2 = 0.15;   ///< per sqrt(s)
+  double input_offset_process_rad = 0.001;  ///< per sqrt(s)
   double pose_position_sigma_m = 0.002;
   double pose_velocity_sigma_m_s = 0.02;
   double attitude_sigma_rad = 0.005;

@@ -24,7 +24,7 @@ inline constexpr model::Vehicle kVehicle{
     .climb = {.scale_per_count = 0.00265, .time_constant_s = 0.334, .natural_frequency_rad_s = 0.0, .damping_ratio = 0.0, .transport_delay_s = 0.0, .dead_zone_counts = 30.5, .dead_zone_shape = model::DeadZoneShape::kJump, .trim_counts = 0.0, .stick_exponent = 1.0, .limit = 0.0, .rate_limit = 0.0, .gain_asymmetry = 1.0},
     .translation = {.mass_kg = 3.3, .linear_drag_per_s = 0.01, .quadratic_drag_per_m = 0.0, .tilt_limit_rad = 0.4363323129985824, .tilt_gain = 1.0, .thrust_gain = 1.0, .thrust_lag_s = 0.0},
     .mpc = {.position = 40.0, .velocity = 20.0, .tilt = 20.0, .input = 1.5, .input_rate = 0.3},
-    .estimator = {.position_process_m = 1e-04, .velocity_process_m_s = 0.02, .tilt_process_rad = 0.001, .tilt_rate_process_rad_s = 1.0, .disturbance_process_m_s2 = 0.5, .input_offset_process_rad = 0.003, .pose_position_sigma_m = 0.002, .pose_velocity_sigma_m_s = 0.02, .attitude_sigma_rad = 0.005, .rate_sigma_rad_s = 0.02},
+    .estimator = {.position_process_m = 1e-04, .velocity_process_m_s = 0.001, .tilt_process_rad = 0.001, .tilt_rate_process_rad_s = 0.3, .disturbance_process_m_s2 = 0.15, .input_offset_process_rad = 0.001, .pose_position_sigma_m = 0.002, .pose_velocity_sigma_m_s = 0.02, .attitude_sigma_rad = 0.005, .rate_sigma_rad_s = 0.02},
     .altitude = {.proportional_per_s = 1.963, .integral_per_s2 = 6.19, .derivative = 0.156, .integral_min_m_s = -0.2, .integral_max_m_s = 0.2, .climb_limit_m_s = 2.0},
     .yaw = {.proportional_per_s = 1.5, .rate_limit_rad_s = 1.0},
 };
