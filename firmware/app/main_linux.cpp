@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   m100::app::add_fly(m100);
   m100::app::add_probe(m100);
   m100::app::add_doctor(m100);
+  m100::app::add_check(m100);
   m100::app::add_replay(m100);
   try {
     m100.parse(argc, argv);

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -16,12 +15,11 @@
 #include "firmware/app/course.h"
 #include "firmware/app/farewell.h"
 #include "firmware/app/flight_controller.h"
+#include "firmware/app/linux/flight_model.h"
 #include "firmware/app/linux/fly.h"
 #include "firmware/app/linux/link_report.h"
 #include "firmware/app/linux/subcommands.h"
 #include "firmware/app/replay.h"
-#include "firmware/app/vehicle_file.h"
-#include "firmware/mpc/table_file.h"
 #include "firmware/vrc/command_map.h"
 #include "hal/linux/file_storage.h"
 
@@ -33,43 +31,6 @@ constexpr std::size_t kLogRingBytes = 1U << 20U;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
 constexpr core::Duration kHandOver = std::chrono::seconds(5);
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw UsageError(path + ": cannot be read");
-  }
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-/// The vehicle and the tables that were made from it; refused if they do not belong together (R10).
-class Model {
- public:
-  Model(const std::string& vehicle_path, const std::string& tables_path)
-      : text_(read_file(vehicle_path)), file_(parse_vehicle(text_, vehicle_path)), bytes_(read_file(tables_path)) {
-    switch (storage_->load(std::as_bytes(std::span(bytes_)), file_.digest)) {
-      case core::Status::kOk:
-        return;
-      case core::Status::kRefused:
-        throw UsageError(tables_path + ": made from another vehicle file than " + vehicle_path +
-                         "; make it again with m100-lab gains");
-      case core::Status::kDataLoss:
-        throw UsageError(tables_path + ": damaged; make it again with m100-lab gains");
-      default:
-        throw UsageError(tables_path + ": not a gain table file");
-    }
-  }
-  const model::Vehicle& vehicle() const { return file_.vehicle; }
-  const mpc::GainTables<double>& tables() const { return storage_->tables(); }
-  const std::string& vehicle_text() const { return text_; }
-  const std::string& table_bytes() const { return bytes_; }
-
- private:
-  std::string text_;
-  VehicleFile file_;
-  std::string bytes_;
-  std::unique_ptr<mpc::TableStorage<double>> storage_ = std::make_unique<mpc::TableStorage<double>>();
-};
 
 /// The flight log on its way to a file: a thread of its own waits for the medium, the tick never does.
 class LogFile {
@@ -142,7 +103,7 @@ ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
                    " s (m100 expects its own message, protocol/pose_message.h)");
 }
 
-void write_notes(log::FlightLog& log, const FlyOptions& options, const Model& model, const std::string& course,
+void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightModel& model, const std::string& course,
                  const ref::Waypoint<double>& start, core::TimePoint now) {
   std::ostringstream place;
   place.precision(17);
@@ -270,7 +231,7 @@ bool fly_course(const FlyOptions& options, const LinkConfig& link, hal::SerialPo
   if (options.pose_port.empty() || options.vehicle.empty() || options.gains.empty()) {
     throw UsageError("fly: needs --pose-port, --vehicle and --gains (or --dry-run)");
   }
-  const Model model(options.vehicle, options.gains);
+  const FlightModel model(options.vehicle, options.gains);
   const std::string course_text = options.course.empty() ? "" : read_file(options.course);
   hal::SerialPort pose_port(options.pose_port, options.pose_baud);
   open_or_explain(pose_port);

@@ -19,6 +19,7 @@ class UsageError : public std::runtime_error {
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_fly(CLI::App& m100);
 void add_probe(CLI::App& m100);
+void add_check(CLI::App& m100);
 void add_replay(CLI::App& m100);
 void add_doctor(CLI::App& m100);
 

@@ -23,7 +23,7 @@ struct SetpointRows {
 
 /// Largest parameters the law is made for: position error [m], velocity [m/s], tilt off its target [rad], tilt rate
 /// [rad/s], previous input off the steady input [rad], steady input [rad].
-inline constexpr std::array<double, 6> kSetpointBox{6.0, 4.0, 0.8, 4.0, 0.75, 0.31};
+inline constexpr std::array<double, 6> kSetpointBox{4.0, 3.0, 0.5, 2.5, 0.6, 0.31};
 
 /// The explicit optimum of one axis for a constant reference. The critical regions (active sets) are found by walking
 /// over every facet, each facet decided by a linear program (GLPK, in rational arithmetic where floating point leaves
