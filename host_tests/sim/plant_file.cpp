@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/plant_file.h"
 
+#define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
 #include <toml++/toml.h>
 #include <array>
 #include <fstream>

@@ -6,9 +6,11 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "firmware/mpc/horizontal_mpc.h"
+#include "firmware/mpc/table_file.h"
 #include "host_tests/tools/gains/gain_tables.h"
 #include "host_tests/tools/gains/linear_program.h"
 
@@ -167,6 +169,11 @@ class Parametric {
 };
 
 /// All critical regions that meet the unmirrored half of the box.
+/// A vehicle whose law is too large for a table: it flies by the preview law alone.
+struct TooLarge {};
+constexpr std::size_t kMostRegions = 4000;
+constexpr std::uint32_t kDeepestTree = 48;
+
 class Regions {
  public:
   explicit Regions(Parametric& program) : program_(program) {
@@ -178,6 +185,9 @@ class Regions {
     domain_.push_back({-program.mirror() / program.mirror().norm(), 0.0});
     enqueue(program.sides_at(1e-3 * program.mirror() / program.mirror().norm()));
     while (!queue_.empty()) {
+      if (regions_.size() > kMostRegions) {
+        throw TooLarge{};
+      }
       const Sides sides = queue_.front();
       queue_.pop_front();
       explore(sides);
@@ -314,6 +324,9 @@ class Tree {
     std::size_t piece = 0;
     if (is_leaf(cell, regions, piece)) {
       return static_cast<std::uint16_t>(mpc::SetpointTree<double>::kLeaf + put_law(piece));
+    }
+    if (out_.nodes.size() >= mpc::kMaxSetpointNodes || depth > kDeepestTree) {
+      throw TooLarge{};
     }
     const HalfSpace plane = best_plane(regions, borders);
     const auto node = static_cast<std::uint16_t>(out_.nodes.size());
@@ -526,8 +539,14 @@ SetpointRows make_setpoint_law(const AxisProblem& problem) {
     return out;
   }
   Parametric program(problem);
-  const Regions regions(program);
-  const Tree tree(regions, program, out);
+  std::optional<Regions> found;
+  try {
+    found.emplace(program);
+    const Tree tree(*found, program, out);
+  } catch (const TooLarge&) {
+    return {};
+  }
+  const Regions& regions = *found;
   out.box = kSetpointBox;
   out.regions = regions.regions().size();
   out.pieces = static_cast<std::size_t>(std::count_if(regions.pieces().begin(), regions.pieces().end(),
