@@ -109,7 +109,7 @@ void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
   meter_.counters().refused_items += keep_finite(telemetry_, former);
   meter_.package(now);
   for (std::size_t item = 0; item < item_times_.size(); ++item) {
-    if ((telemetry_.items >> item & 1U) != 0) {
+    if (((std::uint32_t{telemetry_.items} >> item) & 1U) != 0) {
       item_times_[item] = now;
     }
   }
@@ -214,7 +214,7 @@ bool SerialLink::recent(protocol::TelemetryItem item, core::TimePoint now, core:
 
 core::TimePoint SerialLink::received_at(protocol::TelemetryItem item) const {
   std::size_t index = 0;
-  while (index + 1 < item_times_.size() && (static_cast<std::uint16_t>(item) >> index & 1U) == 0) {
+  while (index + 1 < item_times_.size() && ((std::uint32_t{static_cast<std::uint16_t>(item)} >> index) & 1U) == 0) {
     ++index;
   }
   return item_times_[index];

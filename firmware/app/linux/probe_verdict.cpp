@@ -17,7 +17,7 @@ constexpr double kNoisyShare = 0.05;  ///< of the bytes, outside of frames
 std::size_t old_value_bytes(std::uint16_t items) {
   std::size_t size = 2;
   for (std::size_t item = 0; item < kOldItemBytes.size(); ++item) {
-    size += (items >> item & 1U) != 0 ? kOldItemBytes[item] : 0U;
+    size += ((std::uint32_t{items} >> item) & 1U) != 0 ? kOldItemBytes[item] : 0U;
   }
   return size;
 }
