@@ -41,7 +41,7 @@ constexpr std::array kAttitudeKeys{
 };
 
 /// Yaw rate and climb differ only in the names of three keys and in their ranges.
-constexpr std::array<NumberKey<RateAxis>, 11> rate_keys(std::string_view scale, std::string_view limit,
+constexpr std::array<NumberKey<RateAxis>, 14> rate_keys(std::string_view scale, std::string_view limit,
                                                         std::string_view slew) {
   return {{{scale, &RateAxis::scale_per_count, 1e-5, 1e-1},
            {"time_constant_s", &RateAxis::time_constant_s, 0.005, 5.0},
@@ -53,7 +53,10 @@ constexpr std::array<NumberKey<RateAxis>, 11> rate_keys(std::string_view scale, 
            {"stick_exponent", &RateAxis::stick_exponent, 0.3, 4.0},
            {limit, &RateAxis::limit, 0.0, 20.0},
            {slew, &RateAxis::rate_limit, 0.0, 100.0},
-           {"gain_asymmetry", &RateAxis::gain_asymmetry, 0.2, 5.0}}};
+           {"gain_asymmetry", &RateAxis::gain_asymmetry, 0.2, 5.0},
+           {"lead_zero_s", &RateAxis::lead_zero_s, -0.5, 0.5, true},
+           {"backlash_counts", &RateAxis::backlash_counts, 0.0, 200.0, true},
+           {"gain_drift_per_minute", &RateAxis::gain_drift_per_minute, -1.0, 1.0, true}}};
 }
 constexpr auto kYawRateKeys = rate_keys("scale_rad_s_per_count", "limit_rad_s", "rate_limit_rad_s2");
 constexpr auto kClimbKeys = rate_keys("scale_m_s_per_count", "limit_m_s", "rate_limit_m_s2");
@@ -245,6 +248,9 @@ class Writer {
     }
     text_ << "[" << name << "]\n";
     for (const NumberKey<T>& key : keys) {
+      if (key.only_if_set && from.*key.member == T{}.*key.member) {
+        continue;
+      }
       if (from.*key.member != T{}.*key.member || key.low <= 0.0 || key.low >= 1.0 || from.*key.member != 0.0) {
         text_ << key.key << " = " << shortest(from.*key.member) << "\n";
       }

@@ -34,6 +34,7 @@ struct NumberKey {
   double T::*member;
   double low;
   double high;
+  bool only_if_set = false;  ///< not written while it has its default: files of before the key keep their digest
 };
 
 // The same keys serve the plant file of the simulator, so that a quantity has one name and one range.

@@ -52,6 +52,10 @@ struct RateAxis {
   double limit = 0.0;       ///< |output| limit in rad/s or m/s; 0: none
   double rate_limit = 0.0;  ///< slew of the output per second; 0: none
   double gain_asymmetry = 1.0;
+  // Effects that identification may add; files say them only where they are there.
+  double lead_zero_s = 0.0;
+  double backlash_counts = 0.0;  ///< half width
+  double gain_drift_per_minute = 0.0;
 };
 
 /// Horizontal motion: v' = tilt_gain g tan(tilt) - linear_drag v - quadratic_drag |v| v + wind, about hover.

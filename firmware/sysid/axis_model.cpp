@@ -102,6 +102,9 @@ AxisModel<double> to_axis_model(const model::RateAxis& axis) {
   out.saturation = axis.limit;
   out.rate_limit_per_s = axis.rate_limit;
   out.gain_asymmetry = axis.gain_asymmetry;
+  out.lead_zero_s = axis.lead_zero_s;
+  out.backlash_counts = axis.backlash_counts;
+  out.gain_drift_per_s = axis.gain_drift_per_minute / 60.0;
   return out;
 }
 

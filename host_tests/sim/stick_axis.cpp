@@ -36,13 +36,16 @@ AxisLaw law_of(const model::RateAxis& axis) {
           .natural_frequency_rad_s = axis.natural_frequency_rad_s,
           .damping_ratio = axis.damping_ratio,
           .transport_delay_s = axis.transport_delay_s,
+          .lead_zero_s = axis.lead_zero_s,
           .dead_zone_counts = axis.dead_zone_counts,
           .dead_zone_shape = axis.dead_zone_shape,
           .trim_counts = axis.trim_counts,
           .saturation = axis.limit,
           .rate_limit = axis.rate_limit,
           .gain_asymmetry = axis.gain_asymmetry,
-          .stick_exponent = axis.stick_exponent};
+          .stick_exponent = axis.stick_exponent,
+          .backlash_counts = axis.backlash_counts,
+          .gain_drift_per_minute = axis.gain_drift_per_minute};
 }
 
 StickAxis::StickAxis(const AxisLaw& law, double extra_delay_s)

@@ -135,6 +135,7 @@ class StructText {
     first_ = false;
     return *this;
   }
+  StructText& number_if_set(const char* key, double value) { return value == 0.0 ? *this : number(key, value); }
   StructText& shape(model::DeadZoneShape value) {
     text_ += std::string(", .dead_zone_shape = model::DeadZoneShape::") +
              (value == model::DeadZoneShape::kJump ? "kJump" : "kContinuous");
@@ -184,6 +185,9 @@ std::string rate_text(const std::string& name, const model::RateAxis& from) {
       .M100_FIELD(limit)
       .M100_FIELD(rate_limit)
       .M100_FIELD(gain_asymmetry)
+      .number_if_set("lead_zero_s", from.lead_zero_s)
+      .number_if_set("backlash_counts", from.backlash_counts)
+      .number_if_set("gain_drift_per_minute", from.gain_drift_per_minute)
       .done();
 }
 

@@ -47,6 +47,9 @@ constexpr Place<model::RateAxis> kRatePlaces[] = {
     {"limit_per_s", &model::RateAxis::rate_limit},
     {"ratio", &model::RateAxis::gain_asymmetry},
     {"exponent", &model::RateAxis::stick_exponent},
+    {"zero_s", &model::RateAxis::lead_zero_s},
+    {"half_width_counts", &model::RateAxis::backlash_counts},
+    {"fraction_per_minute", &model::RateAxis::gain_drift_per_minute},
 };
 
 bool jumps(const IdentifyResult& result) {

@@ -41,6 +41,22 @@ TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
   EXPECT_EQ(file.digest, as_file(vehicle, sources).digest);
 }
 
+// Catches an effect that identification finds in climb or yaw and the file forgets, and a key whose mere existence
+// would change the digest of every file written before it.
+TEST(VehicleFile, LateEffectsOfRateAxesAreKeptWhereTheyAreAndUnsaidWhereTheyAreNot) {
+  model::Vehicle vehicle = model::paper_vehicle();
+  EXPECT_EQ(to_text(vehicle, {}).find("[axis.climb]\nbacklash"), std::string::npos);
+  EXPECT_EQ(as_file(vehicle).vehicle.climb.lead_zero_s, 0.0);
+  vehicle.climb.lead_zero_s = 0.11;
+  vehicle.climb.backlash_counts = 7.0;
+  vehicle.yaw_rate.gain_drift_per_minute = -0.2;
+  const model::Vehicle read = as_file(vehicle).vehicle;
+  EXPECT_EQ(read.climb.lead_zero_s, 0.11);
+  EXPECT_EQ(read.climb.backlash_counts, 7.0);
+  EXPECT_EQ(read.yaw_rate.gain_drift_per_minute, -0.2);
+  EXPECT_EQ(read.yaw_rate.backlash_counts, 0.0);
+}
+
 // Catches a writer that invents an axis nobody has identified, which the reader then refuses.
 TEST(VehicleFile, AnAxisThatIsNotKnownYetIsLeftOut) {
   model::Vehicle vehicle;
