@@ -282,10 +282,7 @@ class ActiveSet {
     }
     settle(away);
     sum.set(table_.hessian.data(), away[0]);
-    M100_UNROLL(20)
-    for (std::size_t i = 1; i < kHorizon; ++i) {
-      sum.add(table_.hessian.data() + i * kHorizon, away[i]);
-    }
+    add_columns(sum, table_.hessian.data() + kHorizon, kHorizon, away + 1, kHorizon - 1);
     sum.write(gradient_);
     Largest<T> most(T(0));
     Mask<T> is_number = sum.pack[0] == sum.pack[0];

@@ -28,7 +28,10 @@ typename HorizontalMpc<T>::Laws laws_of_this_machine() {
     }
   }
 #endif
-  return {.preview = &M100_LANES_NAMESPACE::solve_preview<T>, .setpoint = &M100_LANES_NAMESPACE::solve_setpoint<T>};
+  // A constant of its own for each T: in one pool of the file, the float build would keep the laws in double too.
+  static constexpr typename HorizontalMpc<T>::Laws kLaws{.preview = &M100_LANES_NAMESPACE::solve_preview<T>,
+                                                         .setpoint = &M100_LANES_NAMESPACE::solve_setpoint<T>};
+  return kLaws;
 }
 
 }  // namespace

@@ -23,8 +23,8 @@
 
 #define M100_INLINE inline __attribute__((always_inline))
 
-// Loops over packs are unrolled where registers are wide; where they are not, seventy kilobytes of flash go into it and
-// the loop counter costs less than the instruction cache.
+// Loops over packs are unrolled where registers are wide; where they are not, only that of add_columns() is, which is
+// one function there: seventy kilobytes of flash would go into unrolling all.
 #define M100_PRAGMA(text) _Pragma(#text)
 #if defined(__SANITIZE_ADDRESS__)
 #define M100_UNROLL(times)  // the instrumented loop is no longer one that GCC can annotate
@@ -129,6 +129,33 @@ struct Column {
     }
   }
 };
+
+/// sum += columns[i * stride + j] * factors[i] for all j, in the order of i < count.
+#ifdef M100_LANES_SCALAR
+template <typename T>
+__attribute__((noinline)) void add_columns(Column<T>& sum, const T* columns, std::size_t stride, const T* factors,
+                                           std::size_t count) {
+  Column<T> in_registers = sum;
+  for (std::size_t i = 0; i < count; ++i) {
+    const T factor = factors[i];
+    M100_PRAGMA(GCC unroll 20)
+    for (std::size_t j = 0; j < kHorizon; ++j) {
+      in_registers.pack[j] += columns[j] * factor;
+    }
+    columns += stride;
+  }
+  sum = in_registers;
+}
+#else
+template <typename T>
+M100_INLINE void add_columns(Column<T>& sum, const T* columns, std::size_t stride, const T* factors,
+                             std::size_t count) {
+  M100_UNROLL(5)  // all 20 at once, and the compiler loads ahead until it spills
+  for (std::size_t i = 0; i < count; ++i) {
+    sum.add(columns + i * stride, factors[i]);
+  }
+}
+#endif
 
 /// The numbers 0, 1, 2, ...
 template <typename T>

@@ -18,10 +18,7 @@ M100_INLINE void zero_tail(T* padded) {
 /// sum += taps[m] * signal[j + m] for all j, m < count.
 template <typename T, std::size_t kCount>
 M100_INLINE void filter(Column<T>& sum, const T* signal, const T* taps) {
-  M100_UNROLL(8)
-  for (std::size_t m = 0; m < kCount; ++m) {
-    sum.add(signal + m, taps[m]);
-  }
+  add_columns(sum, signal, 1, taps, kCount);
 }
 
 /// g of gain_table.h into `filtered`.
@@ -80,19 +77,13 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   settle(filtered);
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
-  M100_UNROLL(4)
-  for (std::size_t i = 1; i < kStates; ++i) {
-    sum.add(table.state_gain.data() + i * kHorizon, problem.state[i]);
-  }
+  add_columns(sum, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1, kStates - 1);
   sum.add(table.disturbance_gain.data(), problem.disturbance_m_s2);
   if constexpr (kConstantTargets) {
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
     sum.add(table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
   }
-  M100_UNROLL(5)  // all 20 at once, and the compiler loads ahead until it spills
-  for (std::size_t i = 0; i < kHorizon; ++i) {
-    sum.add(table.filter_gain.data() + i * kHorizon, filtered[i]);
-  }
+  add_columns(sum, table.filter_gain.data(), kHorizon, filtered, kHorizon);
   sum.write(inputs);
 
   // Two comparisons that hold, not two that fail: a NaN must not pass for free.
