@@ -202,6 +202,9 @@ class AxisIdentification {
     ModelResult out;
     const sysid::AxisModel<double> model = family.model(fit);
     out.structure = fit.structure;
+    if (std::find(fit.structure.begin(), fit.structure.end(), "dead_zone") != fit.structure.end()) {
+      out.dead_zone_shape = model.dead_zone_shape == model::DeadZoneShape::kJump ? "jump" : "continuous";
+    }
     const auto names = family.parameter_names(fit.structure);
     for (std::size_t k = 0; k < names.size(); ++k) {
       out.parameters.push_back({names[k].name, family.physical(fit, k)});
@@ -246,7 +249,7 @@ class AxisIdentification {
         }
       }
       if (step.name == "dead_zone") {
-        effect.shape = final_fit.shape.find("jump") != std::string::npos ? "jump" : "continuous";
+        effect.shape = result.final_model.dead_zone_shape;
       }
       Structure nested = final_fit.structure;
       for (std::size_t later = at + 1; later < selection.steps.size(); ++later) {

@@ -83,6 +83,10 @@ bool has(const Structure& structure, const std::string& name) {
   return std::find(structure.begin(), structure.end(), name) != structure.end();
 }
 
+/// What a fit is chosen by. A variant (a jump at the dead zone's edge, say) must earn its place: a log whose sticks
+/// leave out the dead zone, because a controller steps over it, fits with a jump of any width.
+double cost(const Fit& fit) { return fit.shape.empty() ? fit.sum_of_squares : 1.02 * fit.sum_of_squares; }
+
 bool has_token(const std::string& shape, const std::string& token) { return shape.find(token) != std::string::npos; }
 
 double unit_of(const AxisScale& scale, Unit unit) {
@@ -268,7 +272,7 @@ Fit AxisFamily::polish(const Fit& fit, std::span<const int> weights) const {
         const Fit tried = run(std::move(start), weights, 5);
         if (tried.sum_of_squares < 1.05 * best.sum_of_squares) {
           const Fit ended = run(tried, weights, 15);
-          best = ended.sum_of_squares < best.sum_of_squares ? ended : best;
+          best = cost(ended) < cost(best) ? ended : best;
         }
       }
     }
@@ -329,7 +333,7 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
   Fit best;
   for (const Fit& start : starts) {
     const Fit tried = run(start, weights, starts.size() > 1 ? 5 : 0);
-    if (best.parameters.empty() || tried.sum_of_squares < best.sum_of_squares) {
+    if (best.parameters.empty() || cost(tried) < cost(best)) {
       best = tried;
     }
   }

@@ -24,6 +24,9 @@ Json to_json(const ModelResult& model) {
   for (const NamedValue& parameter : model.parameters) {
     parameters[parameter.name] = parameter.value;
   }
+  if (!model.dead_zone_shape.empty()) {
+    parameters["shape"] = model.dead_zone_shape;
+  }
   Json horizons = Json::object();
   for (const auto& [age_s, rmse] : model.horizon_rmse) {
     horizons[horizon_key(age_s)] = rmse;

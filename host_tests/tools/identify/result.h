@@ -32,6 +32,7 @@ struct NamedValue {
 struct ModelResult {
   std::vector<std::string> structure;  ///< base model first, then effects
   std::vector<NamedValue> parameters;
+  std::string dead_zone_shape;  ///< "continuous" or "jump" where the structure has a dead zone, declared or found
   double train_rmse = 0.0;
   double validation_rmse = 0.0;
   double fit_percent = 0.0;                             ///< on the validation part

@@ -52,11 +52,6 @@ constexpr Place<model::RateAxis> kRatePlaces[] = {
     {"fraction_per_minute", &model::RateAxis::gain_drift_per_minute},
 };
 
-bool jumps(const IdentifyResult& result) {
-  return std::any_of(result.effects.begin(), result.effects.end(),
-                     [](const EffectResult& effect) { return effect.shape == "jump"; });
-}
-
 // The axis starts from nothing: what was not found is not there.
 template <typename Axis, std::size_t kCount>
 std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&places)[kCount],
@@ -82,7 +77,7 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
       axis.*(place->member) = written;
     }
   }
-  if (jumps(result)) {
+  if (result.final_model.dead_zone_shape == "jump") {
     axis.dead_zone_shape = model::DeadZoneShape::kJump;
   }
   return homeless;
