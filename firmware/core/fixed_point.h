@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <bit>
 #include <compare>
 #include <cstdint>
 #include <limits>
@@ -53,10 +54,11 @@ class Arithmetic {
 
  private:
   static constexpr S power_of_two(int exponent) {
-    // |exponent| <= 60 by contract; as a product of bits it folds to a constant wherever exponent is one.
-    const S one = S(1);
-    const auto magnitude = static_cast<std::uint64_t>(1) << (exponent < 0 ? -exponent : exponent);
-    return exponent < 0 ? one / static_cast<S>(magnitude) : static_cast<S>(magnitude);
+    // |exponent| <= 60 by contract.
+    using Bits = std::conditional_t<sizeof(S) == sizeof(std::uint64_t), std::uint64_t, std::uint32_t>;
+    constexpr int kMantissaBits = std::numeric_limits<S>::digits - 1;
+    constexpr int kBias = std::numeric_limits<S>::max_exponent - 1;
+    return std::bit_cast<S>(static_cast<Bits>(static_cast<Bits>(kBias + exponent) << kMantissaBits));
   }
 };
 
