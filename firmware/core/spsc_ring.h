@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -44,12 +45,15 @@ class SpscRing {
     return true;
   }
 
-  /// Reader only. Pops as many as there are and fit. @returns the filled part of destination.
+  /// Reader only. Pops as many as there are and fit, in at most two pieces. @returns the filled part of destination.
   std::span<T> pop_into(std::span<T> destination) {
-    std::size_t count = 0;
-    while (count < destination.size() && pop(destination[count])) {
-      ++count;
-    }
+    const std::uint32_t tail = tail_.load(std::memory_order_relaxed);  // only the reader changes tail_
+    const std::uint32_t head = head_.load(std::memory_order_acquire);  // makes the writer's slots visible
+    const std::size_t count = std::min<std::size_t>(head - tail, destination.size());
+    const std::size_t first = std::min<std::size_t>(count, kCapacity - (tail & kMask));
+    std::copy_n(slots_.begin() + (tail & kMask), first, destination.begin());
+    std::copy_n(slots_.begin(), count - first, destination.begin() + static_cast<std::ptrdiff_t>(first));
+    tail_.store(tail + static_cast<std::uint32_t>(count), std::memory_order_release);  // hands the slots back
     return destination.first(count);
   }
 
