@@ -31,7 +31,6 @@ struct LinkHealth {
   std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
   std::uint32_t undecipherable = 0;    ///< encrypted, and we have no key
-  std::uint32_t overrun_bytes = 0;     ///< came faster than they were read
   std::uint32_t commands_sent = 0;     ///< flight commands
   std::uint32_t commands_refused = 0;  ///< out of range, or without control
   std::uint32_t commands_dropped =

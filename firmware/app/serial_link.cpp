@@ -35,20 +35,18 @@ SerialLink::SerialLink(hal::Uart& uart, const LinkConfig& config, ByteTap* tap)
 const protocol::Telemetry& SerialLink::receive(core::TimePoint now) {
   telemetry_.items = 0;
   collect(now);
-  parse(now);
   poll_sessions(now);
   step_authority(now);
   flush(now);
   meter_.tick(now);
   meter_.counters().parser = parser_.stats();
   meter_.counters().sessions = sessions_.stats();
-  meter_.counters().overrun_bytes = ring_.dropped();
   return telemetry_;
 }
 
 void SerialLink::collect(core::TimePoint now) {
   std::array<std::byte, kChunkBytes> chunk;
-  for (std::size_t visit = 0; visit < kRingBytes / kChunkBytes; ++visit) {
+  for (std::size_t visit = 0; visit < kBytesPerTick / kChunkBytes; ++visit) {
     const core::Expected<std::size_t> count = uart_.read(chunk);
     if (!count) {
       meter_.counters().outages += port_was_gone_ ? 0U : 1U;
@@ -67,19 +65,6 @@ void SerialLink::collect(core::TimePoint now) {
     meter_.received(bytes.size());
     if (tap_ != nullptr) {
       tap_->received(bytes, now);
-    }
-    for (const std::byte value : bytes) {
-      (void)ring_.push(value);  // a full ring counts what it refuses
-    }
-  }
-}
-
-void SerialLink::parse(core::TimePoint now) {
-  std::array<std::byte, kChunkBytes> chunk;
-  for (std::size_t visit = 0; visit < kRingBytes / kChunkBytes + 1; ++visit) {
-    const std::span<std::byte> bytes = ring_.pop_into(chunk);
-    if (bytes.empty()) {
-      return;
     }
     parser_.consume(bytes, [&](const protocol::FrameView& frame) { handle(frame, now); });
   }

@@ -11,7 +11,6 @@
 #include "firmware/app/link_health.h"
 #include "firmware/app/link_meter.h"
 #include "firmware/app/outbox.h"
-#include "firmware/core/spsc_ring.h"
 #include "firmware/core/time.h"
 #include "firmware/safety/authority.h"
 #include "hal/uart.h"
@@ -52,13 +51,13 @@ struct AuthorityView {
 /// One tick is receive(now), then at most one send(command, now). Between two ticks nothing happens, so nothing is ever
 /// sent that was not computed in this tick; a command that could not leave is dropped, not kept.
 ///
-/// Cost per tick: at most kRingBytes bytes through the parser. No heap.
+/// Cost per tick: at most kBytesPerTick bytes through the parser. No heap.
 class SerialLink {
  public:
 #ifdef M100_SMALL_MEMORY
-  static constexpr std::size_t kRingBytes = 512;  ///< the interrupt in front of it has a ring of its own
+  static constexpr std::size_t kBytesPerTick = 512;  ///< what the interrupt's ring holds
 #else
-  static constexpr std::size_t kRingBytes = 4096;
+  static constexpr std::size_t kBytesPerTick = 4096;
 #endif
   static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
   static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
@@ -101,7 +100,6 @@ class SerialLink {
 
  private:
   void collect(core::TimePoint now);
-  void parse(core::TimePoint now);
   void handle(const protocol::FrameView& frame, core::TimePoint now);
   void handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
@@ -123,7 +121,6 @@ class SerialLink {
   hal::Uart& uart_;
   LinkConfig config_;
   ByteTap* tap_;
-  core::SpscRing<std::byte, kRingBytes> ring_;
   protocol::FrameParser parser_;
   protocol::CipherScratch scratch_{};
   protocol::RequestSessions sessions_;

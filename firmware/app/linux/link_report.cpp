@@ -50,10 +50,9 @@ std::string to_json(const LinkHealth& health) {
       << ",\"bytes_sent\":" << health.bytes_sent << ",\"session_requests\":" << health.sessions.requests
       << ",\"session_repeats\":" << health.sessions.repeats << ",\"session_failures\":" << health.sessions.failures
       << ",\"bad_packages\":" << health.bad_packages << ",\"refused_items\":" << health.refused_items
-      << ",\"undecipherable\":" << health.undecipherable << ",\"overrun_bytes\":" << health.overrun_bytes
-      << ",\"commands_sent\":" << health.commands_sent << ",\"commands_refused\":" << health.commands_refused
-      << ",\"commands_dropped\":" << health.commands_dropped << ",\"outages\":" << health.outages
-      << ",\"restarts\":" << health.restarts << "}";
+      << ",\"undecipherable\":" << health.undecipherable << ",\"commands_sent\":" << health.commands_sent
+      << ",\"commands_refused\":" << health.commands_refused << ",\"commands_dropped\":" << health.commands_dropped
+      << ",\"outages\":" << health.outages << ",\"restarts\":" << health.restarts << "}";
   return out.str();
 }
 
