@@ -65,20 +65,17 @@ void PoseParser::drop_first() {
   ++stats_.bytes_dropped;
 }
 
-core::Expected<PoseMessage> PoseParser::push(std::byte value) {
-  ++stats_.bytes;
-  window_[size_++] = value;
+void PoseParser::find_beginning() {
   while (size_ > 0 && !may_begin()) {
     drop_first();
   }
-  if (size_ < kPoseMessageBytes) {
-    return core::Status::kNotReady;
-  }
+}
+
+core::Expected<PoseMessage> PoseParser::judge() {
   if (crc32(std::span(window_).first(kSummedBytes)) != load<std::uint32_t>(window_.data() + kSummedBytes)) {
     ++stats_.crc_errors;
-    do {
-      drop_first();
-    } while (size_ > 0 && !may_begin());
+    drop_first();
+    find_beginning();
     return core::Status::kNotReady;
   }
   size_ = 0;

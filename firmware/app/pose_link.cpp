@@ -46,7 +46,10 @@ core::Expected<PoseSample> PoseLink::receive(core::TimePoint now) {
       tap_->received(bytes, now);
     }
     for (const std::byte value : bytes) {
-      const core::Expected<protocol::PoseMessage> message = parser_.push(value);
+      if (!parser_.take(value)) {
+        continue;
+      }
+      const core::Expected<protocol::PoseMessage> message = parser_.judge();
       if (message && accept(message->sequence, now)) {
         newest = PoseSample{.message = *message, .age = core::Duration{message->age_us} + line_time_};
       }
