@@ -23,7 +23,7 @@ core::Vector<double, 3> rates_of(const protocol::Telemetry& telemetry) {
 
 }  // namespace
 
-bool Measure::believable(const protocol::Telemetry& telemetry) {
+bool Measure::believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler) {
   const std::array<float, 7> reading{telemetry.attitude[0],
                                      telemetry.attitude[1],
                                      telemetry.attitude[2],
@@ -36,7 +36,6 @@ bool Measure::believable(const protocol::Telemetry& telemetry) {
   const core::Quaternion<double> q = attitude_of(telemetry);
   const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
   const core::Vector<double, 3> rates = rates_of(telemetry);
-  const core::Euler<double> euler = core::euler_of(q);
   const bool good = within(norm2 - 1.0, 2.0 * plausible_.norm_error) && within(rates.x(), plausible_.rate_rad_s) &&
                     within(rates.y(), plausible_.rate_rad_s) && within(rates.z(), plausible_.rate_rad_s) &&
                     within(euler.roll_rad, plausible_.tilt_rad) && within(euler.pitch_rad, plausible_.tilt_rad);
@@ -65,9 +64,10 @@ est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::
     measured.pose.position_w_m = pose.position_w_m.template cast<T>();
     measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(pose.yaw_rad));
   }
-  if (telemetry.has(protocol::TelemetryItem::kAttitude) && telemetry.has(protocol::TelemetryItem::kAngularVelocity) &&
-      believable(telemetry)) {
-    const core::Euler<double> euler = core::euler_of(attitude_of(telemetry));
+  if (!telemetry.has(protocol::TelemetryItem::kAttitude) || !telemetry.has(protocol::TelemetryItem::kAngularVelocity)) {
+    return measured;
+  }
+  if (const core::Euler<double> euler = core::euler_of(attitude_of(telemetry)); believable(telemetry, euler)) {
     measured.attitude.is_new = true;
     measured.attitude.age = attitude_age;
     measured.attitude.roll_rad = static_cast<T>(euler.roll_rad);

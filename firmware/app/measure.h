@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/core/frames.h"
 #include "firmware/core/time.h"
 #include "firmware/est/measurement.h"
 #include "protocol/telemetry.h"
@@ -45,7 +46,7 @@ class Measure {
   const MeasureStats& stats() const { return stats_; }
 
  private:
-  bool believable(const protocol::Telemetry& telemetry);
+  bool believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler);
   bool believable(const PoseReport& pose, core::TimePoint now);
 
   Plausible plausible_;

@@ -42,10 +42,15 @@ Quaternion<T> flip_yz(const Quaternion<T>& q) {
 }
 
 template <typename T>
+T yaw_of(const Quaternion<T>& q) {
+  return core::atan2(T(2) * (q.x * q.y + q.w * q.z), T(1) - T(2) * (q.y * q.y + q.z * q.z));
+}
+
+template <typename T>
 Euler<T> euler_of(const Quaternion<T>& q) {
   return {.roll_rad = core::atan2(T(2) * (q.y * q.z + q.w * q.x), T(1) - T(2) * (q.x * q.x + q.y * q.y)),
           .pitch_rad = core::asin(T(2) * (q.w * q.y - q.x * q.z)),
-          .yaw_rad = core::atan2(T(2) * (q.x * q.y + q.w * q.z), T(1) - T(2) * (q.y * q.y + q.z * q.z))};
+          .yaw_rad = yaw_of(q)};
 }
 
 template <typename T>
@@ -62,10 +67,12 @@ Quaternion<T> quaternion_of(const Euler<T>& e) {
 
 /// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the way back.
 template <typename T>
+Vector<T, 2> rotate(const Vector<T, 2>& v, const Turn<T>& yaw) {
+  return {yaw.cosine * v.x() - yaw.sine * v.y(), yaw.sine * v.x() + yaw.cosine * v.y()};
+}
+template <typename T>
 Vector<T, 2> rotate_by_yaw(const Vector<T, 2>& v, T yaw_rad) {
-  const T c = core::cos(yaw_rad);
-  const T s = core::sin(yaw_rad);
-  return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
+  return rotate(v, turn_of(yaw_rad));
 }
 
 }  // namespace m100::core

@@ -74,6 +74,20 @@ double sine_of(const Reduced& angle, std::int32_t turn) {
   return (quadrant & 2U) == 0U ? magnitude : -magnitude;
 }
 
+Turn<double> both(double angle_rad) {
+  if (!within(angle_rad, kLargestAngle_rad)) {
+    return {.sine = kNan, .cosine = kNan};
+  }
+  const Reduced reduced = reduce(angle_rad);
+  const double s = sine_kernel(reduced.high, reduced.low);
+  const double c = cosine_kernel(reduced.high, reduced.low);
+  const std::uint32_t quadrant = static_cast<std::uint32_t>(reduced.quarter) & 3U;
+  const double sine = (quadrant & 1U) == 0U ? s : c;
+  const double cosine = (quadrant & 1U) == 0U ? c : s;
+  const bool cosine_turns = quadrant == 1U || quadrant == 2U;
+  return {.sine = (quadrant & 2U) == 0U ? sine : -sine, .cosine = cosine_turns ? -cosine : cosine};
+}
+
 double sine(double angle_rad) { return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 0) : kNan; }
 
 double cosine(double angle_rad) { return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 1) : kNan; }
@@ -82,8 +96,8 @@ double tangent(double angle_rad) {
   if (!within(angle_rad, kLargestAngle_rad)) {
     return kNan;
   }
-  const Reduced reduced = reduce(angle_rad);
-  return sine_of(reduced, 0) / sine_of(reduced, 1);
+  const Turn<double> turn = both(angle_rad);
+  return turn.sine / turn.cosine;
 }
 
 /// atan(x) - x as a polynomial, |x| <= 7/16.
@@ -213,6 +227,11 @@ T cos(T angle_rad) {
   return static_cast<T>(cosine(static_cast<double>(angle_rad)));
 }
 template <typename T>
+Turn<T> turn_of(T angle_rad) {
+  const Turn<double> turn = both(static_cast<double>(angle_rad));
+  return {.sine = static_cast<T>(turn.sine), .cosine = static_cast<T>(turn.cosine)};
+}
+template <typename T>
 T tan(T angle_rad) {
   return static_cast<T>(tangent(static_cast<double>(angle_rad)));
 }
@@ -244,13 +263,14 @@ T wrap_pi(T angle_rad) {
   return wrapped < kHalfTurn ? wrapped : kHalfTurn;
 }
 
-#define M100_INSTANTIATE(T)  \
-  template T sin<T>(T);      \
-  template T cos<T>(T);      \
-  template T tan<T>(T);      \
-  template T atan2<T>(T, T); \
-  template T asin<T>(T);     \
-  template T exp<T>(T);      \
+#define M100_INSTANTIATE(T)       \
+  template T sin<T>(T);           \
+  template T cos<T>(T);           \
+  template T tan<T>(T);           \
+  template Turn<T> turn_of<T>(T); \
+  template T atan2<T>(T, T);      \
+  template T asin<T>(T);          \
+  template T exp<T>(T);           \
   template T wrap_pi<T>(T);
 M100_INSTANTIATE(float)
 M100_INSTANTIATE(double)

@@ -20,6 +20,14 @@ template <typename T>
 T sin(T angle_rad);
 template <typename T>
 T cos(T angle_rad);
+/// Both at once, for less than the two: the same bits.
+template <typename T>
+struct Turn {
+  T sine{0};
+  T cosine{1};
+};
+template <typename T>
+Turn<T> turn_of(T angle_rad);
 /// Tangent as sine over cosine; |angle| < pi/2 is the caller's responsibility.
 template <typename T>
 T tan(T angle_rad);

@@ -19,54 +19,85 @@ struct Tilt {
   T y_rad{0};
 };
 
-namespace detail {
+/// The same as slopes: the tangents of both angles.
+template <typename T>
+struct Slope {
+  T x{0};
+  T y{0};
+};
+
+/// Sines and cosines of an attitude, taken once for all that follows.
+template <typename T>
+struct AttitudeTurns {
+  Turn<T> roll;
+  Turn<T> pitch;
+  Turn<T> yaw;
+};
 
 template <typename T>
-T atan(T value) {
-  return core::atan2(value, T(1));
+AttitudeTurns<T> turns_of(const Euler<T>& attitude) {
+  return {.roll = turn_of(attitude.roll_rad), .pitch = turn_of(attitude.pitch_rad), .yaw = turn_of(attitude.yaw_rad)};
 }
 
-}  // namespace detail
+/// Body roll and pitch at a heading -> slopes. |roll|, |pitch| < pi/2.
+template <typename T>
+Slope<T> slope_of(const AttitudeTurns<T>& a) {
+  const T forward = a.pitch.sine / a.pitch.cosine;
+  const T right = a.roll.sine / (a.roll.cosine * a.pitch.cosine);
+  const Vector<T, 2> w = rotate<T>({forward, -right}, a.yaw);
+  return {.x = w.x(), .y = -w.y()};
+}
 
-/// Body roll and pitch at a heading -> tilt. |roll|, |pitch| < pi/2.
+template <typename T>
+Tilt<T> tilt_of(const Slope<T>& slope) {
+  return {.x_rad = core::atan2(slope.x, T(1)), .y_rad = core::atan2(slope.y, T(1))};
+}
+
 template <typename T>
 Tilt<T> tilt_of(const Euler<T>& attitude) {
-  const T tan_pitch = core::tan(attitude.pitch_rad);
-  const T tan_roll = core::tan(attitude.roll_rad) / core::cos(attitude.pitch_rad);
-  const Vector<T, 2> w = rotate_by_yaw<T>({tan_pitch, -tan_roll}, attitude.yaw_rad);
-  return {.x_rad = detail::atan(w.x()), .y_rad = detail::atan(-w.y())};
+  return tilt_of(slope_of(turns_of(attitude)));
 }
 
-/// Tilt -> the roll and pitch that give it at a heading: the inverse of tilt_of.
+/// Slopes -> the roll and pitch that give them at a heading: the inverse of slope_of.
+template <typename T>
+Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad) {
+  const Turn<T> yaw = turn_of(yaw_rad);
+  const Vector<T, 2> b = rotate<T>({slope.x, -slope.y}, {.sine = -yaw.sine, .cosine = yaw.cosine});
+  const T cos_pitch = T(1) / core::sqrt(T(1) + b.x() * b.x());
+  return {.roll_rad = core::atan2(-b.y() * cos_pitch, T(1)), .pitch_rad = core::atan2(b.x(), T(1)), .yaw_rad = yaw_rad};
+}
+
 template <typename T>
 Euler<T> attitude_of(const Tilt<T>& tilt, T yaw_rad) {
-  const Vector<T, 2> b = rotate_by_yaw<T>({core::tan(tilt.x_rad), -core::tan(tilt.y_rad)}, -yaw_rad);
-  const T pitch_rad = detail::atan(b.x());
-  return {.roll_rad = detail::atan(-b.y() * core::cos(pitch_rad)), .pitch_rad = pitch_rad, .yaw_rad = yaw_rad};
+  return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad);
 }
 
 /// How fast the tilt changes at these body rates (FLU). Turning about the body's z axis changes nothing, exactly.
 template <typename T>
-Tilt<T> tilt_rate_of(const Euler<T>& attitude, const Vector<T, 3>& rate_b_rad_s) {
-  const T sr = core::sin(attitude.roll_rad), cr = core::cos(attitude.roll_rad);
-  const T sp = core::sin(attitude.pitch_rad), cp = core::cos(attitude.pitch_rad);
+Tilt<T> tilt_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s) {
+  const T sr = a.roll.sine, cr = a.roll.cosine;
+  const T sp = a.pitch.sine, cp = a.pitch.cosine;
   // z axis of the body and its derivative R (w x e3), in heading axes: R = Ry(pitch) Rx(roll), w x e3 = (q, -p, 0).
   const T p = rate_b_rad_s.x(), q = rate_b_rad_s.y();
   const Vector<T, 2> zh{cr * sp, -sr};
   const T zz = cr * cp;
   const Vector<T, 2> zh_dot{cp * q - sp * sr * p, -cr * p};
   const T zz_dot = -sp * q - cp * sr * p;
-  const Vector<T, 2> slope = rotate_by_yaw<T>(zh / zz, attitude.yaw_rad);
-  const Vector<T, 2> slope_dot = rotate_by_yaw<T>((zh_dot - zh * (zz_dot / zz)) / zz, attitude.yaw_rad);
+  const Vector<T, 2> slope = rotate<T>(zh / zz, a.yaw);
+  const Vector<T, 2> slope_dot = rotate<T>((zh_dot - zh * (zz_dot / zz)) / zz, a.yaw);
   return {.x_rad = slope_dot.x() / (T(1) + slope.x() * slope.x()),
           .y_rad = -slope_dot.y() / (T(1) + slope.y() * slope.y())};
 }
 
+template <typename T>
+Tilt<T> tilt_rate_of(const Euler<T>& attitude, const Vector<T, 3>& rate_b_rad_s) {
+  return tilt_rate_of(turns_of(attitude), rate_b_rad_s);
+}
+
 /// Yaw rate of the z-y-x angles at these body rates: psi' = (q sin(roll) + r cos(roll)) / cos(pitch).
 template <typename T>
-T yaw_rate_of(const Euler<T>& attitude, const Vector<T, 3>& rate_b_rad_s) {
-  return (rate_b_rad_s.y() * core::sin(attitude.roll_rad) + rate_b_rad_s.z() * core::cos(attitude.roll_rad)) /
-         core::cos(attitude.pitch_rad);
+T yaw_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s) {
+  return (rate_b_rad_s.y() * a.roll.sine + rate_b_rad_s.z() * a.roll.cosine) / a.pitch.cosine;
 }
 
 }  // namespace m100::core

@@ -201,14 +201,15 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
                .pitch_rad = attitude.pitch_rad,
                .yaw_rad = Number::template real<Real>(yaw_.yaw())};
   constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
-  gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(attitude_, rate) * kUnit);
+  const core::AttitudeTurns<Real> turns = core::turns_of(attitude_);
+  gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
   attitude_known_ = true;
   if (!started_) {
     since_attitude_ = attitude.age;
     return;
   }
-  const core::Tilt<Real> tilt = core::tilt_of(attitude_);
-  const core::Tilt<Real> tilt_rate = core::tilt_rate_of(attitude_, rate);
+  const core::Tilt<Real> tilt = core::tilt_of(core::slope_of(turns));
+  const core::Tilt<Real> tilt_rate = core::tilt_rate_of(turns, rate);
   const Age<S> age = Age<S>::of(core::seconds<double>(attitude.age));
   const Verdict x = x_.correct_attitude(Number::template number<Real>(tilt.x_rad),
                                         Number::template number<Real>(tilt_rate.x_rad * kUnit), age);
