@@ -54,19 +54,43 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     in_force_ = pilots_command(telemetry);
   }
   const est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  estimate_ = observer_.update(measured, in_force_, elapsed_);                             // -> state estimate
-  reference_ = trajectory_.window(now, law_.lead());                                       // -> reference
-  const ctl::Command<T> wanted = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
+  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
+  law_.note(in_force_, estimate_.yaw_rad);
+  const core::Duration step = decide(now);  // -> reference -> control
   const safety::Rung before = supervisor_.rung();
-  grant_ = supervisor_.review(wanted, facts(now), core::seconds<T>(elapsed_));  // may only take away
+  grant_ = supervisor_.review(wanted_, facts(now), core::seconds<T>(step));  // may only take away
   start_when_nominal(before, now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
   remember(measured);
   watch_residual();
   if (log_ != nullptr) {
-    log_->append(record(now, wanted, sent));
+    log_->append(record(now, sent));
   }
   return sent;
+}
+
+/// The law runs when a command may leave: the channel takes fewer commands than there are ticks. In between the last
+/// one stands, and the slew limit does not move on. @returns the time by which it may move on.
+template <typename T, typename S>
+core::Duration FlightController<T, S>::decide(core::TimePoint now) {
+  const bool leaves = link_.due(now);
+  if (leaves || log_ != nullptr) {
+    trajectory_.fill(reference_, now, law_.lead());
+  }
+  if (!link_.authority().in_control) {
+    since_decision_ = core::Duration(0);
+    wanted_ = {};
+    return elapsed_;
+  }
+  since_decision_ += elapsed_;
+  if (!leaves) {
+    wanted_ = grant_.command;
+    return core::Duration(0);
+  }
+  const core::Duration step = since_decision_;
+  since_decision_ = core::Duration(0);
+  wanted_ = law_.decide(estimate_, reference_, step);
+  return step;
 }
 
 template <typename T, typename S>
@@ -128,7 +152,7 @@ PoseReport FlightController<T, S>::pose(core::TimePoint now) {
           .captured = now - came->age,
           .position_w_m = {as_double(message.position_w_m[0]), as_double(message.position_w_m[1]),
                            as_double(message.position_w_m[2])},
-          .yaw_rad = core::euler_of(rotation).yaw_rad};
+          .yaw_rad = core::yaw_of(rotation)};
 }
 
 template <typename T, typename S>

@@ -68,6 +68,7 @@ class FlightController {
   const SerialLink& link() const { return link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
+  /// For the last command that could leave; with a log, of this tick.
   const ref::Window<T>& reference() const { return reference_; }
   const safety::Grant<T>& grant() const { return grant_; }
   const MeasureStats& measure_stats() const { return measure_.stats(); }
@@ -82,6 +83,7 @@ class FlightController {
  private:
   void note_time(core::TimePoint now);
   void take_orders(core::TimePoint now);
+  core::Duration decide(core::TimePoint now);
   PoseReport pose(core::TimePoint now);
   safety::Facts facts(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
@@ -90,7 +92,7 @@ class FlightController {
   ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
   void remember(const est::Measurement<T>& measured);
   void watch_residual();
-  log::TickRecord record(core::TimePoint now, const ctl::Command<T>& wanted, core::Status sent) const;
+  log::TickRecord record(core::TimePoint now, core::Status sent) const;
 
   LogTap autopilot_tap_;
   LogTap pose_tap_;
@@ -109,11 +111,13 @@ class FlightController {
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
+  ctl::Command<T> wanted_{};  ///< of the law, for the last command that could leave
   safety::Grant<T> grant_;
   ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
   vrc::Sticks last_sticks_{};
   core::TimePoint last_tick_{};
   core::Duration elapsed_ = core::kTickPeriod;
+  core::Duration since_decision_{0};
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick

@@ -21,8 +21,7 @@ std::uint16_t counts(vrc::Stick stick) { return static_cast<std::uint16_t>(stick
 }  // namespace
 
 template <typename T, typename S>
-log::TickRecord FlightController<T, S>::record(core::TimePoint now, const ctl::Command<T>& wanted,
-                                               core::Status sent) const {
+log::TickRecord FlightController<T, S>::record(core::TimePoint now, core::Status sent) const {
   const est::Estimate<T>& e = estimate_;
   const ref::Window<T>& r = reference_;
   log::TickRecord out;
@@ -44,7 +43,7 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, const ctl::C
   const auto& a = measured_.attitude;
   out.imu_attitude = numbers_of(a.roll_rad, a.pitch_rad, a.yaw_rad);
   out.imu_rate = numbers_of(a.rate_b_rad_s.x(), a.rate_b_rad_s.y(), a.rate_b_rad_s.z());
-  out.wanted = numbers(wanted);
+  out.wanted = numbers(wanted_);
   out.granted = numbers(grant_.command);
   out.pose_age = core::seconds<float>(e.pose_age);
   out.telemetry_age = core::seconds<float>(link_.health().telemetry_age);
@@ -66,11 +65,8 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, const ctl::C
   return out;
 }
 
-template log::TickRecord FlightController<double>::record(core::TimePoint, const ctl::Command<double>&,
-                                                          core::Status) const;
-template log::TickRecord FlightController<float>::record(core::TimePoint, const ctl::Command<float>&,
-                                                         core::Status) const;
-template log::TickRecord FlightController<float, core::Fixed>::record(core::TimePoint, const ctl::Command<float>&,
-                                                                      core::Status) const;
+template log::TickRecord FlightController<double>::record(core::TimePoint, core::Status) const;
+template log::TickRecord FlightController<float>::record(core::TimePoint, core::Status) const;
+template log::TickRecord FlightController<float, core::Fixed>::record(core::TimePoint, core::Status) const;
 
 }  // namespace m100::app

@@ -7,11 +7,11 @@
 namespace m100::ctl {
 namespace {
 
-constexpr double kTiltSeen_rad = 0.9;  // beyond this the tangent is of no use; the safety limit is far below
+constexpr double kSlopeSeen = 1.2601582175503392;  // tan(0.9 rad): beyond it the tangent is of no use
 
 template <typename T>
-T tangent(T angle_rad) {
-  return core::tan(core::clamp(angle_rad, T(-kTiltSeen_rad), T(kTiltSeen_rad)));
+T seen(T slope) {
+  return core::clamp(slope, T(-kSlopeSeen), T(kSlopeSeen));
 }
 
 model::AltitudeGains altitude_gains(const model::Vehicle& vehicle, const FlightLawOptions& options) {
@@ -51,44 +51,44 @@ FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>&
 
 template <typename T>
 T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant,
-                      T lead_gap_s, T in_force_rad) {
+                      T lead_gap_s, T in_force_slope) {
   const mpc::GainTable<T>& table = axis.mpc.table();
   const T offset_rad = estimate.input_offset_rad;
-  const T seen = tangent(estimate.tilt_rad);
-  // The pipe holds tangents of what the attitude loop is told, without the offset, which may still change.
-  axis.predictor.sent(tangent(in_force_rad));
+  const T slope = seen(core::tan(estimate.tilt_rad));
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
-                                           .tilt_rad = seen,
-                                           .tilt_rate_rad_s = estimate.tilt_rate_rad_s * (T(1) + seen * seen),
+                                           .tilt_rad = slope,
+                                           .tilt_rate_rad_s = estimate.tilt_rate_rad_s * (T(1) + slope * slope),
                                            .disturbance_m_s2 = estimate.disturbance_m_s2,
                                            .input_offset_rad = offset_rad});
-  problem_.previous_input_rad = tangent(in_force_rad) + offset_rad;
+  problem_.previous_input_rad = in_force_slope + offset_rad;
   problem_.disturbance_m_s2 = estimate.disturbance_m_s2;
   problem_.constant_reference = constant;
 
   const T per_acceleration = table.tilt_sign / table.acceleration_per_tilt;
-  const auto target = [&](std::size_t k) {
-    const ref::AxisReference<T>& r = reference[k];
-    return per_acceleration * (r.acceleration_m_s2 + table.drag_per_s * r.velocity_m_s - estimate.disturbance_m_s2);
+  const T drag_per_s = table.drag_per_s;
+  const T disturbance_m_s2 = estimate.disturbance_m_s2;
+  const auto target = [=](const ref::AxisReference<T>& r) {
+    return per_acceleration * (r.acceleration_m_s2 + drag_per_s * r.velocity_m_s - disturbance_m_s2);
   };
-  constexpr T kStep_s = static_cast<T>(ref::kPredictionStep_s);
-  T before = target(0);
-  T now = before;
+  constexpr double kStep_s = ref::kPredictionStep_s;
+  const T per_difference = constant ? T(0) : axis.first_lag_s * static_cast<T>(0.5 / kStep_s);
+  const T per_curvature = constant ? T(0) : axis.second_lag_s2 * static_cast<T>(1.0 / (kStep_s * kStep_s));
+  const T per_gain = T(1) / table.input_gain;
+  const T half_gap_s2 = T(0.5) * lead_gap_s * lead_gap_s;
+  T now = target(reference[0]);
+  T before = now + now - target(reference[1]);  // nothing is before the first stage: differences are one-sided there
   for (std::size_t k = 0; k < mpc::kHorizon; ++k) {
-    const T after = target(k + 1);
-    T input = now;
-    if (!constant) {
-      // At the first stage there is nothing before: the differences are taken one-sided.
-      const T slope = k == 0 ? (after - now) / kStep_s : (after - before) / (T(2) * kStep_s);
-      const T curvature = k == 0 ? T(0) : (after - T(2) * now + before) / (kStep_s * kStep_s);
-      input += axis.first_lag_s * slope + axis.second_lag_s2 * curvature;
+    const ref::AxisReference<T> r = reference[k + 1];
+    const T after = target(r);
+    const T input = now + per_difference * (after - before) + per_curvature * (after - T(2) * now + before);
+    problem_.input_ref_rad[k] = input * per_gain;
+    problem_.position_ref_m[k] = r.position_m;
+    problem_.velocity_ref_m_s[k] = r.velocity_m_s;
+    if (lead_gap_s != T(0)) {
+      problem_.position_ref_m[k] += lead_gap_s * r.velocity_m_s + half_gap_s2 * r.acceleration_m_s2;
+      problem_.velocity_ref_m_s[k] += lead_gap_s * r.acceleration_m_s2;
     }
-    problem_.input_ref_rad[k] = input / table.input_gain;
-    const ref::AxisReference<T>& r = reference[k + 1];
-    const T half_gap = T(0.5) * lead_gap_s * lead_gap_s;
-    problem_.position_ref_m[k] = r.position_m + lead_gap_s * r.velocity_m_s + half_gap * r.acceleration_m_s2;
-    problem_.velocity_ref_m_s[k] = r.velocity_m_s + lead_gap_s * r.acceleration_m_s2;
     problem_.tilt_ref_rad[k] = after;
     before = now;
     now = after;
@@ -99,14 +99,22 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
 }
 
 template <typename T>
-Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
-                                const Command<T>& in_force, core::Duration elapsed) {
-  const core::Tilt<T> told =
-      core::tilt_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = estimate.yaw_rad});
-  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), told.x_rad);
+void FlightLaw<T>::note(const Command<T>& in_force, T yaw_rad) {
+  const core::Slope<T> told = core::slope_of(
+      core::turns_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = yaw_rad}));
+  told_ = {.x = seen(told.x), .y = seen(told.y)};
+  // The pipes hold tangents of what the attitude loop is told, without the offset, which may still change.
+  x_.predictor.sent(told_.x);
+  y_.predictor.sent(told_.y);
+}
+
+template <typename T>
+Command<T> FlightLaw<T>::decide(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                                core::Duration elapsed) {
+  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), told_.x);
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
-  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, told.y_rad);
+  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, told_.y);
   report_ = {.path_x = x_.path, .path_y = y_.path};
 
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);
@@ -115,8 +123,7 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
     slope_y *= combined_tangent_ / size;
     report_.tilt_limited = true;
   }
-  const core::Euler<T> attitude = core::attitude_of<T>(
-      {.x_rad = core::atan2(slope_x, T(1)), .y_rad = core::atan2(slope_y, T(1))}, estimate.yaw_rad);
+  const core::Euler<T> attitude = core::attitude_of(core::Slope<T>{.x = slope_x, .y = slope_y}, estimate.yaw_rad);
   const ref::AxisReference<T>& height = reference.height;
   const T climb = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2;
   Command<T> command;

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
 #include "firmware/ctl/altitude_pid.h"
 #include "firmware/ctl/command.h"
@@ -46,10 +47,17 @@ class FlightLaw {
   /// The tables must outlive the law.
   FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
 
-  /// @param in_force what the autopilot was told since the last tick, after supervisor and stick rounding; it goes into
-  ///   the prediction through the delay, once per call, so call this once per tick.
+  /// Once per tick: what the autopilot was told since the last one, after supervisor and stick rounding. It goes into
+  /// the prediction through the delay.
+  void note(const Command<T>& in_force, T yaw_rad);
+  /// The command that may leave now; `elapsed` since the last one that was asked for. Not in every tick: what the
+  /// channel will not send needs no quadratic program.
+  Command<T> decide(const est::Estimate<T>& estimate, const ref::Window<T>& reference, core::Duration elapsed);
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, const Command<T>& in_force,
-                    core::Duration elapsed);
+                    core::Duration elapsed) {
+    note(in_force, estimate.yaw_rad);
+    return decide(estimate, reference, elapsed);
+  }
 
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
@@ -70,7 +78,7 @@ class FlightLaw {
   };
   static Axis make_axis(const mpc::GainTable<T>& table, const model::AttitudeAxis& axis);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
-          T in_force_rad);
+          T in_force_slope);
 
   Axis x_;
   Axis y_;
@@ -80,6 +88,7 @@ class FlightLaw {
   T combined_tangent_{0};
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;
+  core::Slope<T> told_;
   LawReport report_;
 };
 

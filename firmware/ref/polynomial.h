@@ -15,10 +15,11 @@ template <typename T>
 struct Polynomial {
   std::array<T, kCoefficients> c{};
 
-  /// Value and its first two derivatives by time. Horner, 21 products.
-  AxisReference<T> at(T s, T duration_s) const {
-    T value = c[kCoefficients - 1], slope = T(0), bend = T(0);
-    for (std::size_t i = kCoefficients - 1; i-- > 0;) {
+  /// Value and its first two derivatives by time. Horner, three products for each coefficient behind the first; those
+  /// from c[count] on are zero, 1 <= count.
+  AxisReference<T> at(T s, T duration_s, std::size_t count = kCoefficients) const {
+    T value = c[count - 1], slope = T(0), bend = T(0);
+    for (std::size_t i = count - 1; i-- > 0;) {
       bend = bend * s + slope;
       slope = slope * s + value;
       value = value * s + c[i];
@@ -26,6 +27,14 @@ struct Polynomial {
     return {.position_m = value,
             .velocity_m_s = slope / duration_s,
             .acceleration_m_s2 = T(2) * bend / (duration_s * duration_s)};
+  }
+  /// How many coefficients there are up to the last that is not zero; at least one.
+  std::size_t count() const {
+    std::size_t count = kCoefficients;
+    while (count > 1 && c[count - 1] == T(0)) {
+      --count;
+    }
+    return count;
   }
 };
 

@@ -108,6 +108,9 @@ core::Status Trajectory<T>::append(const Piece& piece, const Waypoint<T>& end) {
   }
   pieces_[count_] = piece;
   pieces_[count_].begin = duration_;
+  for (std::size_t axis = 0; axis < piece.axis.size(); ++axis) {
+    pieces_[count_].coefficients[axis] = static_cast<unsigned char>(piece.axis[axis].count());
+  }
   duration_ += piece.duration;
   end_ = end;
   ++count_;
@@ -231,39 +234,55 @@ std::size_t Trajectory<T>::piece_at(std::size_t from, core::Duration time) const
 }
 
 template <typename T>
-AxisReference<T> Trajectory<T>::sample(std::size_t piece, std::size_t axis, core::Duration time) const {
-  const Piece& p = pieces_[piece];
-  const Polynomial<T>& polynomial = p.axis[axis];
-  if (p.kind == Kind::kSetpoint) {
-    return {.position_m = polynomial.c[0]};
+typename Trajectory<T>::Moment Trajectory<T>::moment(const Piece& piece, core::Duration time) {
+  const core::Duration since = time - piece.begin;
+  if (piece.kind == Kind::kSetpoint || since < core::Duration(0)) {
+    return {.piece = &piece, .s = T(0), .duration_s = T(0)};
   }
-  const core::Duration since = time - p.begin;
-  if (since >= p.duration || since < core::Duration(0)) {  // before the first piece, or standing at the end of this one
-    const T s = since < core::Duration(0) ? T(0) : T(1);
-    return {.position_m = polynomial.at(s, T(1)).position_m};
+  if (since >= piece.duration) {
+    return {.piece = &piece, .s = T(1), .duration_s = T(0)};
   }
-  const T duration_s = core::seconds<T>(p.duration);
-  return polynomial.at(core::seconds<T>(since) / duration_s, duration_s);
+  const T duration_s = core::seconds<T>(piece.duration);
+  return {.piece = &piece, .s = core::seconds<T>(since) / duration_s, .duration_s = duration_s};
 }
 
 template <typename T>
-Window<T> Trajectory<T>::window(core::TimePoint now, core::Duration lead) const {
-  Window<T> window;
+AxisReference<T> Trajectory<T>::sample(const Moment& moment, std::size_t axis) {
+  const Polynomial<T>& polynomial = moment.piece->axis[axis];
+  const std::size_t count = moment.piece->coefficients[axis];
+  if (count == 1) {
+    return {.position_m = polynomial.c[0]};
+  }
+  if (moment.duration_s == T(0)) {
+    return {.position_m = polynomial.at(moment.s, T(1), count).position_m};
+  }
+  return polynomial.at(moment.s, moment.duration_s, count);
+}
+
+template <typename T>
+void Trajectory<T>::stand(Window<T>& window, const Waypoint<T>& place) const {
+  window.x.fill({.position_m = place.position_w_m.x()});
+  window.y.fill({.position_m = place.position_w_m.y()});
+  window.height = {.position_m = place.position_w_m.z()};
+  window.yaw_rad = core::wrap_pi(place.yaw_rad);
+  window.yaw_rate_rad_s = T(0);
+  window.constant = true;
+}
+
+template <typename T>
+void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration lead) const {
   const core::Duration time = now - begin_;
   if (count_ == 0) {
-    window.x.fill({.position_m = start_.position_w_m.x()});
-    window.y.fill({.position_m = start_.position_w_m.y()});
-    window.height.position_m = start_.position_w_m.z();
-    window.yaw_rad = core::wrap_pi(start_.yaw_rad);
-    window.constant = true;
-    return window;
+    stand(window, start_);
+    return;
   }
   std::size_t piece = 0;  // that of now: set points count from their beginning on
   while (piece + 1 < count_ && time >= pieces_[piece + 1].begin) {
     ++piece;
   }
-  window.height = sample(piece, kZ, time);
-  const AxisReference<T> yaw = sample(piece, kYaw, time);
+  const Moment present = moment(pieces_[piece], time);
+  window.height = sample(present, kZ);
+  const AxisReference<T> yaw = sample(present, kYaw);
   window.yaw_rad = core::wrap_pi(yaw.position_m);
   window.yaw_rate_rad_s = yaw.velocity_m_s;
 
@@ -271,13 +290,13 @@ Window<T> Trajectory<T>::window(core::TimePoint now, core::Duration lead) const 
   core::Duration at = time + lead;
   for (std::size_t k = 0; k <= kHorizon; ++k) {
     piece = piece_at(piece, at);
-    window.x[k] = sample(piece, kX, at);
-    window.y[k] = sample(piece, kY, at);
+    const Moment then = moment(pieces_[piece], at);
+    window.x[k] = sample(then, kX);
+    window.y[k] = sample(then, kY);
     at += std::chrono::milliseconds(100);
   }
   const bool over = piece == first && time >= pieces_[piece].begin + pieces_[piece].duration;
   window.constant = piece == first && (pieces_[piece].kind == Kind::kSetpoint || over);
-  return window;
 }
 
 template class Trajectory<float>;

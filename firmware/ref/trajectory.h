@@ -61,18 +61,33 @@ class Trajectory {
   bool finished(core::TimePoint now) const { return now - begin_ >= duration_; }
 
   /// The reference at `now` (height, yaw) and from now + lead on (x, y).
-  Window<T> window(core::TimePoint now, core::Duration lead) const;
+  Window<T> window(core::TimePoint now, core::Duration lead) const {
+    Window<T> window;
+    fill(window, now, lead);
+    return window;
+  }
+  /// The same without a copy.
+  void fill(Window<T>& window, core::TimePoint now, core::Duration lead) const;
 
  private:
   enum class Kind : unsigned char { kSetpoint, kPolynomial };
   struct Piece {
     Kind kind = Kind::kSetpoint;
+    std::array<unsigned char, 4> coefficients{1, 1, 1, 1};  ///< of each axis, up to the last that is not zero
     core::Duration begin{0};
     core::Duration duration{0};
     std::array<Polynomial<T>, 4> axis{};  ///< x, y, z, yaw; a set point has constants only
   };
   core::Status append(const Piece& piece, const Waypoint<T>& end);
-  AxisReference<T> sample(std::size_t piece, std::size_t axis, core::Duration time) const;
+  /// A moment of a piece in its own time.
+  struct Moment {
+    const Piece* piece;
+    T s{0};           ///< share of the duration, 0..1
+    T duration_s{1};  ///< 0: at rest, before the piece or behind it
+  };
+  static Moment moment(const Piece& piece, core::Duration time);
+  static AxisReference<T> sample(const Moment& moment, std::size_t axis);
+  void stand(Window<T>& window, const Waypoint<T>& place) const;
   /// The piece of a time, looking on from piece `from`, not across the beginning of a set point that is yet to come.
   std::size_t piece_at(std::size_t from, core::Duration time) const;
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 #include "firmware/app/board_course.h"
@@ -61,8 +62,8 @@ class TapeUart final : public hal::Uart {
   void load(std::span<const std::byte> bytes) { waiting_ = bytes; }
   core::Expected<std::size_t> read(std::span<std::byte> destination) override {
     const std::size_t count = destination.size() < waiting_.size() ? destination.size() : waiting_.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      destination[i] = waiting_[i];
+    if (count > 0) {
+      std::memcpy(destination.data(), waiting_.data(), count);
     }
     waiting_ = waiting_.subspan(count);
     return count;
