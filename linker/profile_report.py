@@ -32,6 +32,12 @@ def main():
     functions.sort()
     starts = [start for start, _ in functions]
     count = collections.Counter()
+    callers = collections.Counter()
+    by_part = collections.Counter()
+
+    def function_at(address):
+        return functions[bisect.bisect_right(starts, address & ~1) - 1][1]
+
     per_sample = ticks = 0
     with open(sys.argv[2], encoding="utf-8") as lines:
         for line in lines:
@@ -39,16 +45,19 @@ def main():
             if words[0] == "ticks":
                 ticks, per_sample = int(words[1]), int(words[3])
             else:
-                count[functions[bisect.bisect_right(starts, int(words[0]) + 8) - 1][1]] += int(words[1])
-    by_part = collections.Counter()
-    for name, samples in count.items():
-        by_part[part_of(name)] += samples
+                name, caller = function_at(int(words[0])), function_at(int(words[1]))
+                count[name] += 1
+                is_library = part_of(name) == "library"
+                by_part[part_of(caller if is_library else name)] += 1
+                if is_library:
+                    callers[f"{name[:20]} from {caller}"] += 1
     scale = per_sample / ticks
     for part, samples in by_part.most_common():
         print(f"{part:<10}{samples * scale:>9.0f} instructions a tick, mean")
     print(f"{'sum':<10}{sum(by_part.values()) * scale:>9.0f}")
     if "--functions" in sys.argv:
-        for name, samples in count.most_common(int(sys.argv[sys.argv.index("--functions") + 1])):
+        most = int(sys.argv[sys.argv.index("--functions") + 1])
+        for name, samples in count.most_common(most) + callers.most_common(most):
             print(f"{samples * scale:>9.0f}  {name[:110]}")
 
 

@@ -25,8 +25,8 @@ hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000
 golden::TapeTick tape_tick;
 std::array<std::uint32_t, 20000> cost_cycles;
 
-/// Ten milliseconds of 921600 baud.
-constexpr std::size_t kHostileBytes = 920;
+/// As much of a 921600 baud line as the program takes in one tick.
+constexpr std::size_t kHostileBytes = app::SerialLink::kBytesPerTick;
 
 /// What a line can do to a parser, in turn: only start bytes; headers with a good checksum and the longest length, one
 /// after the other; noise.
@@ -49,7 +49,7 @@ std::byte hostile_byte(std::size_t tick, std::size_t at) {
 
 void put_hostile_bytes_first(golden::TapeTick& tick, std::size_t number) {
   const std::size_t recorded = tick.head.autopilot_bytes;
-  const std::size_t more = std::min(kHostileBytes, tick.autopilot.size() - recorded);
+  const std::size_t more = recorded < kHostileBytes ? kHostileBytes - recorded : 0;  // the telemetry still gets through
   std::copy_backward(tick.autopilot.begin(), tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded),
                      tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded + more));
   for (std::size_t i = 0; i < more; ++i) {
@@ -69,7 +69,7 @@ std::size_t replay(golden::TapeFlight<T, S>& flight, std::string_view path, bool
   }
   std::size_t ticks = 0;
   while (golden::read_tick(tape_tick, [&file](std::span<std::byte> into) { return file.read(into).size(); })) {
-    if (hostile) {
+    if (hostile && flight.controller().link().authority().in_control) {
       put_hostile_bytes_first(tape_tick, ticks);
     }
     flight.load(tape_tick);
@@ -118,8 +118,13 @@ bool print_cost(std::string_view path, bool hostile) {
   return true;
 }
 
-/// Samples by address, in steps of 16 bytes.
-std::array<std::uint32_t, 32768> samples;
+/// Where the processor was, and where it would return to: a library function is charged to its caller.
+struct Sample {
+  std::uint32_t pc;
+  std::uint32_t lr;
+};
+std::array<Sample, 65536> samples;
+std::size_t sample_count = 0;
 
 bool print_profile(std::string_view path) {
   static golden::TapeFlight<float, float> flight(false);
@@ -132,15 +137,13 @@ bool print_profile(std::string_view path) {
   print(" instructions_per_sample ");
   print(std::int64_t{40} * kSamplingCycles);
   print("\n");
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (samples[i] != 0) {
-      print(static_cast<std::int64_t>(i * 16));
-      print(" ");
-      print(static_cast<std::int64_t>(samples[i]));
-      print("\n");
-    }
+  for (const Sample& sample : std::span(samples).first(sample_count)) {
+    print(static_cast<std::int64_t>(sample.pc));
+    print(" ");
+    print(static_cast<std::int64_t>(sample.lr));
+    print("\n");
   }
-  return ticks > 0;
+  return ticks > 0 && sample_count < samples.size();
 }
 
 }  // namespace
@@ -149,8 +152,8 @@ extern "C" {
 /// @param frame what the processor pushed: r0 to r3, r12, lr, pc, ...
 void on_system_timer(const std::uint32_t* frame) {
   system_clock.on_period();
-  if (in_tick && frame[6] / 16 < samples.size()) {
-    ++samples[frame[6] / 16];
+  if (in_tick && sample_count < samples.size()) {
+    samples[sample_count++] = {.pc = frame[6], .lr = frame[5]};
   }
 }
 [[gnu::naked]] void SysTick_Handler() { asm volatile("mov r0, sp\n b on_system_timer"); }
