@@ -94,10 +94,14 @@ class TapeFlight {
     if (tick.head.engage == 1) {
       controller_.engage();
     }
+    if (again_and_again_ && course_.finished(now_)) {
+      course_.start(now_);
+    }
   }
   /// Instead of the recorded course: three metres and back, every third of a second, so that limits always bind.
   void fly_far_and_often() {
     using namespace std::chrono_literals;
+    again_and_again_ = true;
     const auto place = [](T x_m) { return ref::Waypoint<T>{.position_w_m = {x_m, -x_m, T(1.5)}, .yaw_rad = T(0)}; };
     course_.hold(place(T(0)));
     for (std::size_t i = 0; i + 1 < ref::Trajectory<T>::kMaxPieces; ++i) {
@@ -136,6 +140,7 @@ class TapeFlight {
   mpc::GainTables<T> tables_{mpc::generated::kX<T>, mpc::generated::kY<T>};
   app::FlightController<T, S> controller_;
   core::TimePoint now_{};
+  bool again_and_again_ = false;
 };
 
 }  // namespace m100::golden

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Instructions of a tick by part (promise R7): arguments TAPE flight|hostile. For each part the share of the ticks in
+// which it runs, the median of those, and the worst. The last part needs a log, which the image flies without: it is
+// measured in a run of its own.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "hal/cortex_m/mps2.h"
+#include "hal/cortex_m/semihosting.h"
+#include "host_tests/target/parts.h"
+#include "host_tests/target/tape_player.h"
+
+namespace {
+
+using namespace m100;
+using hal::print;
+
+constexpr std::size_t kMostTicks = 20000;
+constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns an instruction, 40 ns a cycle
+
+hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
+std::array<std::array<std::uint32_t, kMostTicks>, target::kParts> cycles;
+
+std::size_t fly(bool logged, std::string_view path, bool hostile) {
+  using Flight = golden::TapeFlight<float, float>;
+  static Flight without_log(false);
+  static Flight with_log(true);
+  Flight& flight = logged ? with_log : without_log;
+  const std::size_t ticks = target::play(flight, path, hostile, [&flight](std::size_t tick) {
+    target::begin_parts();
+    flight.tick();
+    const std::array<std::uint32_t, target::kParts>& parts = target::end_parts();
+    for (std::size_t part = 0; part < target::kParts && tick < kMostTicks; ++part) {
+      cycles[part][tick] = parts[part];
+    }
+  });
+  return std::min(ticks, kMostTicks);
+}
+
+void print_column(std::int64_t value) {
+  for (std::int64_t smallest = 10000000; smallest > 1 && value < smallest; smallest /= 10) {
+    print(" ");
+  }
+  print(value);
+}
+
+void print_part(std::size_t part, std::size_t ticks) {
+  const std::span<std::uint32_t> of_tick = std::span(cycles[part]).first(ticks);
+  std::sort(of_tick.begin(), of_tick.end());
+  const auto first = static_cast<std::size_t>(std::upper_bound(of_tick.begin(), of_tick.end(), 0U) - of_tick.begin());
+  const std::span<std::uint32_t> ran = of_tick.subspan(first);
+  print_column(static_cast<std::int64_t>(100 * ran.size() / ticks));
+  print_column(ran.empty() ? 0 : kInstructionsPerCycle * ran[ran.size() / 2]);
+  print_column(ran.empty() ? 0 : kInstructionsPerCycle * ran.back());
+  print("  ");
+  print(target::kPartNames[part]);
+  print("\n");
+}
+
+}  // namespace
+
+extern "C" void SysTick_Handler() { system_clock.on_period(); }
+
+int main() {
+  system_clock.start();
+  // Each argument is a view into the same buffer: the tape's name is fetched last.
+  const bool hostile = hal::argument(2) == "hostile";
+  const std::string_view path = hal::argument(1);
+  const std::size_t ticks = fly(false, path, hostile);
+  if (ticks == 0) {
+    return 1;
+  }
+  print("  % of ticks  median   worst  instructions of\n");
+  for (std::size_t part = 0; part + 1 < target::kParts; ++part) {
+    print_part(part, ticks);
+  }
+  fly(true, path, hostile);
+  print_part(target::kParts - 1, ticks);
+  return 0;
+}
