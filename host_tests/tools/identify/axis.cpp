@@ -177,6 +177,7 @@ class AxisIdentification {
     result.final_model = model_result(family, final_fit);
     result.candidates = selection.table;
     result.not_separable = selection.not_separable;
+    result.findings = selection.notes;
     tell("intervals by block bootstrap");
     result.final_intervals = intervals(family, final_fit);
     effects(family, selection, result);

@@ -82,11 +82,13 @@ struct SelectionOptions {
   double minimum_t = 1.7;
   double strong_delta_bic = 10.0;  ///< with this much, minimum_t_strong is enough
   double minimum_t_strong = 0.3;
-  double rival_margin = 0.05;       ///< cross-validated error within this of the winner's: not separable
+  double rival_margin = 0.05;       ///< cross-validated root mean square within this of the winner's: not separable
+  double worth_judging = 1.25;      ///< rivals that fit worse than this, in mean squares, are not cross-validated
   double keep_cv_gain = 0.02;       ///< an earlier effect that earns less is dropped
   double simpler_margin = 0.02;     ///< within this, the candidate with fewer parameters wins
   std::size_t pair_candidates = 6;  ///< when no single edit convinces, pairs of this many best ones are tried
   double split_gain = 0.15;         ///< a pair must be this much better than the one effect that stood in for it
+  std::size_t pairs_up_to = 3;      ///< effects; with more, two in the place of one are not tried
   std::size_t folds = 5;
   std::size_t maximum_effects = 5;
   std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
@@ -120,28 +122,11 @@ struct Selection {
   Judged final_model;
   std::vector<Step> steps;  ///< the effects that stayed, in order of acceptance
   std::vector<CandidateRow> table;
-  std::vector<std::vector<std::string>> not_separable;
+  std::vector<std::vector<std::string>> not_separable;  ///< rivals; two and two where combinations are
+  std::vector<std::string> notes;                       ///< sentences for the report
 };
 
 /// Starts from `declared` and edits it as long as an edit is accepted.
 Selection select(const Family& family, const Structure& declared, const SelectionOptions& options);
-
-/// Fills everything but the fit. Folds are interleaved blocks.
-void cross_validate(const Family& family, Judged& judged, std::size_t folds);
-/// Fits `structure` to everything and cross-validates it.
-Judged judge(const Family& family, const Structure& structure, const Fit* warm, std::size_t folds);
-
-/// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum cut
-/// at its first non-positive term. Blocks are correlated within, not across.
-double effective_sample_size(const std::vector<std::vector<double>>& blocks);
-
-/// The same criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over 50 ms,
-/// filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from the
-/// criterion on the effective sample size; it does not hide them from this one.
-double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
-                          std::size_t extra);
-
-/// n_eff ln(mean square) + k ln(n_eff)
-double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
 
 }  // namespace m100::tools::identify

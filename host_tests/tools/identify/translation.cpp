@@ -130,6 +130,7 @@ class TranslationIdentification {
     const Selection selection = select(family_, request_.declared, options);
     result.candidates = selection.table;
     result.not_separable = selection.not_separable;
+    result.findings = selection.notes;
     Fit final_fit = selection.final_model.fit;
     std::vector<Step> steps = selection.steps;
     withdraw_what_does_not_hold(steps, final_fit, result);
@@ -489,6 +490,20 @@ class TranslationIdentification {
     return out;
   }
 
+  static RegressorGroup products(const Part& part, const std::string& name,
+                                 const std::vector<const std::vector<double>*>& a,
+                                 const std::vector<const std::vector<double>*>& b) {
+    RegressorGroup out{name, {}};
+    for (const std::vector<double>* one : a) {
+      for (const std::vector<double>* other : b) {
+        std::vector<double> both(one->size());
+        std::transform(one->begin(), one->end(), other->begin(), both.begin(), std::multiplies<>{});
+        out.columns.push_back(earlier(part, both, {0.0}).front());
+      }
+    }
+    return out;
+  }
+
   /// Only causes: tilt, thrust, sticks and heading with their past; velocity as it is, because its past contains the
   /// residual's own integral.
   std::vector<RegressorGroup> causes(const Part& part) const {
@@ -497,6 +512,8 @@ class TranslationIdentification {
     const std::size_t n = data.valid.size();
     std::vector<RegressorGroup> out;
     out.push_back(group(part, "tilt", {&data.direction[0], &data.direction[1]}, memory_s));
+    out.push_back(products(part, "tilt * tilt", {&data.direction[0], &data.direction[1]},
+                           {&data.direction[0], &data.direction[1]}));
     if (data.has_thrust) {
       out.push_back(group(part, "thrust", {&data.thrust}, {0.0, 0.1, 0.25, 0.5}));
     }
@@ -508,6 +525,8 @@ class TranslationIdentification {
         squared_x[i] = speed * data.velocity[0][i];
         squared_y[i] = speed * data.velocity[1][i];
       }
+      out.push_back(products(part, "tilt * velocity", {&data.direction[0], &data.direction[1]},
+                             {&data.velocity[0], &data.velocity[1], &data.velocity[2]}));
       out.push_back(group(part, "velocity", {&data.velocity[0], &data.velocity[1], &data.velocity[2]}, {0.0}));
       out.push_back(group(part, "velocity squared", {&squared_x, &squared_y}, {0.0}));
     }
