@@ -54,11 +54,11 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     in_force_ = pilots_command(telemetry);
   }
   const est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
-  law_.note(in_force_, estimate_.yaw_rad);
-  const core::Duration step = decide(now);  // -> reference -> control
+  estimate_ = observer_.update(measured, in_force_, elapsed_);        // -> state estimate
+  trajectory_.fill(reference_, now, law_.lead());                     // -> reference
+  wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
   const safety::Rung before = supervisor_.rung();
-  grant_ = supervisor_.review(wanted_, facts(now), core::seconds<T>(step));  // may only take away
+  grant_ = supervisor_.review(wanted_, facts(now), core::seconds<T>(elapsed_));  // may only take away
   start_when_nominal(before, now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
   remember(measured);
@@ -67,30 +67,6 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     log_->append(record(now, sent));
   }
   return sent;
-}
-
-/// The law runs when a command may leave: the channel takes fewer commands than there are ticks. In between the last
-/// one stands, and the slew limit does not move on. @returns the time by which it may move on.
-template <typename T, typename S>
-core::Duration FlightController<T, S>::decide(core::TimePoint now) {
-  const bool leaves = link_.due(now);
-  if (leaves || log_ != nullptr) {
-    trajectory_.fill(reference_, now, law_.lead());
-  }
-  if (!link_.authority().in_control) {
-    since_decision_ = core::Duration(0);
-    wanted_ = {};
-    return elapsed_;
-  }
-  since_decision_ += elapsed_;
-  if (!leaves) {
-    wanted_ = grant_.command;
-    return core::Duration(0);
-  }
-  const core::Duration step = since_decision_;
-  since_decision_ = core::Duration(0);
-  wanted_ = law_.decide(estimate_, reference_, step);
-  return step;
 }
 
 template <typename T, typename S>

@@ -68,7 +68,6 @@ class FlightController {
   const SerialLink& link() const { return link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
-  /// For the last command that could leave; with a log, of this tick.
   const ref::Window<T>& reference() const { return reference_; }
   const safety::Grant<T>& grant() const { return grant_; }
   const MeasureStats& measure_stats() const { return measure_.stats(); }
@@ -83,7 +82,6 @@ class FlightController {
  private:
   void note_time(core::TimePoint now);
   void take_orders(core::TimePoint now);
-  core::Duration decide(core::TimePoint now);
   PoseReport pose(core::TimePoint now);
   safety::Facts facts(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
@@ -111,13 +109,12 @@ class FlightController {
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
-  ctl::Command<T> wanted_{};  ///< of the law, for the last command that could leave
+  ctl::Command<T> wanted_{};  ///< of the law, in every tick, whether or not a command may leave
   safety::Grant<T> grant_;
   ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
   vrc::Sticks last_sticks_{};
   core::TimePoint last_tick_{};
   core::Duration elapsed_ = core::kTickPeriod;
-  core::Duration since_decision_{0};
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick

@@ -55,6 +55,8 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
   const mpc::GainTable<T>& table = axis.mpc.table();
   const T offset_rad = estimate.input_offset_rad;
   const T slope = seen(core::tan(estimate.tilt_rad));
+  // The pipe holds tangents of what the attitude loop is told, without the offset, which may still change.
+  axis.predictor.sent(in_force_slope);
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
                                            .tilt_rad = slope,
@@ -99,22 +101,14 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
 }
 
 template <typename T>
-void FlightLaw<T>::note(const Command<T>& in_force, T yaw_rad) {
+Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                                const Command<T>& in_force, core::Duration elapsed) {
   const core::Slope<T> told = core::slope_of(
-      core::turns_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = yaw_rad}));
-  told_ = {.x = seen(told.x), .y = seen(told.y)};
-  // The pipes hold tangents of what the attitude loop is told, without the offset, which may still change.
-  x_.predictor.sent(told_.x);
-  y_.predictor.sent(told_.y);
-}
-
-template <typename T>
-Command<T> FlightLaw<T>::decide(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
-                                core::Duration elapsed) {
-  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), told_.x);
+      core::turns_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = estimate.yaw_rad}));
+  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x));
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
-  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, told_.y);
+  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y));
   report_ = {.path_x = x_.path, .path_y = y_.path};
 
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);

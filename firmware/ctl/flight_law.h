@@ -47,17 +47,10 @@ class FlightLaw {
   /// The tables must outlive the law.
   FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
 
-  /// Once per tick: what the autopilot was told since the last one, after supervisor and stick rounding. It goes into
-  /// the prediction through the delay.
-  void note(const Command<T>& in_force, T yaw_rad);
-  /// The command that may leave now; `elapsed` since the last one that was asked for. Not in every tick: what the
-  /// channel will not send needs no quadratic program.
-  Command<T> decide(const est::Estimate<T>& estimate, const ref::Window<T>& reference, core::Duration elapsed);
+  /// Once per tick. @param in_force what the autopilot was told since the last one, after supervisor and stick
+  ///   rounding; it goes into the prediction through the delay.
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, const Command<T>& in_force,
-                    core::Duration elapsed) {
-    note(in_force, estimate.yaw_rad);
-    return decide(estimate, reference, elapsed);
-  }
+                    core::Duration elapsed);
 
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
@@ -88,7 +81,6 @@ class FlightLaw {
   T combined_tangent_{0};
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;
-  core::Slope<T> told_;
   LawReport report_;
 };
 
