@@ -123,7 +123,13 @@ function(m100_tests)
   gtest_discover_tests(${program} TEST_PREFIX "${arg_LABEL}.${arg_NAME}." DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
     DISCOVERY_TIMEOUT 60
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-    PROPERTIES LABELS "${arg_LABEL};${arg_NAME}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+    TEST_LIST ${program}_cases
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+  # Both labels: PROPERTIES above takes no lists, and would keep the first label only.
+  set(labels ${CMAKE_CURRENT_BINARY_DIR}/${program}_labels.cmake)
+  file(WRITE ${labels} "if(${program}_cases)\n  set_tests_properties(\${${program}_cases} PROPERTIES LABELS "
+                       "\"${arg_LABEL};${arg_NAME}\")\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels})
 endfunction()
 
 # Installs what the modules exported, so that find_package(m100) works elsewhere (see host_tests/consumer).
