@@ -7,9 +7,10 @@
 
 #include "protocol/bytes.h"
 
-/// 1: one 256-entry table per checksum (1.8 KiB of flash). 16: slicing tables (25 KiB), sixteen bytes a step.
+/// 1: one 256-entry table per checksum (1.8 KiB of flash). 8: slicing tables and a table of powers (94 KiB).
+/// All files of a program must agree on it.
 #ifndef M100_CRC_SLICES
-#define M100_CRC_SLICES 16
+#define M100_CRC_SLICES 8
 #endif
 
 namespace m100::protocol {
@@ -29,7 +30,8 @@ std::uint16_t crc16_of_header(const std::byte* header);
 /// Cost: 1 table look-up per byte.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
 
-inline constexpr std::size_t kCrc32BlockBytes = 16;
+/// Bytes between two kept values of a running CRC32.
+inline constexpr std::size_t kCrc32BlockBytes = M100_CRC_SLICES == 1 ? 16 : 8;
 
 /// Continues a running CRC32 block by block: running[i + 1] is running[i] after the i-th block of bytes.
 /// @param running has one entry more than there are blocks; the first is given.
@@ -40,7 +42,8 @@ void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running);
 /// The register is linear over GF(2): feeding bytes D to the sum of two states is the sum of feeding D to one and zeros
 /// to the other. With prefix(i) = register after the first i bytes of a stream, started from anything,
 ///   crc32(bytes a..b, start) = prefix(b) ^ crc32_advance(prefix(a) ^ start, b - a),
-/// so the checksum of any stretch costs a constant. Cost: 16 multiplications and 5 look-ups, whatever `zeros` is.
+/// so the checksum of any stretch costs a constant. Cost, whatever `zeros` is: 12 look-ups, or with small tables 32
+/// multiplications and 16 look-ups.
 std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros);
 
 }  // namespace m100::protocol

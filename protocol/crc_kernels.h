@@ -13,8 +13,9 @@
 namespace m100::protocol::crc_kernels {
 
 inline constexpr std::size_t kSlices = M100_CRC_SLICES;
-static_assert(kSlices == 1 || kSlices == 16);
-inline constexpr std::size_t kSlices16 = kSlices == 1 ? 1 : 10;
+inline constexpr bool kLarge = kSlices != 1;
+static_assert(kSlices == 1 || kSlices == 8);
+inline constexpr std::size_t kSlices16 = kLarge ? 10 : 1;
 inline constexpr std::size_t kMaxZeros = 1023;
 
 /// tables[k][b]: the register after byte b and k zero bytes, started from 0.
@@ -44,16 +45,20 @@ constexpr std::uint32_t step(std::uint32_t state, std::uint32_t byte) {
   return kTables32[0][(state ^ byte) & 0xFFU] ^ (state >> 8U);
 }
 
-/// The part of a new register that a word of four bytes makes when `base` bytes follow it.
-inline std::uint32_t slice(std::uint32_t word, std::size_t base) {
-  return kTables32[base + 3][word & 0xFFU] ^ kTables32[base + 2][(word >> 8U) & 0xFFU] ^
-         kTables32[base + 1][(word >> 16U) & 0xFFU] ^ kTables32[base][word >> 24U];
+/// The register after eight bytes, started from 0; a start is added to the first four bytes. Two bytes a turn: both
+/// halves of a 16-bit register can be had without a shift on some machines.
+constexpr std::uint32_t after_eight(std::uint64_t bytes) {
+  std::uint32_t state = 0;
+  for (std::size_t i = 0; i < 8; i += 2) {
+    state ^= kTables32[7 - i][bytes & 0xFFU] ^ kTables32[6 - i][(bytes >> 8U) & 0xFFU];
+    bytes >>= 16U;
+  }
+  return state;
 }
 
 inline std::uint32_t step_block(std::uint32_t state, const std::byte* bytes) {
-  if constexpr (kSlices == 16) {
-    return slice(load<std::uint32_t>(bytes) ^ state, 12) ^ slice(load<std::uint32_t>(bytes + 4), 8) ^
-           slice(load<std::uint32_t>(bytes + 8), 4) ^ slice(load<std::uint32_t>(bytes + 12), 0);
+  if constexpr (kLarge) {
+    return after_eight(load<std::uint64_t>(bytes) ^ state);
   } else {
     for (std::size_t i = 0; i < kCrc32BlockBytes; ++i) {
       state = step(state, std::to_integer<std::uint32_t>(bytes[i]));
@@ -62,13 +67,12 @@ inline std::uint32_t step_block(std::uint32_t state, const std::byte* bytes) {
   }
 }
 
-constexpr std::uint32_t four_zeros(std::uint32_t state) {
-  if constexpr (kSlices == 16) {
-    return kTables32[3][state & 0xFFU] ^ kTables32[2][(state >> 8U) & 0xFFU] ^ kTables32[1][(state >> 16U) & 0xFFU] ^
-           kTables32[0][state >> 24U];
-  } else {
-    return step(step(step(step(state, 0), 0), 0), 0);
+/// crc32 byte by byte.
+inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, std::size_t count) {
+  for (; count > 0; ++next, --count) {
+    state = step(state, std::to_integer<std::uint32_t>(*next));
   }
+  return state;
 }
 
 /// Product without carries of two 32-bit numbers. Each factor is cut into four with one bit in four, so that a sum of
@@ -89,7 +93,8 @@ constexpr std::uint64_t multiply_without_carries(std::uint32_t a, std::uint32_t 
 /// a * b mod P, both reflected: bit 31 is the coefficient of x^0.
 constexpr std::uint32_t multiply_mod(std::uint32_t a, std::uint32_t b) {
   const std::uint64_t product = multiply_without_carries(a, b) << 1U;
-  return static_cast<std::uint32_t>(product >> 32U) ^ four_zeros(static_cast<std::uint32_t>(product));
+  const auto low = static_cast<std::uint32_t>(product);
+  return static_cast<std::uint32_t>(product >> 32U) ^ step(step(step(step(low, 0), 0), 0), 0);
 }
 
 inline constexpr std::uint32_t kOne = 0x80000000U;
@@ -113,22 +118,111 @@ constexpr std::array<std::array<std::uint32_t, 32>, 2> make_powers() {
 
 inline constexpr auto kPowers = make_powers();
 
-/// With slicing tables, 4 KiB more make one product out of two.
-constexpr std::array<std::uint32_t, kSlices == 16 ? kMaxZeros + 1 : 1> make_all_powers() {
-  std::array<std::uint32_t, kSlices == 16 ? kMaxZeros + 1 : 1> powers{};
-  std::uint32_t power = kOne;
-  for (std::uint32_t& entry : powers) {
-    entry = power;
-    power = step(power, 0);
+inline constexpr std::size_t kBlockDistances = kLarge ? 128 : 0;
+using NibbleTable = std::array<std::array<std::uint32_t, 16>, 8>;
+
+/// tables[m][k][n]: nibble n at place k of the register, after m blocks of zeros. 64 KiB.
+constexpr std::array<NibbleTable, kBlockDistances> make_block_powers() {
+  std::array<NibbleTable, kBlockDistances> tables{};
+  for (std::size_t bit = 0; kLarge && bit < 32; ++bit) {
+    std::uint32_t state = std::uint32_t{1} << bit;
+    for (NibbleTable& table : tables) {
+      std::array<std::uint32_t, 16>& entries = table[bit / 4];
+      const std::size_t first = std::size_t{1} << (bit % 4);
+      for (std::size_t i = 0; i < first; ++i) {
+        entries[first + i] = entries[i] ^ state;
+      }
+      state = after_eight(state);
+    }
   }
-  return powers;
+  return tables;
 }
 
-inline constexpr auto kAllPowers = make_all_powers();
+inline constexpr auto kBlockPowers = make_block_powers();
+
+/// The register after `blocks` blocks of zeros, blocks <= 1023 / kCrc32BlockBytes.
+inline std::uint32_t advance_blocks(std::uint32_t state, std::size_t blocks) {
+  if constexpr (kLarge) {
+    const NibbleTable& table = kBlockPowers[blocks];
+    std::uint32_t even = state & 0x0F0F0F0FU;
+    std::uint32_t odd = (state >> 4U) & 0x0F0F0F0FU;
+    std::uint32_t result = 0;
+    for (std::size_t place = 0; place < 8; place += 4) {
+      result ^= table[place][even & 0xFFU] ^ table[place + 1][odd & 0xFFU];
+      result ^= table[place + 2][(even >> 8U) & 0xFFU] ^ table[place + 3][(odd >> 8U) & 0xFFU];
+      even >>= 16U;
+      odd >>= 16U;
+    }
+    return result;
+  } else {
+    const std::size_t zeros = blocks * kCrc32BlockBytes;
+    return multiply_mod(multiply_mod(state, kPowers[0][zeros % 32]), kPowers[1][zeros / 32]);
+  }
+}
+
+/// What the first one to eight bytes of a header make of the register, the bytes 1 to 4 apart.
+struct HeaderStarts {
+  /// constants[c]: after c bytes, if bytes 1 to 4 were zero.
+  std::array<std::uint32_t, 9> constants{};
+  /// slices[8 + k] is kTables32[k]; those below are zero: a byte that has not come yet does nothing.
+  std::array<std::array<std::uint32_t, 256>, kLarge ? 16 : 1> slices{};
+};
+
+constexpr HeaderStarts make_header_starts(std::uint32_t start_byte) {
+  HeaderStarts starts;
+  std::uint32_t state = kCrc32Start;
+  for (std::size_t count = 1; count < starts.constants.size(); ++count) {
+    state = step(state, count == 1 ? start_byte : 0);
+    starts.constants[count] = state;
+  }
+  for (std::size_t slice = 8; slice < starts.slices.size(); ++slice) {
+    starts.slices[slice] = kTables32[slice - 8];
+  }
+  return starts;
+}
+
+template <unsigned kStart>
+inline constexpr HeaderStarts kHeaderStarts = make_header_starts(kStart);
+
+/// crc32 over the first bytes of a header, 1 to kCrc32BlockBytes of them. Its byte 0 is kStart and its bytes 5 to 7 are
+/// zero: of the first eight, four have to be looked up.
+template <unsigned kStart>
+inline std::uint32_t after_header_start(const std::byte* header, std::size_t count) {
+  if constexpr (kLarge) {
+    const HeaderStarts& starts = kHeaderStarts<kStart>;
+    const std::array<std::uint32_t, 256>* const slices = starts.slices.data() + count;
+    const auto bytes = load<std::uint32_t>(header + 1);
+    return starts.constants[count] ^ slices[6][bytes & 0xFFU] ^ slices[5][(bytes >> 8U) & 0xFFU] ^
+           slices[4][(bytes >> 16U) & 0xFFU] ^ slices[3][bytes >> 24U];
+  } else {
+    return step_rest(kCrc32Start, header, count);
+  }
+}
+
+/// Whether a frame ends well that has `left` bytes to go, 1 to kCrc32BlockBytes: the last four are its checksum, which
+/// is what the register holds before them; from then on the register holds those of them that are to come.
+inline bool ends_well(std::uint32_t state, const std::byte* bytes, std::size_t left) {
+  constexpr std::size_t kChecksumBytes = 4;
+  if (left < kChecksumBytes) {
+    const std::uint32_t to_come = (std::uint32_t{1} << (8 * left)) - 1;
+    return state == (load<std::uint32_t>(bytes) & to_come);
+  }
+  const std::size_t data = left - kChecksumBytes;
+  return step_rest(state, bytes, data) == load<std::uint32_t>(bytes + data);
+}
+
+/// As crc32_advance().
+inline std::uint32_t advance(std::uint32_t state, std::size_t zeros) {
+  state = advance_blocks(state, zeros / kCrc32BlockBytes);
+  for (std::size_t left = zeros % kCrc32BlockBytes; left > 0; --left) {
+    state = step(state, 0);
+  }
+  return state;
+}
 
 /// As crc16_of_header().
 inline std::uint16_t header_crc16(const std::byte* header) {
-  if constexpr (kSlices16 == 10) {
+  if constexpr (kLarge) {
     const auto first = static_cast<std::uint16_t>(load<std::uint16_t>(header) ^ kCrc16Start);
     const auto rest = load<std::uint64_t>(header + 2);
     unsigned state = kTables16[9][first & 0xFFU] ^ kTables16[8][first >> 8U];
@@ -141,31 +235,18 @@ inline std::uint16_t header_crc16(const std::byte* header) {
   }
 }
 
-/// crc32 over fewer than 16 bytes.
-inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, std::size_t count) {
-  if constexpr (kSlices == 16) {
-    if ((count & 8U) != 0) {
-      state = slice(load<std::uint32_t>(next) ^ state, 4) ^ slice(load<std::uint32_t>(next + 4), 0);
-      next += 8;
-    }
-    if ((count & 4U) != 0) {
-      state = slice(load<std::uint32_t>(next) ^ state, 0);
-      next += 4;
-    }
-    count &= 3U;
-  }
-  for (; count > 0; ++next, --count) {
-    state = step(state, std::to_integer<std::uint32_t>(*next));
-  }
-  return state;
-}
-
-/// As crc32_advance().
-inline std::uint32_t advance(std::uint32_t state, std::size_t zeros) {
-  if constexpr (kSlices == 16) {
-    return multiply_mod(state, kAllPowers[zeros]);
+/// header_crc16 where byte 0 is `start` and bytes 5 to 7 are zero: those cost nothing.
+template <unsigned kStart>
+inline std::uint16_t usual_header_crc16(const std::byte* header) {
+  if constexpr (kLarge) {
+    constexpr unsigned kBegin = kTables16[9][(kStart ^ kCrc16Start) & 0xFFU];
+    const auto first = load<std::uint32_t>(header + 1) ^ (kCrc16Start >> 8U);
+    const auto sequence = load<std::uint16_t>(header + 8);
+    return static_cast<std::uint16_t>(kBegin ^ kTables16[8][first & 0xFFU] ^ kTables16[7][(first >> 8U) & 0xFFU] ^
+                                      kTables16[6][(first >> 16U) & 0xFFU] ^ kTables16[5][first >> 24U] ^
+                                      kTables16[1][sequence & 0xFFU] ^ kTables16[0][sequence >> 8U]);
   } else {
-    return multiply_mod(multiply_mod(state, kPowers[0][zeros % 32]), kPowers[1][zeros / 32]);
+    return header_crc16(header);
   }
 }
 

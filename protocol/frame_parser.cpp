@@ -2,6 +2,7 @@
 #include "protocol/frame_parser.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "protocol/bytes.h"
@@ -13,6 +14,19 @@ namespace {
 constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // a header needs one byte more than is kept of a delivered frame
 
 constexpr std::ptrdiff_t kHeader = kHeaderBytes;
+constexpr auto kStartNumber = std::to_integer<unsigned>(kStartByte);
+
+/// Eight bytes at a time: bit 7 of each byte of the result tells whether that byte of the word is zero.
+constexpr std::uint64_t kLowBits = 0x7F7F7F7F7F7F7F7FU;
+constexpr std::uint64_t zero_bytes(std::uint64_t word) { return ~(((word & kLowBits) + kLowBits) | word | kLowBits); }
+constexpr std::uint64_t kOnes = 0x0101010101010101U;
+constexpr std::uint64_t kNotFirst = ~std::uint64_t{0xFF};
+constexpr std::uint64_t kStartBytes = kOnes * std::to_integer<std::uint64_t>(kStartByte);
+constexpr std::ptrdiff_t kWord = 8;
+/// Where a word of places is judged, the last of them must leave room for a header.
+constexpr std::ptrdiff_t kRoomForWord = kWord - 1 + kHeader;
+/// The last of the three bytes of a header that are always zero.
+constexpr std::ptrdiff_t kLastZero = 7;
 
 const std::byte* find_start_byte(const std::byte* at, const std::byte* last) {
   const void* const start = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
@@ -39,13 +53,28 @@ bool fixed_bits_hold(const std::byte* at) {
   return (load<std::uint64_t>(at) & kFixedBits) == std::to_integer<std::uint64_t>(kStartByte);
 }
 
-bool header_checksum_holds(const std::byte* at) {
-  return crc_kernels::header_crc16(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
-}
+/// Two good headers a byte apart: the second has the bytes of the first without its start byte, so its CRC16 is the
+/// upper byte of the first one's plus this. Its lower byte would have to be zero, since the first one's upper byte is
+/// where the second's CRC16 begins.
+constexpr std::uint16_t kCrc16OfNeighbour = [] {
+  const auto step16 = [](std::uint32_t state, std::uint32_t byte) {
+    state ^= byte;
+    for (int bit = 0; bit < 8; ++bit) {
+      state = (state & 1U) != 0 ? (state >> 1U) ^ 0xA001U : state >> 1U;
+    }
+    return state;
+  };
+  std::uint32_t apart = step16(kCrc16Start, kStartNumber) ^ kCrc16Start;
+  for (std::size_t byte = 0; byte < kHeaderBytes - 2; ++byte) {
+    apart = step16(apart, 0);
+  }
+  return static_cast<std::uint16_t>(apart);
+}();
+static_assert((kCrc16OfNeighbour & 0xFFU) != 0, "two good headers a byte apart would be possible");
 
-/// A whole header whose checksum holds, but VER, RES0 or RES1 is not zero.
-bool is_of_another_version(const std::byte* at, const std::byte* last) {
-  return last - at >= kHeader && *at == kStartByte && !fixed_bits_hold(at) && header_checksum_holds(at);
+/// A header whose checksum holds, but VER, RES0 or RES1 is not zero.
+bool is_of_another_version(const std::byte* at) {
+  return crc_kernels::header_crc16(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
 }
 
 /// Filler fits into DATA, and encrypted DATA is whole cipher blocks.
@@ -54,6 +83,51 @@ bool padding_makes_sense(const std::byte* at, std::size_t length) {
   const std::size_t data_bytes = length > kHeaderBytes ? length - kFrameOverheadBytes : 0;
   const bool encrypted = cipher >= 0x20;
   return cipher == 0 || ((cipher & 0x1FU) <= data_bytes && (!encrypted || data_bytes % kCipherBlockBytes == 0));
+}
+
+/// Judges 12 bytes whose fixed bits hold. @returns the length of the frame; 0 if they are no header, which is counted.
+std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t weight) {
+  if (crc_kernels::usual_header_crc16<kStartNumber>(at) != load<std::uint16_t>(at + kHeaderBytes - 2)) {
+    stats.crc16_errors += weight;
+    return 0;
+  }
+  const std::size_t length = length_of(at);
+  if (length < kFrameOverheadBytes && length != kHeaderBytes) {
+    stats.length_errors += weight;
+    return 0;
+  }
+  if (!padding_makes_sense(at, length)) {
+    stats.padding_errors += weight;
+    return 0;
+  }
+  return length;
+}
+
+/// Whether the CRC32 of the frame at buffer[begin] is right.
+/// @param running as FrameParser::running_; @param known its last entry that is known.
+///
+/// The register of a frame that begins here differs from the running one by something that depends on the distance only.
+/// Known at the first block border inside the frame, it is carried to the last one.
+bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::size_t& known, std::size_t begin,
+                          std::size_t length) {
+  const std::size_t first = begin / kCrc32BlockBytes + 1;
+  const std::size_t last = (begin + length - 1) / kCrc32BlockBytes;
+  if (kCrc32BlockBytes >= kFrameOverheadBytes && last < first) {  // the shortest frame, all in one block
+    return crc_kernels::step_rest(kCrc32Start, buffer + begin, length) == 0;
+  }
+  if (known < first) {  // bytes in between belong to no candidate: start afresh behind them
+    known = first;
+    running[first] = 0;
+  }
+  if (known < last) {
+    crc_kernels::run_blocks(buffer + known * kCrc32BlockBytes, running + known, last - known);
+    known = last;
+  }
+  const std::size_t edge = last * kCrc32BlockBytes;
+  const std::uint32_t own =
+      crc_kernels::after_header_start<kStartNumber>(buffer + begin, first * kCrc32BlockBytes - begin);
+  const std::uint32_t apart = crc_kernels::advance_blocks(running[first] ^ own, last - first);
+  return crc_kernels::ends_well(running[last] ^ apart, buffer + edge, begin + length - edge);
 }
 
 }  // namespace
@@ -79,75 +153,99 @@ core::Expected<FrameView> FrameParser::push(std::byte value) {
 }
 
 core::Expected<FrameView> FrameParser::poll() {
-  while (end_ - begin_ >= needed_) {  // each turn ends in a return, a longer need, or at least one byte less
-    std::size_t from = begin_;
-    if (needed_ > kHeaderBytes) {
-      if (frame_checksum_holds()) {
-        return deliver();
-      }
-      stats_.crc32_errors += begin_ >= delivered_ ? 1U : 0U;
-      ++from;
-    }
-    if (seek(from) && length_ == kHeaderBytes) {
-      return deliver();
-    }
+  if (end_ - begin_ < needed_ || !search(buffer_.data() + begin_)) {
+    return core::Status::kNotReady;
   }
-  return core::Status::kNotReady;
+  return deliver();
 }
 
-bool FrameParser::seek(std::size_t from) {
-  const std::byte* const edge = buffer_.data() + delivered_;
+bool FrameParser::search(const std::byte* at) {
   const std::byte* const last = buffer_.data() + end_;
-  const std::byte* at = buffer_.data() + from;
-  if (in_step_ && at == edge && is_of_another_version(at, last)) {
-    ++stats_.reserved_errors;
-    ++at;
-  }
-  bool found = false;
-  for (at = next_candidate(at, last); last - at >= kHeader; at = next_candidate(at + 1, last)) {
-    std::uint64_t* const error = judge_header(at);
-    found = error == nullptr;
-    if (found) {
-      break;
+  std::size_t length = needed_ > kHeaderBytes ? needed_ : 0;  // of the header at `at`, if there is one
+  for (;;) {                                                  // each turn ends the search or goes on a byte at least
+    if (length == 0) {
+      if (last - at < kHeader || !fixed_bits_hold(at)) {
+        at = next_candidate(at, last);
+      }
+      if (last - at < kHeader) {
+        move_to(at, at == last ? 1 : kHeaderBytes);
+        return false;
+      }
+      length = judge_header(at, stats_, outside_delivered(at));
+      if (length == 0) {
+        ++at;
+        continue;
+      }
+      if (static_cast<std::size_t>(last - at) < length) {
+        move_to(at, length);
+        return false;
+      }
     }
-    *error += at >= edge ? 1U : 0U;
+    const auto begin = static_cast<std::size_t>(at - buffer_.data());
+    if (length == kHeaderBytes || frame_checksum_holds(buffer_.data(), running_.data(), running_last_, begin, length)) {
+      move_to(at, length);
+      return true;
+    }
+    at = refuse_frame(at);
+    length = 0;
   }
-  drop_to(static_cast<std::size_t>(at - buffer_.data()));
-  needed_ = found ? length_ : (at == last ? 1 : kHeaderBytes);
-  return found;
 }
 
 const std::byte* FrameParser::next_candidate(const std::byte* at, const std::byte* last) {
   const std::byte* const edge = buffer_.data() + delivered_;
-  std::uint64_t refused = 0;
   while (last - at >= kHeader && !fixed_bits_hold(at)) {
-    if (*at == kStartByte) {
-      refused += at >= edge ? 1U : 0U;
-      ++at;
-    } else {
-      at = find_start_byte(at, last);
+    if (last - at < kRoomForWord || at <= edge) {
+      if (*at == kStartByte) {
+        refuse_start(at);
+      }
+      at = find_start_byte(at + 1, last);
+      continue;
     }
+    const std::uint64_t starts = zero_bytes(load<std::uint64_t>(at) ^ kStartBytes);
+    if (starts == 0) {
+      at += kWord;
+      if (last - at >= kRoomForWord && zero_bytes(load<std::uint64_t>(at) ^ kStartBytes) == 0) {
+        at = find_start_byte(at + kWord, last);
+      }
+      continue;
+    }
+    // The place itself has been judged; of the others, those can be headers whose last zero is in its place.
+    const std::uint64_t possible = starts & zero_bytes(load<std::uint64_t>(at + kLastZero)) & kNotFirst;
+    const std::uint64_t refused = possible != 0 ? starts & (possible - 1) & ~possible : starts;
+    if (refused != 0) {
+      stats_.crc16_errors += (refused >> 7U) * kOnes >> 56U;
+    }
+    at += possible != 0 ? std::countr_zero(possible) / 8 : kWord;
   }
-  stats_.crc16_errors += refused;
   return last - at >= kHeader ? at : find_start_byte(at, last);
 }
 
-std::uint64_t* FrameParser::judge_header(const std::byte* at) {
-  if (!header_checksum_holds(at)) {
-    return &stats_.crc16_errors;
+void FrameParser::refuse_start(const std::byte* at) {
+  const bool due = in_step_ && at == buffer_.data() + delivered_;
+  std::uint64_t& counter = due && is_of_another_version(at) ? stats_.reserved_errors : stats_.crc16_errors;
+  counter += outside_delivered(at);
+}
+
+const std::byte* FrameParser::refuse_frame(const std::byte* at) {
+  // No good header begins in the first eight bytes of another. Bytes 2 and 3 (VER, RES0) and 5 to 7 (zero) are no start
+  // bytes. One at byte 1 fails its CRC16 (see kCrc16OfNeighbour), one at byte 4 has LEN 0. So both are only counted.
+  constexpr std::ptrdiff_t kSkipped = 8;
+  const bool may_have_length_zero = at[4] == kStartByte && (load<std::uint32_t>(at + 8) & 0xFFFFFF00U) == 0;
+  if (at < buffer_.data() + delivered_ || may_have_length_zero) {
+    stats_.crc32_errors += outside_delivered(at);
+    return at + 1;
   }
-  length_ = length_of(at);
-  if (length_ < kFrameOverheadBytes && length_ != kHeaderBytes) {
-    return &stats_.length_errors;
-  }
-  return padding_makes_sense(at, length_) ? nullptr : &stats_.padding_errors;
+  ++stats_.crc32_errors;
+  stats_.crc16_errors += (at[1] == kStartByte ? 1U : 0U) + (at[4] == kStartByte ? 1U : 0U);
+  return at + kSkipped;
 }
 
 void FrameParser::abandon_candidate() {
   if (needed_ > 1) {
+    const std::byte* const at = buffer_.data() + begin_;
     std::uint64_t& counter = needed_ > kHeaderBytes ? stats_.crc32_errors : stats_.crc16_errors;
-    counter += begin_ >= delivered_ ? 1U : 0U;
-    seek(begin_ + 1);
+    counter += outside_delivered(at);
+    move_to(at + 1, 1);
   }
 }
 
@@ -166,22 +264,16 @@ void FrameParser::make_room() {
     std::copy(running_.begin() + static_cast<std::ptrdiff_t>(blocks),
               running_.begin() + static_cast<std::ptrdiff_t>(running_last_ + 1), running_.begin());
     running_last_ -= blocks;
-    running_first_ = running_first_ > blocks ? running_first_ - blocks : 0;
   } else {
-    running_first_ = running_last_ = 0;
-    running_[0] = 0;
-  }
-  if (known_position_ >= shift) {
-    known_position_ -= shift;
-  } else {
-    known_position_ = running_first_ * kBlockBytes;
-    known_crc_ = running_[running_first_];
+    running_last_ = 0;
   }
 }
 
-void FrameParser::drop_to(std::size_t position) {
+void FrameParser::move_to(const std::byte* at, std::size_t needed) {
+  const auto position = static_cast<std::size_t>(at - buffer_.data());
   const std::size_t from = std::max(begin_, delivered_);
   begin_ = position;
+  needed_ = needed;
   if (position > from) {
     stats_.bytes_dropped += position - from;
     stats_.resyncs += in_step_ ? 1U : 0U;
@@ -189,35 +281,8 @@ void FrameParser::drop_to(std::size_t position) {
   }
 }
 
-bool FrameParser::frame_checksum_holds() {
-  if (running_last_ < begin_ / kBlockBytes) {  // bytes in between belong to no candidate: start afresh behind them
-    running_first_ = running_last_ = begin_ / kBlockBytes;
-    running_[running_first_] = 0;
-    known_position_ = running_first_ * kBlockBytes;
-    known_crc_ = 0;
-  }
-  const std::uint32_t before = running_crc(begin_);
-  return crc_kernels::advance(before ^ kCrc32Start, length_) == running_crc(begin_ + length_);
-}
-
-std::uint32_t FrameParser::running_crc(std::size_t position) {
-  if (position == known_position_) {
-    return known_crc_;
-  }
-  const std::size_t block = position / kBlockBytes;
-  if (running_last_ < block) {
-    crc_kernels::run_blocks(buffer_.data() + running_last_ * kBlockBytes, running_.data() + running_last_,
-                            block - running_last_);
-    running_last_ = block;
-  }
-  known_position_ = position;
-  const std::size_t rest = position % kBlockBytes;
-  known_crc_ = crc_kernels::step_rest(running_[block], buffer_.data() + block * kBlockBytes, rest);
-  return known_crc_;
-}
-
 FrameView FrameParser::deliver() {
-  const std::size_t length = length_;
+  const std::size_t length = needed_;
   const std::span<const std::byte> bytes = std::span<const std::byte>(buffer_).subspan(begin_, length);
   const FrameView frame{.header = read_header(buffer_.data() + begin_),
                         .bytes = bytes,

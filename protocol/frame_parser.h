@@ -76,34 +76,33 @@ class FrameParser {
   static constexpr std::size_t kBlockBytes = kCrc32BlockBytes;
 
   void make_room();
-  /// Moves the window to the first good header at or behind a position, or to a start byte too near the end to judge.
-  /// @returns true for a good header; length_ is of its frame then.
-  bool seek(std::size_t from);
+  /// Searches from a position on for a frame whose bytes are all there. Moves the window to it (true), or to what must
+  /// be waited for (false).
+  bool search(const std::byte* at);
   /// @returns the first start byte in at..last that the fixed bits of a header do not rule out, or that is too near the
   ///   end to judge, or last.
   const std::byte* next_candidate(const std::byte* at, const std::byte* last);
-  /// Judges 12 bytes. @returns the counter of what is wrong with them, null if nothing is.
-  std::uint64_t* judge_header(const std::byte* at);
+  /// Counts a start byte where no header begins.
+  void refuse_start(const std::byte* at);
+  /// Counts a false frame. @returns where to search on.
+  const std::byte* refuse_frame(const std::byte* at);
   /// Moves the window on; bytes behind the last delivered frame count as dropped.
-  void drop_to(std::size_t position);
-  bool frame_checksum_holds();
+  void move_to(const std::byte* at, std::size_t needed);
   FrameView deliver();
-  std::uint32_t running_crc(std::size_t position);
+  /// Start bytes inside a delivered frame are no errors.
+  std::uint64_t outside_delivered(const std::byte* at) const { return at >= buffer_.data() + delivered_ ? 1U : 0U; }
 
   std::array<std::byte, kBufferBytes> buffer_{};
   std::size_t begin_ = 0;      ///< window start
   std::size_t end_ = 0;        ///< bytes in the buffer
   std::size_t delivered_ = 0;  ///< end of the last delivered frame
-  std::size_t needed_ = 1;     ///< window size at which there is something to do
+  std::size_t needed_ = 1;     ///< window size at which there is something to do; above kHeaderBytes: LEN of a header
   bool in_step_ = true;
-  std::size_t length_ = 0;  ///< LEN of the candidate at begin_, while needed_ > kHeaderBytes
   std::uint64_t base_ = 0;  ///< stream position of buffer_[0]
-  /// running_[i]: CRC register at buffer position 16 i, started from 0 at position 16 running_first_.
+  /// running_[i]: CRC register at buffer position i * kBlockBytes, for i up to running_last_. Where it was started, and
+  /// from what, does not matter.
   std::array<std::uint32_t, kBufferBytes / kBlockBytes + 1> running_{};
-  std::size_t running_first_ = 0;
   std::size_t running_last_ = 0;
-  std::size_t known_position_ = 0;  ///< the running CRC asked for last: the end of one frame is the start of the next
-  std::uint32_t known_crc_ = 0;
   ParserStats stats_;
 };
 

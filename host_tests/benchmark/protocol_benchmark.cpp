@@ -8,18 +8,16 @@
 #include <cstring>
 #include <string_view>
 
+#include "host_tests/benchmark/receive.h"
 #include "host_tests/property/protocol/streams.h"
-#include "protocol/frame_parser.h"
-#include "protocol/telemetry.h"
 
 namespace {
 
 using m100::host_tests::Bytes;
 using namespace m100;
+using host_tests::receive;
 
 constexpr std::size_t kStreamBytes = 4'000'000;
-constexpr std::size_t kReadBytes = 4096;  // what a serial driver hands over at once, at most
-
 struct Stream {
   const char* name;
   Bytes (*make)(std::size_t);
@@ -30,29 +28,9 @@ constexpr std::array kStreams{
     Stream{"random_bytes", host_tests::noise},
     Stream{"runs_of_start_bytes", host_tests::start_bytes},
     Stream{"headers_of_1023", host_tests::longest_headers},
+    Stream{"densest_headers", [](std::size_t count) { return host_tests::densest_headers(count); }},
     Stream{"frames_behind_false_headers", host_tests::frames_behind_false_headers},
 };
-
-struct Result {
-  std::uint64_t frames = 0;
-  float sum = 0.F;
-};
-
-Result receive(protocol::FrameParser& parser, std::span<const std::byte> stream) {
-  Result result;
-  protocol::Telemetry telemetry;
-  while (!stream.empty()) {
-    const std::size_t count = std::min(stream.size(), kReadBytes);
-    parser.consume(stream.first(count), [&](const protocol::FrameView& frame) {
-      if (frame.data.size() > 2 && decode_telemetry(frame.data.subspan(2), telemetry) == core::Status::kOk) {
-        result.sum += telemetry.attitude[0];
-        ++result.frames;
-      }
-    });
-    stream = stream.subspan(count);
-  }
-  return result;
-}
 
 void run(benchmark::State& state, const Stream& stream) {
   const Bytes bytes = stream.make(kStreamBytes);
@@ -68,7 +46,7 @@ int run_once(std::string_view name) {
     if (name == stream.name) {
       const Bytes bytes = stream.make(kStreamBytes);
       protocol::FrameParser parser;
-      const Result result = receive(parser, bytes);
+      const host_tests::Received result = receive(parser, bytes);
       std::printf("%s: %zu bytes, %llu frames\n", stream.name, bytes.size(),
                   static_cast<unsigned long long>(result.frames));
       return 0;

@@ -50,7 +50,7 @@ void expect_accounts_add_up(const FrameParser& parser, const std::vector<FoundFr
 TEST(Parser, FindsExactlyTheFramesThatTheRulesName) {
   RecordProperty("promise", "R2");
   std::size_t frames = 0;
-  for (unsigned seed = 0; seed < 3000; ++seed) {
+  for (unsigned seed = 0; seed < 3600; ++seed) {
     std::mt19937 random(seed);
     const Bytes stream = damaged_stream(40, random);
     const std::vector<FoundFrame> expected = slow_parse(stream);
@@ -99,6 +99,91 @@ TEST(Parser, TakesOneByteAtATime) {
       ASSERT_LE(parser.pending_bytes(), protocol::kMaxFrameBytes);
     }
     ASSERT_EQ(found, slow_parse(stream)) << "seed " << seed;
+  }
+}
+
+// Statistics too are the same for any portions, a frame of another version at the edge of a good one included.
+TEST(Parser, CountsAFrameOfAnotherVersionBehindAGoodOneWhereverTheStreamIsCut) {
+  const Bytes good = telemetry_frame(1);
+  Bytes other = good;
+  other[5] = std::byte{1};
+  const std::uint16_t crc = protocol::crc16(std::span(other).first(10));
+  std::memcpy(&other[10], &crc, sizeof(crc));
+  Bytes stream = good;
+  append(stream, other);
+  append(stream, good);
+  for (std::size_t cut = 0; cut <= stream.size(); ++cut) {
+    FrameParser parser;
+    std::vector<FoundFrame> found;
+    collect(parser, std::span(stream).first(cut), found);
+    collect(parser, std::span(stream).subspan(cut), found);
+    ASSERT_EQ(found.size(), 2U) << cut;
+    ASSERT_EQ(parser.stats().reserved_errors, 1U) << cut;
+    ASSERT_EQ(parser.stats().crc16_errors, 0U) << cut;
+  }
+}
+
+/// What the statistics should be, byte by byte: the classes of section "Error classes" of protocol/README.md, for a
+/// stream without a good frame.
+protocol::ParserStats slow_statistics(const Bytes& stream) {
+  protocol::ParserStats stats;
+  for (std::size_t at = 0; at + protocol::kHeaderBytes <= stream.size(); ++at) {
+    const auto byte = [&](std::size_t i) { return std::to_integer<unsigned>(stream[at + i]); };
+    if (stream[at] != protocol::kStartByte) {
+      continue;
+    }
+    const bool fixed = byte(2) < 4 && byte(3) < 64 && byte(5) + byte(6) + byte(7) == 0;
+    const std::size_t length = byte(1) + 256U * (byte(2) & 3U);
+    if (!fixed || protocol::crc16(std::span(stream).subspan(at, 10)) != byte(10) + 256U * byte(11)) {
+      ++stats.crc16_errors;
+    } else if (length < 16 && length != 12) {
+      ++stats.length_errors;
+    } else if (byte(4) % 32 > length - std::min<std::size_t>(length, 16) || (byte(4) >= 32 && length % 16 != 0)) {
+      ++stats.padding_errors;
+    } else if (at + length <= stream.size()) {
+      ++stats.crc32_errors;
+    } else {
+      break;
+    }
+  }
+  return stats;
+}
+
+// Catches a search that steps over a header: each start byte of a stream without a frame is counted in its class.
+TEST(Parser, CountsEachStartByteOfAHostileStreamInItsClass) {
+  for (unsigned seed = 0; seed < 600; ++seed) {
+    std::mt19937 random(seed);
+    Bytes stream(1);  // one byte out of step, so that no other version is looked for
+    while (stream.size() < 3000) {
+      switch (random() % 4) {
+        case 0:
+          append(stream, densest_headers(8 + random() % 300, static_cast<unsigned>(random() % 40)));
+          break;
+        case 1: {
+          Bytes piece = header(16 + random() % 900, 0, static_cast<std::uint8_t>(random() % 64), 0xAAAA);
+          piece.resize(1 + random() % piece.size());
+          append(stream, piece);
+          break;
+        }
+        case 2:
+          append(stream, Bytes(random() % 20, protocol::kStartByte));
+          break;
+        default:
+          append(stream, header(random() % 2 == 0 ? 0xAA : random() % 16, 0, 0xAA, static_cast<std::uint16_t>(random())));
+          break;
+      }
+    }
+    FrameParser parser;
+    std::vector<FoundFrame> found;
+    collect(parser, stream, found);
+    if (!found.empty()) {
+      continue;  // a header of 12 bytes is a frame
+    }
+    const protocol::ParserStats expected = slow_statistics(stream);
+    ASSERT_EQ(parser.stats().crc16_errors, expected.crc16_errors) << "seed " << seed;
+    ASSERT_EQ(parser.stats().length_errors, expected.length_errors) << "seed " << seed;
+    ASSERT_EQ(parser.stats().padding_errors, expected.padding_errors) << "seed " << seed;
+    ASSERT_EQ(parser.stats().crc32_errors, expected.crc32_errors) << "seed " << seed;
   }
 }
 

@@ -2,7 +2,9 @@
 #include "host_tests/property/protocol/streams.h"
 
 #include <array>
+#include <cstring>
 #include <stdexcept>
+#include <utility>
 
 #include "protocol/crc.h"
 
@@ -45,6 +47,20 @@ Bytes false_header(std::mt19937& random) {
   const std::size_t length = random() % 2 == 0 ? kLengths[random() % kLengths.size()] : random() % 1024;
   return header(length, static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
                 static_cast<std::uint16_t>(random()));
+}
+
+/// A good frame but for bits that must be zero; the checksums are made with them.
+Bytes of_another_version(Bytes frame, std::mt19937& random) {
+  constexpr std::array<std::pair<std::size_t, unsigned>, 4> kFixed{{{2, 0xFC}, {3, 0xC0}, {5, 0xFF}, {7, 0xFF}}};
+  const auto [place, bits] = kFixed.at(random() % kFixed.size());
+  frame.at(place) |= static_cast<std::byte>(bits & random());
+  const std::uint16_t header_crc = protocol::crc16(std::span(frame).first(10));
+  std::memcpy(&frame[10], &header_crc, sizeof(header_crc));
+  if (frame.size() > protocol::kHeaderBytes) {
+    const std::uint32_t frame_crc = protocol::crc32(std::span(frame).first(frame.size() - 4));
+    std::memcpy(&frame[frame.size() - 4], &frame_crc, sizeof(frame_crc));
+  }
+  return frame;
 }
 
 }  // namespace
@@ -138,7 +154,7 @@ Bytes damaged_stream(std::size_t pieces, std::mt19937& random) {
   Bytes stream;
   for (std::size_t i = 0; i < pieces; ++i) {
     Bytes piece = random_frame(random);
-    switch (random() % 10) {
+    switch (random() % 12) {
       case 0:
         piece = random_bytes(random() % 60, random);
         break;
@@ -156,6 +172,12 @@ Bytes damaged_stream(std::size_t pieces, std::mt19937& random) {
         break;
       case 5:
         piece = frame_in_frame(random);
+        break;
+      case 6:
+        piece = densest_headers(8 + random() % 200, static_cast<unsigned>(random() % 16));
+        break;
+      case 7:
+        piece = of_another_version(piece, random);
         break;
       default:
         break;
