@@ -106,8 +106,8 @@ std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t 
 /// Whether the CRC32 of the frame at buffer[begin] is right.
 /// @param running as FrameParser::running_; @param known its last entry that is known.
 ///
-/// The register of a frame that begins here differs from the running one by something that depends on the distance only.
-/// Known at the first block border inside the frame, it is carried to the last one.
+/// The register of a frame that begins here differs from the running one by something that depends on the distance
+/// only. Known at the first block border inside the frame, it is carried to the last one.
 bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::size_t& known, std::size_t begin,
                           std::size_t length) {
   const std::size_t first = begin / kCrc32BlockBytes + 1;

@@ -99,8 +99,9 @@ std::vector<DenseHeader> dense_cycle(std::mt19937& random) {
       const auto back = std::find_if(path.begin(), path.end(), [&](const Visit& visit) { return visit.start == next; });
       if (back != path.end()) {
         std::vector<DenseHeader> cycle;
-        std::transform(back, path.end(), std::back_inserter(cycle),
-                       [](const Visit& visit) { return DenseHeader{visit.start, visit.taken}; });
+        std::transform(back, path.end(), std::back_inserter(cycle), [](const Visit& visit) {
+          return DenseHeader{visit.start, visit.taken};
+        });
         return cycle;
       }
       if (seen.insert(next).second) {

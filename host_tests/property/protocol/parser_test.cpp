@@ -169,7 +169,8 @@ TEST(Parser, CountsEachStartByteOfAHostileStreamInItsClass) {
           append(stream, Bytes(random() % 20, protocol::kStartByte));
           break;
         default:
-          append(stream, header(random() % 2 == 0 ? 0xAA : random() % 16, 0, 0xAA, static_cast<std::uint16_t>(random())));
+          append(stream,
+                 header(random() % 2 == 0 ? 0xAA : random() % 16, 0, 0xAA, static_cast<std::uint16_t>(random())));
           break;
       }
     }

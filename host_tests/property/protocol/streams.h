@@ -36,9 +36,9 @@ Bytes noise(std::size_t count);
 Bytes start_bytes(std::size_t count);
 /// Headers of 1023-byte frames, one after the other, and no such frame.
 Bytes longest_headers(std::size_t count);
-/// Good headers of false frames, as close as they can be: every eight bytes, since bytes 1 to 7 of a good header cannot be
-/// the beginning of another. Each one's CRC16 is LEN and SESSION of the next, so they are searched for. The seed decides
-/// which, and how they lie to the parser's blocks.
+/// Good headers of false frames, as close as they can be: every eight bytes, since bytes 1 to 7 of a good header cannot
+/// be the beginning of another. Each one's CRC16 is LEN and SESSION of the next, so they are searched for. The seed
+/// decides which, and how they lie to the parser's blocks.
 Bytes densest_headers(std::size_t count, unsigned seed = 1);
 /// Clean frames, each preceded by a header that claims 1023 bytes.
 Bytes frames_behind_false_headers(std::size_t count);
