@@ -7,7 +7,6 @@
 namespace m100::est {
 namespace {
 
-constexpr double kGateSigmas = 6.0;
 constexpr double kTiltLimit_rad = 0.7;  // the tangent below is good to 4e-9 up to here
 constexpr double kRateLimit = 10.0 * kTimeUnit_s;
 constexpr double kVelocityLimit = 25.0 * kTimeUnit_s;
@@ -15,8 +14,6 @@ constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
 constexpr double kOffsetLimit_rad = 0.3;
 constexpr double kPositionLimit_m = 100.0;
 constexpr double kInitialSigmas = 8.0;  // over the scale: variance 64
-constexpr double kLargestInnovation_m = 1.0;
-constexpr double kScaledInnovationLimit = 90.0;  // its square fits beside the variances
 
 // Transition matrix over p, v, tilt, rate, d, m.
 struct Transition {
@@ -32,106 +29,7 @@ struct MeasuresRate {
   static constexpr std::string_view kRow = "000100";
 };
 
-constexpr double power_of_two(int exponent) {
-  double value = 1.0;
-  for (int i = 0; i < exponent; ++i) {
-    value *= 2.0;
-  }
-  for (int i = 0; i > exponent; --i) {
-    value *= 0.5;
-  }
-  return value;
-}
-
-constexpr int exponent_above(double value) {
-  int exponent = -20;
-  while (exponent < 6 && power_of_two(exponent) < value) {
-    ++exponent;
-  }
-  return exponent + 2;  // headroom
-}
-
-template <typename S>
-S limited(S value, double limit) {
-  const S high = core::Arithmetic<S>::template number<double>(limit);
-  const S low = core::Arithmetic<S>::template number<double>(-limit);
-  return value > high ? high : (value < low ? low : value);
-}
-
 }  // namespace
-
-template <typename S>
-AxisFilter<S>::AxisFilter(const AxisModel& model) : AxisFilter(model, steady_scales(model)) {}
-
-template <typename S>
-AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales_(scales) {
-  const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  const auto ratio = [&](int from, int to) {  // scaled entry = entry * 2^(e_from - e_to)
-    return power_of_two(scales_[static_cast<std::size_t>(from)] - scales_[static_cast<std::size_t>(to)]);
-  };
-  const AttitudeStep step = discretise(model.attitude, kTick_s);
-  const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
-  const double r_u = step.r_u * kTimeUnit_s, r_next = step.r_next * kTimeUnit_s;
-  const double r_m = r_u + r_next;
-  const double tick = power_of_two(kTickExponent);
-  const double gravity = model.tilt_sign * model.tilt_gain * model::kGravity_m_s2 / kAccelerationUnit_m_s2;
-  const double drag = model.linear_drag_per_s * kTimeUnit_s;
-
-  c_.oo = number(step.oo);
-  c_.o_r = number(o_r);
-  c_.o_u = number(step.o_u);
-  c_.o_jump = number(step.o_jump);
-  c_.ro = number(ro);
-  c_.rr = number(step.rr);
-  c_.r_u = number(r_u);
-  c_.r_next = number(r_next);
-  c_.r_jump = number(step.r_jump * kTimeUnit_s);
-  c_.r_m = number(r_m);
-  c_.gravity = number(gravity);
-  c_.half_gravity = number(0.5 * gravity);
-  c_.drag = number(drag);
-  c_.quadratic_drag = number(model.quadratic_drag_per_m);
-
-  // d(acceleration)/d(tilt, rate, m) = g / cos^2(tilt) (1 + oo, o_r, o_u) / 2: the slope at the middle of the tick.
-  c_.v_tilt = number(tick * gravity * 0.5 * (1.0 + step.oo) * ratio(kTilt, kV));
-  c_.v_rate = number(tick * gravity * 0.5 * o_r * ratio(kRate, kV));
-  c_.v_m = number(tick * gravity * 0.5 * step.o_u * ratio(kM, kV));
-  c_.tick_drag = number(1.0 - tick * drag);
-  c_.tick_quadratic_drag = number(2.0 * tick * model.quadratic_drag_per_m);
-
-  phi_[kP][kV] = number(tick * ratio(kV, kP));
-  phi_[kP][kD] = number(0.5 * tick * tick * ratio(kD, kP));
-  phi_[kV][kD] = number(tick * ratio(kD, kV));
-  phi_[kTilt][kTilt] = number(step.oo);
-  phi_[kTilt][kRate] = number(o_r * ratio(kRate, kTilt));
-  phi_[kTilt][kM] = number(step.o_u * ratio(kM, kTilt));
-  phi_[kRate][kTilt] = number(ro * ratio(kTilt, kRate));
-  phi_[kRate][kRate] = number(step.rr);
-  phi_[kRate][kM] = number(r_m * ratio(kM, kRate));
-
-  const model::EstimatorNoise& noise = model.noise;
-  const std::array<double, kStates> per_root_s{noise.position_process_m,
-                                               noise.velocity_process_m_s / kVelocityUnit_m_s,
-                                               noise.tilt_process_rad,
-                                               noise.tilt_rate_process_rad_s / kRateUnit_rad_s,
-                                               noise.disturbance_process_m_s2 / kAccelerationUnit_m_s2,
-                                               noise.input_offset_process_rad};
-  for (std::size_t i = 0; i < per_root_s.size(); ++i) {
-    const double scale = power_of_two(-scales_[i]);
-    q_[i] = number(per_root_s[i] * per_root_s[i] * kTick_s * scale * scale);
-  }
-  const auto variance = [&](double sigma, int measured) {
-    const double scaled = sigma * power_of_two(-scales_[static_cast<std::size_t>(measured)]);
-    return number(scaled * scaled);
-  };
-  c_.pose_variance = variance(noise.pose_position_sigma_m, kP);
-  c_.tilt_variance = variance(noise.attitude_sigma_rad, kTilt);
-  c_.rate_variance = variance(noise.rate_sigma_rad_s / kRateUnit_rad_s, kRate);
-  c_.pose_rate = number(ratio(kV, kP));
-  c_.pose_d = number(ratio(kD, kP));
-  c_.tilt_rate = number(ratio(kRate, kTilt));
-  start(S{}, S{}, S{});
-}
 
 template <typename S>
 void AxisFilter<S>::start(S position, S velocity, S tilt) {
@@ -174,15 +72,9 @@ void AxisFilter<S>::clamp_states() {
 }
 
 template <typename S>
-void AxisFilter<S>::predict(S input, S input_before, S input_after) {
+void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   auto& a = covariance_.arithmetic();
-  const S wanted = a.narrow(a.widen(input) + a.widen(x_[kM]));
-  const S wanted_after = a.narrow(a.widen(input_after) + a.widen(x_[kM]));
-  const S jump = a.narrow(a.widen(input) - a.widen(input_before));
-  const S tilt = a.narrow(a.product(c_.oo, x_[kTilt]) + a.product(c_.o_r, x_[kRate]) + a.product(c_.o_u, wanted) +
-                          a.product(c_.o_jump, jump));
-  const S rate = a.narrow(a.product(c_.ro, x_[kTilt]) + a.product(c_.rr, x_[kRate]) + a.product(c_.r_u, wanted) +
-                          a.product(c_.r_next, wanted_after) + a.product(c_.r_jump, jump));
+  const auto [tilt, rate] = response_.advance(a, {.output = x_[kTilt], .rate = x_[kRate]}, input, x_[kM]);
   angular_acceleration_ = a.narrow(a.scaled(a.widen(rate) - a.widen(x_[kRate]), -kTickExponent));
 
   const S turned = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]));
@@ -215,13 +107,7 @@ void AxisFilter<S>::predict(S input, S input_before, S input_after) {
 
 template <typename S>
 void AxisFilter<S>::apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured) {
-  auto& a = covariance_.arithmetic();
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    // Gain first, in 64 bits, then the scale: a gain in plain units would not fit.
-    const auto correction =
-        a.scaled(a.product(gain[i], innovation), scales_[i] - scales_[static_cast<std::size_t>(measured)]);
-    x_[i] = a.narrow(a.widen(x_[i]) + correction);
-  }
+  add_correction(covariance_.arithmetic(), x_, gain, innovation, scales_, measured);
 }
 
 template <typename S>
@@ -261,17 +147,7 @@ typename AxisFilter<S>::PoseTest AxisFilter<S>::test_pose(S position, const Age<
   const auto expected = a.widen(x_[kP]) - a.product(age.units, x_[kV]) + a.product(age.half_square, x_[kD]) +
                         a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(position) - expected);
-  const S size = test.innovation < S{} ? a.narrow(-a.widen(test.innovation)) : test.innovation;
-  const S largest = core::Arithmetic<S>::template number<double>(kLargestInnovation_m);
-  const S most_sigmas =
-      core::Arithmetic<S>::template number<double>(kScaledInnovationLimit * power_of_two(scales_[kP]));
-  bool inside_sigmas = false;
-  if (size < most_sigmas) {
-    const S scaled = a.narrow(a.scaled(a.widen(size), -scales_[kP]));
-    const S gate = core::Arithmetic<S>::template number<double>(kGateSigmas * kGateSigmas);
-    inside_sigmas = a.product(scaled, scaled) <= a.product(test.projection.s, gate);
-  }
-  test.inside = size <= largest && (inside_sigmas || size <= unseen_m);
+  test.inside = inside_gate(a, test.innovation, test.projection.s, scales_[kP], unseen_m);
   return test;
 }
 
@@ -296,39 +172,14 @@ void AxisFilter<S>::reanchor(S position, S velocity, const Age<S>& age) {
 
 template <typename S>
 bool AxisFilter<S>::is_sane() const {
-  const auto inside = [this](int i, double limit) {  // false for NaN
-    const S value = x_[static_cast<std::size_t>(i)];
-    return value <= core::Arithmetic<S>::template number<double>(limit) &&
-           value >= core::Arithmetic<S>::template number<double>(-limit);
-  };
-  bool sane = inside(kP, kPositionLimit_m) && inside(kV, kVelocityLimit) && inside(kTilt, kTiltLimit_rad) &&
-              inside(kRate, kRateLimit) && inside(kD, kDisturbanceLimit) && inside(kM, kOffsetLimit_rad);
+  bool sane = inside(x_[kP], kPositionLimit_m) && inside(x_[kV], kVelocityLimit) && inside(x_[kTilt], kTiltLimit_rad) &&
+              inside(x_[kRate], kRateLimit) && inside(x_[kD], kDisturbanceLimit) && inside(x_[kM], kOffsetLimit_rad);
   const S ceiling = core::Arithmetic<S>::template number<double>(120.0);
   for (int i = 0; i < kStates; ++i) {
     const S variance = covariance_(i, i);
     sane = sane && variance > S{} && variance < ceiling;
   }
   return sane;
-}
-
-AxisFilter<double>::Scales steady_scales(const AxisModel& model) {
-  using Filter = AxisFilter<double>;
-  // With rough sigmas first: the limits on scaled variances must not bind while the filter settles.
-  constexpr Filter::Scales kRough{-8, -5, -6, -2, -2, -5};
-  Filter filter(model, kRough);
-  const Age<double> pose_age = Age<double>::of(0.02);
-  const Age<double> attitude_age = Age<double>::of(0.0);
-  for (int tick = 0; tick < 500; ++tick) {
-    filter.predict(0.0, 0.0, 0.0);
-    filter.correct_attitude(0.0, 0.0, attitude_age);
-    filter.correct_pose(filter.test_pose(0.0, pose_age, 0.0));
-  }
-  Filter::Scales scales{};
-  for (int i = 0; i < Filter::kStates; ++i) {
-    const auto j = static_cast<std::size_t>(i);
-    scales[j] = exponent_above(core::sqrt(filter.scaled_covariance(i, i)) * power_of_two(kRough[j]));
-  }
-  return scales;
 }
 
 template class AxisFilter<double>;

@@ -8,6 +8,7 @@
 #include "firmware/core/fixed_point.h"
 #include "firmware/est/attitude_step.h"
 #include "firmware/est/delayed_pose.h"
+#include "firmware/est/filter_parts.h"
 #include "firmware/est/scaled_covariance.h"
 #include "firmware/model/vehicle.h"
 
@@ -54,8 +55,8 @@ class AxisFilter {
 
   /// At a position (m) with a velocity (m per unit), tilted as measured; disturbance and offset unknown.
   void start(S position, S velocity, S tilt);
-  /// One tick on. input_*: commands that act in this tick, in the one before and in the one after (rad).
-  void predict(S input, S input_before, S input_after);
+  /// One tick on; commands in rad.
+  void predict(const ActingInputs<S>& input);
   /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
   Verdict correct_attitude(S tilt, S rate, const Age<S>& age);
 
@@ -82,7 +83,6 @@ class AxisFilter {
 
  private:
   struct Coefficients {
-    S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{}, r_m{};
     S gravity{}, half_gravity{}, drag{}, quadratic_drag{};
     // Covariance, scaled: d(v)/d(tilt, rate, m) = these times 1/cos^2, and what does not depend on the state.
     S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_quadratic_drag{};
@@ -97,6 +97,7 @@ class AxisFilter {
   S tangent_{};         ///< of the tilt estimate
   S secant_squared_{};  ///< 1 + tangent^2
   S angular_acceleration_{};
+  ResponseStep<S> response_;
   Coefficients c_;
   typename ScaledCovariance<S, kStates>::Matrix phi_{};
   typename ScaledCovariance<S, kStates>::Column q_{};

@@ -4,6 +4,7 @@
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
+#include "firmware/est/pose_recovery.h"
 #include "firmware/est/units.h"
 
 namespace m100::est {
@@ -14,14 +15,7 @@ using std::chrono::milliseconds;
 constexpr double kLargestAttitude_rad = 1.2;
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
-constexpr std::uint32_t kAgreeingPoses = 20;
-constexpr std::uint32_t kAgreeingAfterDropout = 3;
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
-constexpr double kFastestFlight_m_s = 6.0;
-constexpr double kAgreement_m = 0.03;
-constexpr core::Duration kBaseline = milliseconds(100);  // for a velocity from two poses
-constexpr core::Duration kDropout = milliseconds(500);
-constexpr core::Duration kRecoverySpacing = milliseconds(2000);
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kAttitudeLost = milliseconds(100);
 constexpr core::Duration kPoseLost = milliseconds(1000);
@@ -30,12 +24,6 @@ constexpr core::Duration kLongest = std::chrono::hours(1);
 template <typename Real>
 bool finite(Real value) {
   return value - value == Real(0);
-}
-
-template <typename Pose>
-auto wrapped_yaw(const Pose& pose) {
-  using Real = decltype(pose.yaw_rad);
-  return core::wrap_pi(core::clamp<Real>(pose.yaw_rad, Real(-100), Real(100)));
 }
 
 core::Duration older(core::Duration age, core::Duration by) { return age > kLongest ? age : age + by; }
@@ -155,7 +143,7 @@ void DisturbanceEkf<S, Real>::note_command(const ctl::Command<Real>& in_force) {
 // In the tick that has just passed, a delay of n + f ticks lets the command of n + 1 ticks ago act for a share f, then
 // that of n ticks ago.
 template <typename S, typename Real>
-typename DisturbanceEkf<S, Real>::Inputs DisturbanceEkf<S, Real>::inputs(const Delay& delay, S Sent::*axis) {
+ActingInputs<S> DisturbanceEkf<S, Real>::inputs(const Delay& delay, S Sent::*axis) {
   auto& a = arithmetic_;
   const auto mixed = [&](std::size_t ago) {
     const S newer = sent(ago).*axis;
@@ -174,12 +162,9 @@ void DisturbanceEkf<S, Real>::predict_tick() {
   if (!started_) {
     return;
   }
-  const Inputs x = inputs(delay_x_, &Sent::x);
-  x_.predict(x.now, x.before, x.after);
-  const Inputs y = inputs(delay_y_, &Sent::y);
-  y_.predict(y.now, y.before, y.after);
-  const Inputs climb = inputs(delay_climb_, &Sent::climb);
-  height_.predict(climb.now, climb.before, climb.after);
+  x_.predict(inputs(delay_x_, &Sent::x));
+  y_.predict(inputs(delay_y_, &Sent::y));
+  height_.predict(inputs(delay_climb_, &Sent::climb));
 }
 
 template <typename S, typename Real>
@@ -276,108 +261,6 @@ void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& p
   ++counters_.poses_refused;
   ++refused_in_a_row_;
   judge_refused(pose, age);
-}
-
-template <typename S, typename Real>
-core::Vector<Real, 3> DisturbanceEkf<S, Real>::velocity_since_first(const typename Measurement<Real>::Pose& pose,
-                                                                    Real tilt_x_rad, Real tilt_y_rad) const {
-  const Real span_s = core::seconds<Real>(since_first_ - pose.age);
-  constexpr Real kGravity = static_cast<Real>(model::kGravity_m_s2);
-  const core::Vector<Real, 3> acceleration{kGravity * core::tan(tilt_x_rad), -kGravity * core::tan(tilt_y_rad),
-                                           Real(0)};
-  const Real later_s = Real(0.5) * span_s + core::seconds<Real>(pose.age);  // from the middle of the span to now
-  const core::Vector<Real, 3> velocity =
-      (pose.position_w_m - first_pose_.position_w_m) / span_s + acceleration * later_s;
-  return velocity * static_cast<Real>(kTimeUnit_s);
-}
-
-/// The filter begins with the first pose that is kBaseline younger than another one that it agrees with: a vehicle that
-/// is already flying has a velocity.
-template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::begin(const typename Measurement<Real>::Pose& pose) {
-  using Number = core::Arithmetic<S>;
-  if (!attitude_known_ || !agrees(pose) || since_first_ - pose.age < kBaseline) {
-    return;
-  }
-  yaw_.start(Number::template number<Real>(wrapped_yaw(pose)));
-  attitude_.yaw_rad = Number::template real<Real>(yaw_.yaw());
-  const core::Tilt<Real> tilt = core::tilt_of(attitude_);
-  const core::Vector<Real, 3> velocity = velocity_since_first(pose, tilt.x_rad, tilt.y_rad);
-  const Real age_units = core::seconds<Real>(pose.age) / static_cast<Real>(kTimeUnit_s);
-  const core::Vector<Real, 3> position = pose.position_w_m + velocity * age_units;
-  x_.start(Number::template number<Real>(position.x()), Number::template number<Real>(velocity.x()),
-           Number::template number<Real>(tilt.x_rad));
-  y_.start(Number::template number<Real>(position.y()), Number::template number<Real>(velocity.y()),
-           Number::template number<Real>(tilt.y_rad));
-  height_.start(Number::template number<Real>(position.z()), Number::template number<Real>(velocity.z()));
-  started_ = true;
-  since_start_ = core::Duration(0);
-  since_pose_ = core::Duration(0);
-  pose_age_ = pose.age;
-  agreeing_ = 0;
-  ++counters_.poses_used;
-}
-
-template <typename S, typename Real>
-bool DisturbanceEkf<S, Real>::agrees(const typename Measurement<Real>::Pose& pose) {
-  const double between_s = core::seconds<double>(since_last_ - pose.age);
-  const Real way_m = static_cast<Real>(kAgreement_m + kFastestFlight_m_s * (between_s > 0.0 ? between_s : 0.0));
-  const core::Vector<Real, 3> moved = pose.position_w_m - last_pose_.position_w_m;
-  const bool follows = agreeing_ > 0 && moved.squaredNorm() <= way_m * way_m;
-  agreeing_ = follows ? agreeing_ + 1 : 1;
-  last_pose_ = pose;
-  since_last_ = pose.age;
-  if (!follows) {
-    first_pose_ = pose;
-    since_first_ = pose.age;
-  }
-  return follows;
-}
-
-template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::judge_refused(const typename Measurement<Real>::Pose& pose, const Age<S>& age) {
-  using Number = core::Arithmetic<S>;
-  const bool follows = agrees(pose);
-  const bool dropped_out = since_pose_ > kDropout && refused_in_a_row_ <= kAgreeingPoses;
-  const std::uint32_t needed = dropped_out ? kAgreeingAfterDropout : kAgreeingPoses;
-  if (!follows || agreeing_ < needed || since_first_ - pose.age < kBaseline ||
-      (!dropped_out && since_recovery_ < kRecoverySpacing)) {
-    return;
-  }
-  recover(dropped_out ? Recovery::kLongDropout : Recovery::kPoseMoved);
-  using Filter = AxisFilter<S>;
-  const core::Vector<Real, 3> velocity = velocity_since_first(
-      pose, Number::template real<Real>(x_.state(Filter::kTilt)), Number::template real<Real>(y_.state(Filter::kTilt)));
-  const auto number = [](Real value) { return Number::template number<Real>(value); };
-  x_.reanchor(number(pose.position_w_m.x()), number(velocity.x()), age);
-  y_.reanchor(number(pose.position_w_m.y()), number(velocity.y()), age);
-  height_.reanchor(number(pose.position_w_m.z()), number(velocity.z()), age);
-  yaw_.reanchor(number(wrapped_yaw(pose)));
-  refused_in_a_row_ = 0;
-  agreeing_ = 0;
-  since_pose_ = core::Duration(0);
-  pose_age_ = pose.age;
-}
-
-template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::recover(Recovery reason) {
-  ++counters_.recoveries;
-  counters_.last_recovery = reason;
-  since_recovery_ = core::Duration(0);
-}
-
-template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::restart() {
-  started_ = false;
-  attitude_known_ = false;
-  attitudes_refused_in_a_row_ = 0;
-  refused_in_a_row_ = 0;
-  agreeing_ = 0;
-  x_.start(S{}, S{}, S{});
-  y_.start(S{}, S{}, S{});
-  height_.start(S{}, S{});
-  yaw_.start(S{});
-  gyro_yaw_rate_ = S{};
 }
 
 template <typename S, typename Real>

@@ -74,16 +74,13 @@ class DisturbanceEkf {
     std::size_t ticks = 0;
     S rest{};  ///< of a tick
   };
-  struct Inputs {
-    S now{}, before{}, after{};
-  };
   static constexpr std::size_t kSentCapacity = 64;
 
   static Delay delay_of(double delay_s);
   static AxisModel axis_model(const model::Vehicle& vehicle, const model::AttitudeAxis& axis, double sign);
   const Sent& sent(std::size_t ago) const { return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity]; }
   void note_command(const ctl::Command<Real>& in_force);
-  Inputs inputs(const Delay& delay, S Sent::*axis);
+  ActingInputs<S> inputs(const Delay& delay, S Sent::*axis);
   void predict_tick();
   void use_attitude(const typename Measurement<Real>::Attitude& attitude);
   void use_pose(const typename Measurement<Real>::Pose& pose);

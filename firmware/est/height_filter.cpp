@@ -6,8 +6,6 @@
 namespace m100::est {
 namespace {
 
-constexpr double kGateSigmas = 6.0;
-constexpr double kLargestInnovation_m = 1.0;
 // Process noise per sqrt(s): the climb loop of the autopilot leaves about 0.07 m/s of its own in still air.
 constexpr double kHeightProcess_m = 1e-3;
 constexpr double kClimbProcess_m_s = 0.1;
@@ -30,13 +28,6 @@ struct MeasuresHeight {
   static constexpr std::string_view kRow = "1x00";
 };
 
-template <typename S>
-S limited(S value, double limit) {
-  const S high = core::Arithmetic<S>::template number<double>(limit);
-  const S low = core::Arithmetic<S>::template number<double>(-limit);
-  return value > high ? high : (value < low ? low : value);
-}
-
 }  // namespace
 
 template <typename S>
@@ -44,28 +35,19 @@ HeightFilter<S>::HeightFilter(const ResponseModel& climb, double pose_sigma_m) {
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
   const AttitudeStep step = discretise(climb, kTick_s);
   const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
-  const double r_u = step.r_u * kTimeUnit_s, r_next = step.r_next * kTimeUnit_s;
-  c_.oo = number(step.oo);
-  c_.o_r = number(o_r);
-  c_.o_u = number(step.o_u);
-  c_.o_jump = number(step.o_jump);
-  c_.ro = number(ro);
-  c_.rr = number(step.rr);
-  c_.r_u = number(r_u);
-  c_.r_next = number(r_next);
-  c_.r_jump = number(step.r_jump * kTimeUnit_s);
+  response_ = ResponseStep<S>::of(step);
   const auto ratio = [](int from, int to) { return kScaleValue[from] / kScaleValue[to]; };
   const double half_tick = 0.5 * kTick_s / kTimeUnit_s;
   // z+ = z + T (w + w+) / 2
   phi_[kZ][kClimb] = number(half_tick * (1.0 + step.oo) * ratio(kClimb, kZ));
   phi_[kZ][kRate] = number(half_tick * o_r * ratio(kRate, kZ));
   phi_[kZ][kOffset] = number(half_tick * step.o_u * ratio(kOffset, kZ));
-  phi_[kClimb][kClimb] = c_.oo;
+  phi_[kClimb][kClimb] = response_.oo;
   phi_[kClimb][kRate] = number(o_r * ratio(kRate, kClimb));
   phi_[kClimb][kOffset] = number(step.o_u * ratio(kOffset, kClimb));
   phi_[kRate][kClimb] = number(ro * ratio(kClimb, kRate));
-  phi_[kRate][kRate] = c_.rr;
-  phi_[kRate][kOffset] = number((r_u + r_next) * ratio(kOffset, kRate));
+  phi_[kRate][kRate] = response_.rr;
+  phi_[kRate][kOffset] = number((step.r_u + step.r_next) * kTimeUnit_s * ratio(kOffset, kRate));
   const double sigma[] = {kHeightProcess_m, kClimbProcess_m_s * kTimeUnit_s,
                           kRateProcess_m_s2 * kTimeUnit_s * kTimeUnit_s, kOffsetProcess_m_s * kTimeUnit_s};
   for (std::size_t i = 0; i < q_.size(); ++i) {
@@ -73,8 +55,8 @@ HeightFilter<S>::HeightFilter(const ResponseModel& climb, double pose_sigma_m) {
     q_[i] = number(scaled * scaled * kTick_s);
   }
   const double pose = pose_sigma_m / kScaleValue[kZ];
-  c_.pose_variance = number(pose * pose);
-  c_.pose_rate = number(ratio(kClimb, kZ));
+  pose_variance_ = number(pose * pose);
+  pose_rate_ = number(ratio(kClimb, kZ));
   start(S{}, S{});
 }
 
@@ -99,21 +81,15 @@ void HeightFilter<S>::clamp_states() {
 }
 
 template <typename S>
-void HeightFilter<S>::predict(S input, S input_before, S input_after) {
+void HeightFilter<S>::predict(const ActingInputs<S>& input) {
   auto& a = covariance_.arithmetic();
-  const S wanted = a.narrow(a.widen(input) + a.widen(x_[kOffset]));
-  const S wanted_after = a.narrow(a.widen(input_after) + a.widen(x_[kOffset]));
-  const S jump = a.narrow(a.widen(input) - a.widen(input_before));
-  const S climb = a.narrow(a.product(c_.oo, x_[kClimb]) + a.product(c_.o_r, x_[kRate]) + a.product(c_.o_u, wanted) +
-                           a.product(c_.o_jump, jump));
-  const S rate = a.narrow(a.product(c_.ro, x_[kClimb]) + a.product(c_.rr, x_[kRate]) + a.product(c_.r_u, wanted) +
-                          a.product(c_.r_next, wanted_after) + a.product(c_.r_jump, jump));
-  const auto both = a.widen(x_[kClimb]) + a.widen(climb);
-  const auto change = a.widen(climb) - a.widen(x_[kClimb]);
+  const auto next = response_.advance(a, {.output = x_[kClimb], .rate = x_[kRate]}, input, x_[kOffset]);
+  const auto both = a.widen(x_[kClimb]) + a.widen(next.output);
+  const auto change = a.widen(next.output) - a.widen(x_[kClimb]);
   history_.push(a.narrow(a.scaled(change, -kTickExponent)));
   x_[kZ] = a.narrow(a.widen(x_[kZ]) + a.scaled(both, kTickExponent - 1));
-  x_[kClimb] = climb;
-  x_[kRate] = rate;
+  x_[kClimb] = next.output;
+  x_[kRate] = next.rate;
   covariance_.template predict<Transition>(phi_, q_);
   clamp_states();
 }
@@ -123,31 +99,18 @@ typename HeightFilter<S>::PoseTest HeightFilter<S>::test_pose(S height, const Ag
   auto& a = covariance_.arithmetic();
   PoseTest test;
   typename Covariance::Column h{};
-  h[kClimb] = a.narrow(-a.product(age.units, c_.pose_rate));
-  test.projection = covariance_.template project<MeasuresHeight>(h, c_.pose_variance);
+  h[kClimb] = a.narrow(-a.product(age.units, pose_rate_));
+  test.projection = covariance_.template project<MeasuresHeight>(h, pose_variance_);
   const auto expected =
       a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(height) - expected);
-  const S size = test.innovation < S{} ? a.narrow(-a.widen(test.innovation)) : test.innovation;
-  bool inside_sigmas = false;
-  if (size < core::Arithmetic<S>::template number<double>(90.0 * kScaleValue[kZ])) {
-    const S scaled = a.narrow(a.scaled(a.widen(size), -kScale[kZ]));
-    const S gate = core::Arithmetic<S>::template number<double>(kGateSigmas * kGateSigmas);
-    inside_sigmas = a.product(scaled, scaled) <= a.product(test.projection.s, gate);
-  }
-  test.inside =
-      size <= core::Arithmetic<S>::template number<double>(kLargestInnovation_m) && (inside_sigmas || size <= unseen_m);
+  test.inside = inside_gate(a, test.innovation, test.projection.s, kScale[kZ], unseen_m);
   return test;
 }
 
 template <typename S>
 void HeightFilter<S>::correct_pose(const PoseTest& test) {
-  auto& a = covariance_.arithmetic();
-  const typename Covariance::Column gain = covariance_.update(test.projection);
-  for (std::size_t i = 0; i < x_.size(); ++i) {
-    const auto correction = a.scaled(a.product(gain[i], test.innovation), kScale[i] - kScale[kZ]);
-    x_[i] = a.narrow(a.widen(x_[i]) + correction);
-  }
+  add_correction(covariance_.arithmetic(), x_, covariance_.update(test.projection), test.innovation, kScale, kZ);
   clamp_states();
   covariance_.check();
 }
@@ -169,8 +132,7 @@ bool HeightFilter<S>::is_sane() const {
   for (int i = 0; i < kStates; ++i) {
     const S value = x_[static_cast<std::size_t>(i)];
     const S variance = covariance_(i, i);
-    sane = sane && value <= core::Arithmetic<S>::template number<double>(kLimits[i]) &&
-           value >= core::Arithmetic<S>::template number<double>(-kLimits[i]) && variance > S{} &&
+    sane = sane && inside(value, kLimits[i]) && variance > S{} &&
            variance < core::Arithmetic<S>::template number<double>(120.0);
   }
   return sane;

@@ -6,6 +6,7 @@
 
 #include "firmware/est/attitude_step.h"
 #include "firmware/est/delayed_pose.h"
+#include "firmware/est/filter_parts.h"
 #include "firmware/est/scaled_covariance.h"
 
 namespace m100::est {
@@ -22,8 +23,8 @@ class HeightFilter {
 
   HeightFilter(const ResponseModel& climb, double pose_sigma_m);
   void start(S height, S climb);
-  /// Commands (climb speed in m per unit) that act in this tick, in the one before and in the one after.
-  void predict(S input, S input_before, S input_after);
+  /// Commands: climb speed in m per unit.
+  void predict(const ActingInputs<S>& input);
   struct PoseTest {
     typename Covariance::Projection projection;
     S innovation{};
@@ -40,10 +41,9 @@ class HeightFilter {
   void clamp_states();
 
   std::array<S, kStates> x_{};
-  struct Coefficients {
-    S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{};
-    S pose_variance{}, pose_rate{};
-  } c_;
+  ResponseStep<S> response_;
+  S pose_variance_{};
+  S pose_rate_{};
   typename Covariance::Matrix phi_{};
   typename Covariance::Column q_{};
   Covariance covariance_;

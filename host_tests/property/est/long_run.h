@@ -75,7 +75,7 @@ struct Runner {
   long refused = 0;
   void tick(double u, double before, double after, bool pose, double position, double age_s, double tilt, double rate) {
     const auto n = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-    filter.predict(n(u), n(before), n(after));
+    filter.predict({.now = n(u), .before = n(before), .after = n(after)});
     filter.correct_attitude(n(tilt), n(rate * kTimeUnit_s), Age<S>::of(0.002));
     since_pose_s += kTick_s;
     if (pose) {

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+#include "firmware/core/time.h"
+
+// What disturbance_ekf.cpp (the tick) and pose_recovery.cpp (beginning, and beginning again) must agree on.
+namespace m100::est {
+
+inline constexpr core::Duration kDropout = std::chrono::milliseconds(500);
+inline constexpr core::Duration kRecoverySpacing = std::chrono::milliseconds(2000);
+
+template <typename Pose>
+auto wrapped_yaw(const Pose& pose) {
+  using Real = decltype(pose.yaw_rad);
+  return core::wrap_pi(core::clamp<Real>(pose.yaw_rad, Real(-100), Real(100)));
+}
+
+}  // namespace m100::est
