@@ -4,10 +4,13 @@
 #include <cstdint>
 
 #include "firmware/app/board_course.h"
+#include "firmware/app/farewell.h"
 #include "firmware/app/flight_controller.h"
+#include "firmware/core/assert.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/ref/trajectory.h"
 #include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/exceptions.h"
 #include "hal/cortex_m/lockstep_clock.h"
 #include "hal/cortex_m/mps2.h"
 #include "hal/cortex_m/semihosting.h"
@@ -31,6 +34,17 @@ hal::CmsdkUart pose_uart(hal::mps2::uart(2), hal::mps2::set_pending(), hal::mps2
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, kClockPeriod_us);
 Course course;
 
+const app::Farewell* last_words = nullptr;
+
+/// A broken invariant: neutral sticks and released control, whatever the rest of the program is doing.
+[[noreturn]] void say_farewell(const char* file, int line) {
+  asm volatile("cpsid i");
+  if (last_words != nullptr) {
+    autopilot_uart.write_without_interrupts(last_words->bytes());
+  }
+  hal::fail_assertion(file, line);
+}
+
 /// One tick for each step of the simulation, until it says that the flight is over.
 void fly_in_lockstep(Controller& controller) {
   hal::LockstepClock clock(control_uart, autopilot_uart, pose_uart);
@@ -45,6 +59,9 @@ void fly_in_lockstep(Controller& controller) {
         break;
       case hal::LockstepOrder::kEnd:
         return;
+      case hal::LockstepOrder::kBreak:
+        M100_ASSERT(clock.order() != hal::LockstepOrder::kBreak);
+        break;
       case hal::LockstepOrder::kNone:
         break;
     }
@@ -81,6 +98,7 @@ void Uart2Tx_Handler() { pose_uart.on_transmit(); }
 }
 
 int main() {
+  core::set_assertion_handler(&say_farewell);
   const bool lockstep = hal::argument(1) == "lockstep";
   if (app::lay_board_course(lockstep ? hal::argument(2) : "hover", course) != core::Status::kOk) {
     hal::print("no such course; there are hover, step, trajectory\n");
@@ -89,6 +107,8 @@ int main() {
   app::FlightConfig config = app::kDefaultFlight;
   config.link.app_id = 1;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_uart, course, nullptr);
+  static const app::Farewell farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
+  last_words = &farewell;
   control_uart.start(hal::mps2::kClock_hz, kBaud);
   autopilot_uart.start(hal::mps2::kClock_hz, kBaud);
   pose_uart.start(hal::mps2::kClock_hz, config.pose_baud);

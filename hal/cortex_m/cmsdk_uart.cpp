@@ -36,6 +36,27 @@ core::Expected<std::size_t> CmsdkUart::write(std::span<const std::byte> source) 
   return taken;
 }
 
+bool CmsdkUart::send_now(std::byte value) {
+  constexpr std::uint32_t kPatience = 5000000;
+  for (std::uint32_t visit = 0; visit < kPatience; ++visit) {
+    if ((registers_.state & kTransmitterFull) == 0U) {
+      registers_.data = std::to_integer<std::uint32_t>(value);
+      return true;
+    }
+  }
+  return false;
+}
+
+void CmsdkUart::write_without_interrupts(std::span<const std::byte> source) {
+  bool alive = true;
+  for (std::byte waiting{}; alive && outgoing_.pop(waiting);) {
+    alive = send_now(waiting);
+  }
+  for (std::size_t i = 0; alive && i < source.size(); ++i) {
+    alive = send_now(source[i]);
+  }
+}
+
 void CmsdkUart::on_receive() {
   registers_.interrupt = kReceiveInterrupt;  // before the read: a byte that follows at once asks again
   if ((registers_.state & kReceiverFull) != 0U) {

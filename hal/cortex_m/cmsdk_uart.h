@@ -37,6 +37,10 @@ class CmsdkUart final : public Uart {
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
+  /// Sends what waits, then these bytes, without interrupts (which must be off): for last words. Gives up on a line
+  /// that takes nothing for about a second.
+  void write_without_interrupts(std::span<const std::byte> source);
+
   /// Interrupt handlers.
   void on_receive();
   void on_transmit();
@@ -49,6 +53,8 @@ class CmsdkUart final : public Uart {
   std::uint32_t accepted() const { return accepted_; }
 
  private:
+  bool send_now(std::byte value);
+
   CmsdkUartRegisters& registers_;
   volatile std::uint32_t& pend_;
   std::uint32_t mask_;

@@ -3,7 +3,14 @@
 
 namespace m100::hal {
 
-/// Exit status of the emulator after a fault, a trap (M100_ASSERT) or an interrupt nobody handles.
+/// Exit status of the emulator after a fault, a trap (M100_ASSERT without a handler) or an interrupt nobody handles.
 inline constexpr int kExitOfFault = 70;
+/// After a failed M100_ASSERT that the program has answered (fail_assertion or a handler of its own).
+inline constexpr int kExitOfAssertion = 71;
+/// After abort() or a pure virtual call.
+inline constexpr int kExitOfAbort = 72;
+
+/// For core::set_assertion_handler: says which assertion failed and ends the emulation.
+[[noreturn]] void fail_assertion(const char* file, int line);
 
 }  // namespace m100::hal

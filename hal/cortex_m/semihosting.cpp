@@ -60,6 +60,14 @@ void print(std::int64_t number) {
   print(std::string_view(digits.data() + first, digits.size() - first));
 }
 
+void print_hex(std::uint32_t number) {
+  std::array<char, 10> digits{'0', 'x'};
+  for (std::size_t i = 0; i < 8; ++i) {
+    digits[2 + i] = "0123456789abcdef"[(number >> (28U - 4U * i)) & 0xFU];
+  }
+  print(std::string_view(digits.data(), digits.size()));
+}
+
 std::string_view argument(std::size_t n) {
   [[gnu::section(".harness.command_line")]] static std::array<char, 256> line;
   const std::array<std::uint32_t, 2> parameters{address(line.data()), static_cast<std::uint32_t>(line.size())};

@@ -17,6 +17,7 @@ namespace m100::hal {
 /// Writes to the emulator's standard error output.
 void print(std::string_view text);
 void print(std::int64_t number);
+void print_hex(std::uint32_t number);
 
 /// The n-th word (from 0) of the emulator's command line (-semihosting-config arg=...); empty if there is none. It
 /// views a buffer that lives as long as the program.

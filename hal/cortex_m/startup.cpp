@@ -40,9 +40,19 @@ void enable_fpu() {
   asm volatile("dsb\n isb");
 }
 
-void unhandled() {
-  print("unexpected exception or fault\n");
-  exit_emulator(kExitOfFault);
+/// Nobody may touch the 64 KiB below the stack, which lies lowest in RAM: not every bus faults there by itself.
+void guard_stack() {
+  constexpr std::uint32_t kNoAccessNoExecute64K = (1U << 28U) | (15U << 1U) | 1U;
+  constexpr std::uint32_t kOnBesideTheDefaultMap = 0x5U;
+  auto* const control = reinterpret_cast<volatile std::uint32_t*>(0xE000ED94U);
+  auto* const number = reinterpret_cast<volatile std::uint32_t*>(0xE000ED98U);
+  auto* const base = reinterpret_cast<volatile std::uint32_t*>(0xE000ED9CU);
+  auto* const attributes = reinterpret_cast<volatile std::uint32_t*>(0xE000EDA0U);
+  *number = 0;
+  *base = reinterpret_cast<std::uint32_t>(&__stack_limit) - 0x10000U;
+  *attributes = kNoAccessNoExecute64K;
+  *control = kOnBesideTheDefaultMap;
+  asm volatile("dsb\n isb");
 }
 
 }  // namespace
@@ -53,6 +63,15 @@ std::uint32_t deepest_stack_bytes() {
     ++word;
   }
   return static_cast<std::uint32_t>((&__stack_top - word) * 4);
+}
+
+void fail_assertion(const char* file, int line) {
+  print("assertion failed: ");
+  print(file);
+  print(":");
+  print(std::int64_t{line});
+  print("\n");
+  exit_emulator(kExitOfAssertion);
 }
 
 std::uint32_t reserved_stack_bytes() { return static_cast<std::uint32_t>((&__stack_top - &__stack_limit) * 4); }
@@ -66,6 +85,7 @@ extern "C" {
 void Reset_Handler() {
   using namespace m100::hal;
   enable_fpu();
+  guard_stack();
   std::uint32_t* stack_pointer = nullptr;
   asm volatile("mov %0, sp" : "=r"(stack_pointer));
   fill(&__stack_limit, stack_pointer, kStackPaint);
@@ -81,16 +101,48 @@ void Reset_Handler() {
   exit_emulator(image_main());
 }
 
-void Default_Handler() { m100::hal::unhandled(); }
+/// @param frame what the processor pushed: r0 to r3, r12, lr, pc, xpsr; meaningless if the stack itself is the fault.
+[[noreturn, gnu::used]] void m100_unhandled(const std::uint32_t* frame) {
+  using namespace m100::hal;
+  std::uint32_t exception = 0;
+  asm volatile("mrs %0, ipsr" : "=r"(exception));
+  print("unhandled exception ");  // 3: HardFault; from 16 on: interrupts
+  print(std::int64_t{exception});
+  const bool readable = frame >= &__stack_limit && frame + 8 <= &__stack_top;
+  if (readable) {
+    print(" at ");
+    print_hex(frame[6]);
+    print(" called from ");
+    print_hex(frame[5]);
+  }
+  print(", fault status ");
+  print_hex(*reinterpret_cast<volatile std::uint32_t*>(0xE000ED28U));
+  print(" ");
+  print_hex(*reinterpret_cast<volatile std::uint32_t*>(0xE000ED2CU));
+  print(" address ");
+  print_hex(*reinterpret_cast<volatile std::uint32_t*>(0xE000ED38U));
+  print("\n");
+  exit_emulator(kExitOfFault);
+}
+
+/// The report runs on a stack made new: the old one may be what is broken.
+[[gnu::naked]] void Default_Handler() {
+  asm volatile(
+      "mov r0, sp\n"
+      "ldr r1, =__stack_top\n"
+      "mov sp, r1\n"
+      "b m100_unhandled\n"
+      ".ltorg");
+}
 
 // A program defines the handlers it needs; the others end in Default_Handler.
-[[gnu::weak, gnu::alias("Default_Handler")]] void SysTick_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart0Rx_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart0Tx_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart1Rx_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart1Tx_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart2Rx_Handler();
-[[gnu::weak, gnu::alias("Default_Handler")]] void Uart2Tx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void SysTick_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart0Rx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart0Tx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart1Rx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart1Tx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart2Rx_Handler();
+[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart2Tx_Handler();
 
 struct VectorTable {
   const std::uint32_t* initial_stack;
@@ -111,11 +163,11 @@ void* __dso_handle = nullptr;
 int __aeabi_atexit(void*, void (*)(void*), void*) { return 0; }
 [[noreturn]] void __cxa_pure_virtual() {
   m100::hal::print("pure virtual call\n");
-  m100::hal::exit_emulator(m100::hal::kExitOfFault);
+  m100::hal::exit_emulator(m100::hal::kExitOfAbort);
 }
 [[noreturn]] void abort() {
   m100::hal::print("abort\n");
-  m100::hal::exit_emulator(m100::hal::kExitOfFault);
+  m100::hal::exit_emulator(m100::hal::kExitOfAbort);
 }
 
 }  // extern "C"

@@ -165,11 +165,14 @@ hal::LockstepReport EmulatedBoard::step(core::TimePoint now, hal::LockstepOrder 
   return report;
 }
 
-int EmulatedBoard::end() {
+void EmulatedBoard::order_last(hal::LockstepOrder order) {
   const hal::LockstepStep step{
-      .now_us = 0, .order = hal::LockstepOrder::kEnd, .autopilot_bytes = sent_[kAutopilot], .pose_bytes = sent_[kPose]};
+      .now_us = 0, .order = order, .autopilot_bytes = sent_[kAutopilot], .pose_bytes = sent_[kPose]};
   const auto out = std::bit_cast<std::array<std::byte, sizeof(step)>>(step);
   send(kControl, out.data(), out.size());
+}
+
+int EmulatedBoard::wait_for_exit() {
   for (int waited_ms = 0; waited_ms < kPatience_ms; waited_ms += 10) {
     int status = 0;
     if (::waitpid(emulator_, &status, WNOHANG) == emulator_) {
@@ -179,6 +182,24 @@ int EmulatedBoard::end() {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return -1;
+}
+
+int EmulatedBoard::end() {
+  order_last(hal::LockstepOrder::kEnd);
+  return wait_for_exit();
+}
+
+int EmulatedBoard::break_an_assertion(hal::Uart& autopilot) {
+  order_last(hal::LockstepOrder::kBreak);
+  const int status = wait_for_exit();
+  std::array<std::byte, 1024> bytes{};
+  for (ssize_t count = 1; count > 0;) {  // what the emulator sent before it ended is still in the socket
+    count = ::recv(socket_[kAutopilot], bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (count > 0) {
+      (void)autopilot.write(std::span(bytes).first(static_cast<std::size_t>(count)));
+    }
+  }
+  return status;
 }
 
 }  // namespace m100::sim

@@ -30,9 +30,13 @@ class EmulatedBoard {
 
   /// Tells the image to end. @returns its exit status, -1 if it did not end by itself.
   int end();
+  /// Lets an assertion fail in the image; its last words go into the autopilot's line. @returns as end().
+  int break_an_assertion(hal::Uart& autopilot);
 
  private:
   static constexpr std::size_t kPorts = 3;
+  void order_last(hal::LockstepOrder order);
+  int wait_for_exit();
   void start(const std::string& image, const std::string& arguments);
   void send(std::size_t port, const std::byte* data, std::size_t size);
   void receive(std::size_t port, std::byte* data, std::size_t size);
