@@ -10,11 +10,13 @@
 #include <string>
 
 #include "hal/linux/monotonic_clock.h"
+#include "host_tests/sim/emulated_board.h"
 #include "host_tests/sim/n1_autopilot.h"
 #include "host_tests/sim/plant_file.h"
 #include "host_tests/sim/pose_source.h"
 #include "host_tests/sim/pty_uart.h"
 #include "host_tests/sim/vehicle.h"
+#include "host_tests/sim/world.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/subcommands.h"
 #include "protocol/aes256.h"
@@ -29,6 +31,8 @@ void ask_to_stop(int) { stop_asked = 1; }
 struct Options {
   std::string pty;
   std::string pose_pty;
+  std::string board;
+  std::string course = "hover";
   std::string plant;
   std::uint64_t seed = 1;
   std::string mode = "F";
@@ -136,6 +140,36 @@ class PosePty {
   std::uint32_t sequence_ = 0;
 };
 
+/// The flight image in the emulator instead of a pseudo-terminal: UART1 is the autopilot's line, UART2 the pose, and
+/// the simulation leads it through time. The operator asks for control after 6 s and gives it back 3 s before the end.
+void run_with_board(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
+  sim::World world(plant, {.seed = options.seed, .autopilot = config});
+  std::optional<EventFile> events;
+  if (!options.events.empty()) {
+    events.emplace(options.events);
+    world.autopilot().on_event([&](const sim::N1Event& event) { events->write(event); });
+  }
+  world.autopilot().happen(sim::N1Happening::kLoss, options.loss);
+  sim::EmulatedBoard board(options.board, "lockstep " + options.course);
+  const int ticks = static_cast<int>((options.duration_s > 0.0 ? options.duration_s : 30.0) * 100.0);
+  const core::Vector<double, 3> start = world.vehicle().state().position_w_m;
+  double farthest_m = 0.0;
+  for (int tick = 0; tick < ticks && stop_asked == 0; ++tick) {
+    world.advance(core::kTickPeriod);
+    const hal::LockstepOrder order =
+        tick == 600 ? hal::LockstepOrder::kEngage
+                    : (tick == ticks - 300 ? hal::LockstepOrder::kRelease : hal::LockstepOrder::kNone);
+    board.step(world.now(), order, world.autopilot_uart(), world.pose_uart());
+    farthest_m = std::max(farthest_m, (world.vehicle().state().position_w_m - start).norm());
+  }
+  std::cout << options.course << " flown by " << options.board << ": " << world.autopilot().record().virtual_rc_taken
+            << " stick commands taken, at most " << farthest_m << " m from the start, exit status " << board.end()
+            << std::endl;
+  if (events) {
+    events->summarise(world.autopilot(), core::Duration{0});
+  }
+}
+
 void run(const Options& options) {
   const sim::Plant plant = options.plant.empty() ? sim::measured_plant() : sim::load_plant(options.plant);
   std::optional<protocol::Aes256> cipher;
@@ -153,6 +187,10 @@ void run(const Options& options) {
                        .lenient_virtual_rc = options.lenient_virtual_rc};
   if (!options.script.empty()) {
     config.script = read_script(options.script);
+  }
+  if (!options.board.empty()) {
+    run_with_board(options, plant, config);
+    return;
   }
   std::optional<EventFile> events;
   if (!options.events.empty()) {
@@ -201,8 +239,16 @@ void run(const Options& options) {
 void add_autopilot(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal");
   auto options = std::make_shared<Options>();
-  app->add_option("--pty", options->pty, "symbolic link to make; clients open it like a serial port")->required();
+  app->add_option("--pty", options->pty, "symbolic link to make; clients open it like a serial port");
   app->add_option("--pose-pty", options->pose_pty, "a second link, with the pose of the vehicle at 100 Hz");
+  app->add_option(
+         "--board", options->board,
+         "flight image to run in QEMU instead (m100_mps2.elf): its UART1 is the line, its UART2 the pose, in lockstep")
+      ->check(CLI::ExistingFile)
+      ->excludes("--pty");
+  app->add_option("--course", options->course, "of the board")
+      ->check(CLI::IsMember({"hover", "step", "trajectory"}))
+      ->needs("--board");
   app->add_option("--plant", options->plant, "plant file (TOML); default: the measured aircraft");
   app->add_option("--seed", options->seed, "of every noise");
   app->add_option("--rc-mode", options->mode, "mode switch of the remote controller at the start")
@@ -219,7 +265,12 @@ void add_autopilot(CLI::App& lab) {
   app->add_option("--duration", options->duration_s, "seconds; default: until interrupted")->check(CLI::PositiveNumber);
   app->add_flag("--lenient-virtual-rc", options->lenient_virtual_rc,
                 "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
-  app->callback([options] { run(*options); });
+  app->callback([options] {
+    if (options->pty.empty() && options->board.empty()) {
+      throw InputError("--pty", 0, "", "or --board is needed");
+    }
+    run(*options);
+  });
 }
 
 }  // namespace m100::tools

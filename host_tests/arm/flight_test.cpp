@@ -14,6 +14,7 @@
 #include "firmware/app/board_course.h"
 #include "firmware/app/flight_controller.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "hal/cortex_m/exceptions.h"
 #include "host_tests/sim/emulated_board.h"
 #include "host_tests/sim/world.h"
 
@@ -135,9 +136,7 @@ class TargetFlight : public ::testing::TestWithParam<Course> {};
 
 // Would catch: a lost interrupt, a ring too small, a table that is wrong in float, a handler that blocks the loop.
 TEST_P(TargetFlight, FliesFromTheImage) {
-  if (!std::filesystem::exists(image_path())) {
-    GTEST_SKIP() << "no image: cmake --build --preset mps2";
-  }
+  ASSERT_TRUE(std::filesystem::exists(image_path())) << "no image: cmake --build --preset mps2";
   const Course& course = GetParam();
   Flight flight = fly(course);
   ASSERT_TRUE(flight.controlled);
@@ -161,6 +160,26 @@ INSTANTIATE_TEST_SUITE_P(Courses, TargetFlight,
                                            Course{"step", 18.0, 16.0, 0.15, 1.3},
                                            Course{"trajectory", 15.5, 14.8, 0.15, 1.3}),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+// Would catch: an assertion that stops the board and leaves the last stick deflection in force.
+TEST(TargetAssertion, LeavesNeutralSticksAndReleasedControl) {
+  ASSERT_TRUE(std::filesystem::exists(image_path())) << "no image: cmake --build --preset mps2";
+  World world(measured_plant(), {.seed = kSeed});
+  EmulatedBoard board(image_path(), "lockstep hover");
+  const auto advance = [&](int ticks, hal::LockstepOrder order) {
+    for (int tick = 0; tick < ticks; ++tick) {
+      world.advance(core::kTickPeriod);
+      board.step(world.now(), order, world.autopilot_uart(), world.pose_uart());
+    }
+  };
+  advance(600, hal::LockstepOrder::kNone);
+  advance(1, hal::LockstepOrder::kEngage);
+  advance(600, hal::LockstepOrder::kNone);
+  ASSERT_TRUE(world.autopilot().client_in_control());
+  EXPECT_EQ(board.break_an_assertion(world.autopilot_uart()), hal::kExitOfAssertion);
+  world.advance(std::chrono::milliseconds(200));
+  EXPECT_FALSE(world.autopilot().client_in_control());
+}
 
 }  // namespace
 }  // namespace m100::sim
