@@ -71,6 +71,20 @@ void PoseParser::find_beginning() {
   }
 }
 
+bool PoseParser::take(std::span<const std::byte>& bytes) {
+  // Byte by byte while the beginning is being looked for, then all that the message lacks.
+  const std::size_t wanted = size_ < kBeginning.size() ? 1 : kPoseMessageBytes - size_;
+  const std::size_t count = std::min(wanted, bytes.size());
+  std::copy_n(bytes.begin(), count, window_.begin() + static_cast<std::ptrdiff_t>(size_));
+  bytes = bytes.subspan(count);
+  stats_.bytes += count;
+  size_ += count;
+  if (size_ <= kBeginning.size()) {
+    find_beginning();
+  }
+  return size_ == kPoseMessageBytes;
+}
+
 core::Expected<PoseMessage> PoseParser::judge() {
   if (crc32(std::span(window_).first(kSummedBytes)) != load<std::uint32_t>(window_.data() + kSummedBytes)) {
     ++stats_.crc_errors;

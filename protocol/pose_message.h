@@ -55,25 +55,17 @@ class PoseParser {
   /// Feeds one byte.
   /// @returns the message it completes. kNotReady: none is complete yet. kOutOfRange: one is, but check() refuses it.
   core::Expected<PoseMessage> push(std::byte value) {
-    return take(value) ? judge() : core::Expected<PoseMessage>(core::Status::kNotReady);
+    std::span<const std::byte> one(&value, 1);
+    return take(one) ? judge() : core::Expected<PoseMessage>(core::Status::kNotReady);
   }
-  /// The same in two steps, for many bytes: true when the byte makes a message whole; then judge() it, before the next.
-  /// judge() says kNotReady for a wrong checksum.
-  bool take(std::byte value) {
-    ++stats_.bytes;
-    window_[size_++] = value;
-    if (size_ <= kBeginningBytes) {
-      find_beginning();
-    }
-    return size_ == kPoseMessageBytes;
-  }
+  /// The same in two steps, for many bytes: takes some off the front, at least one. @returns true when they make a
+  /// message whole; then judge() it, before the next. judge() says kNotReady for a wrong checksum.
+  bool take(std::span<const std::byte>& bytes);
   core::Expected<PoseMessage> judge();
 
   const Stats& stats() const { return stats_; }
 
  private:
-  static constexpr std::size_t kBeginningBytes = 4;
-
   bool may_begin() const;
   void drop_first();
   void find_beginning();

@@ -45,8 +45,8 @@ core::Expected<PoseSample> PoseLink::receive(core::TimePoint now) {
     if (tap_ != nullptr) {
       tap_->received(bytes, now);
     }
-    for (const std::byte value : bytes) {
-      if (!parser_.take(value)) {
+    for (std::span<const std::byte> rest = bytes; !rest.empty();) {
+      if (!parser_.take(rest)) {
         continue;
       }
       const core::Expected<protocol::PoseMessage> message = parser_.judge();
