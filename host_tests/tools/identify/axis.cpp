@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "host_tests/tools/identify/axis_family.h"
 #include "host_tests/tools/identify/axis_signals.h"
 #include "host_tests/tools/identify/bootstrap.h"
+#include "host_tests/tools/identify/log_defects.h"
 #include "host_tests/tools/identify/request.h"
 #include "host_tests/tools/identify/residual_test.h"
 #include "host_tests/tools/identify/selection.h"
@@ -17,7 +19,13 @@ namespace m100::tools::identify {
 namespace {
 
 constexpr std::size_t kLeastBlocks = 4;
-constexpr double kSettle_s = 1.0;  // a free run forgets its start within this time
+constexpr double kHardlyFollows = 50.0;  // fit [%] below which the stick is not what moves the response
+constexpr double kPoorFit = 80.0;        // fit [%] and
+constexpr double kLittle = 0.25;         // share of the mean square below which a name beside a remainder is a guess
+constexpr double kHeld_s = 0.045;
+constexpr double kCutShare = 0.2;        // of the time at the stops
+constexpr double kPrecedenceGain = 0.2;  // of the mean square, for a stick moved earlier
+constexpr double kSettle_s = 1.0;        // a free run forgets its start within this time
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
 /// One log with its axis, its ranges and its blocks.
@@ -71,45 +79,49 @@ void check_moved(const Part& part, const char* option) {
   }
 }
 
-/// The final residual as one free run per range, with what it may depend on.
+void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) {
+  if (into.empty()) {
+    into = std::move(more);
+    return;
+  }
+  for (std::size_t group = 0; group < into.size(); ++group) {
+    for (std::size_t k = 0; k < into[group].columns.size(); ++k) {
+      auto& column = into[group].columns[k];
+      column.insert(column.end(), more[group].columns[k].begin(), more[group].columns[k].end());
+    }
+  }
+}
+
+/// The final residual as one free run per range (from gap to gap), with what it may depend on.
 void append_free_run(const Part& part, const sysid::AxisModel<double>& model, ResidualInput& input) {
   const AxisData& data = part.signals.data;
   const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
   const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
+  std::vector<double>& residual = input.residuals[0];
   for (const Range& range : part.ranges) {
     const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
     const AxisBlocks whole(data, {run}, range.second - range.first + 2.0 * kSettle_s);
-    if (whole.size() != 1 || whole.samples() < settle + length) {
-      continue;
-    }
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
-    const std::size_t begin = whole[0].begin + settle;
-    const std::size_t end = whole[0].end;
-    std::vector<double>& residual = input.residuals[0];
-    for (std::size_t i = begin; i < end; ++i) {
-      if ((i - begin) % length == 0) {
-        input.block_begin.push_back(residual.size() + i - begin);
-      }
-    }
-    residual.insert(residual.end(), error.begin() + static_cast<std::ptrdiff_t>(settle), error.end());
-    for (std::size_t i = begin; i < end; ++i) {
-      input.time_s.push_back(data.time_s(i));
-    }
-    const auto merge = [&](std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) {
-      if (into.empty()) {
-        into = std::move(more);
-        return;
-      }
-      for (std::size_t group = 0; group < into.size(); ++group) {
-        for (std::size_t k = 0; k < into[group].columns.size(); ++k) {
-          auto& column = into[group].columns[k];
-          column.insert(column.end(), more[group].columns[k].begin(), more[group].columns[k].end());
+    auto from = error.begin();
+    for (std::size_t number = 0; number < whole.size(); ++number) {
+      const std::size_t samples = whole[number].end - whole[number].begin;
+      const auto to = from + static_cast<std::ptrdiff_t>(samples);
+      if (samples >= settle + length) {
+        const std::size_t begin = whole[number].begin + settle;
+        const std::size_t end = whole[number].end;
+        for (std::size_t i = begin; i < end; ++i) {
+          if ((i - begin) % length == 0) {
+            input.block_begin.push_back(residual.size() + i - begin);
+          }
+          input.time_s.push_back(data.time_s(i));
         }
+        residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
+        merge(input.groups, axis_regressors(part.log, part.signals, begin, end));
+        merge(input.activity, axis_activity(part.signals, begin, end));
       }
-    };
-    merge(input.groups, axis_regressors(part.log, part.signals, begin, end));
-    merge(input.activity, axis_activity(part.signals, begin, end));
+      from = to;
+    }
   }
 }
 
@@ -171,18 +183,19 @@ class AxisIdentification {
     const AxisFamily family(training_.blocks);
     SelectionOptions options;
     options.progress = request_.progress;
-    const Selection selection = select(family, request_.declared, options);
+    Selection selection = select(family, request_.declared, options);
+    result.findings = selection.notes;
+    withdraw_what_does_not_hold(family, selection, result);
     const Fit& final_fit = selection.final_model.fit;
     result.declared = model_result(family, selection.declared.fit);
     result.final_model = model_result(family, final_fit);
     result.candidates = selection.table;
     result.not_separable = selection.not_separable;
-    result.findings = selection.notes;
     tell("intervals by block bootstrap");
     result.final_intervals = intervals(family, final_fit);
     effects(family, selection, result);
     tell("what is left");
-    leftovers(family, final_fit, result);
+    leftovers(family, selection.declared.fit, final_fit, result);
     alignment(result);
     figures(family, selection, result);
     result.verdict = !result.unexplained.empty() ? "unexplained"
@@ -196,6 +209,28 @@ class AxisIdentification {
   void tell(const std::string& line) const {
     if (request_.progress) {
       request_.progress(line);
+    }
+  }
+
+  /// An effect that makes unseen data worse is none, however well it fitted: a veto, never a choice between candidates.
+  void withdraw_what_does_not_hold(const AxisFamily& family, Selection& selection, IdentifyResult& result) const {
+    const std::vector<int> all(family.block_count(), 1);
+    for (std::size_t at = selection.steps.size(); at-- > 0;) {
+      Fit& fit = selection.final_model.fit;
+      const std::string name = selection.steps[at].name;
+      const Structure reduced = family.without(fit.structure, name);
+      if (reduced == fit.structure) {
+        continue;
+      }
+      const Fit plain = family.fit(reduced, all, &fit);
+      if (validation_.blocks.rmse(family.model(fit)) < validation_.blocks.rmse(family.model(plain))) {
+        continue;
+      }
+      result.findings.push_back(name + " fits the training part but makes the validation part no better: withdrawn");
+      std::erase_if(selection.not_separable,
+                    [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+      selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
+      fit = plain;
     }
   }
 
@@ -266,7 +301,69 @@ class AxisIdentification {
     }
   }
 
-  void leftovers(const AxisFamily& family, const Fit& fit, IdentifyResult& result) const {
+  /// What makes any name a guess, or the log unfit, though no regression finds it.
+  void doubts(const AxisFamily& family, const Fit& declared, const Fit& fit, IdentifyResult& result) const {
+    const AxisSignals& signals = training_.signals;
+    const double fit_percent = training_.blocks.fit_percent(family.model(fit));
+    const double share = 1.0 - fit.sum_of_squares / declared.sum_of_squares;
+    const double rmse = training_.blocks.rmse(family.model(fit));
+    const bool at_floor = request_.noise_floor > 0.0 && rmse < ResidualOptions{}.floor_factor * request_.noise_floor;
+    if (fit_percent < kHardlyFollows && !at_floor) {
+      result.unexplained.push_back("most of " + signals.response_name + ": it hardly follows " + signals.stick_name +
+                                   " (fit " + std::to_string(std::lround(fit_percent)) + " %)");
+    } else if (!result.effects.empty() && share < kLittle && fit_percent < kPoorFit && !at_floor) {
+      result.unexplained.push_back("most of the error: what was named takes " +
+                                   std::to_string(std::lround(100.0 * share)) + " % of it, the fit is " +
+                                   std::to_string(std::lround(fit_percent)) + " %");
+    }
+    const double cut = cut_share(signals.data.stick, signals.data.valid);
+    if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
+      result.unexplained.push_back(signals.stick_name + " beyond its largest value, where it stands for " +
+                                   std::to_string(std::lround(100.0 * cut)) + " % of the time: was the log cut there?");
+    }
+    const double held_s = hold_s(signals.data.measured, signals.data.valid, signals.data.period_s);
+    if (held_s > kHeld_s) {
+      char text[120];
+      std::snprintf(text, sizeof text, "%s holds every value for %.2f s: sampled more slowly than the log, or rounded",
+                    signals.response_name.c_str(), held_s);
+      result.unexplained.emplace_back(text);
+    }
+    const double gain = family.model(fit).gain;
+    if (fit_percent > kHardlyFollows && (request_.axis == "yaw_rate" ? gain > 0.0 : gain < 0.0)) {
+      result.findings.push_back(signals.response_name + " goes against " + signals.stick_name +
+                                ": a sign of the column map is probably wrong");
+    }
+    precedence(family, fit, result);
+  }
+
+  /// A response that begins before its stick moves: the clocks of the log disagree. Only where the fit wants no delay.
+  void precedence(const AxisFamily& family, const Fit& fit, IdentifyResult& result) const {
+    if (family.model(fit).delay_s > 0.5 * training_.signals.data.period_s) {
+      return;
+    }
+    AxisData early = training_.signals.data;
+    const std::vector<double> stick = early.stick;
+    const std::vector<int> all(family.block_count(), 1);
+    double best = (1.0 - kPrecedenceGain) * fit.sum_of_squares;
+    std::size_t best_shift = 0;
+    for (const std::size_t shift : {2U, 4U, 6U, 8U, 12U, 16U, 20U}) {
+      std::copy(stick.begin() + static_cast<std::ptrdiff_t>(shift), stick.end(), early.stick.begin());
+      const AxisBlocks blocks(early, training_.ranges);
+      const double sum = AxisFamily(blocks).fit(fit.structure, all, &fit).sum_of_squares;
+      if (sum < best) {
+        best = sum;
+        best_shift = shift;
+      }
+    }
+    if (best_shift > 0) {
+      char text[120];
+      std::snprintf(text, sizeof text, "the response begins before %s moves, by about %.2f s: the clocks disagree",
+                    training_.signals.stick_name.c_str(), static_cast<double>(best_shift) * early.period_s);
+      result.unexplained.emplace_back(text);
+    }
+  }
+
+  void leftovers(const AxisFamily& family, const Fit& declared, const Fit& fit, IdentifyResult& result) const {
     const sysid::AxisModel<double> model = family.model(fit);
     ResidualInput input;
     input.sample_period_s = training_.signals.data.period_s;
@@ -276,6 +373,7 @@ class AxisIdentification {
     append_free_run(validation_, model, input);
     const ResidualFinding finding = test_residual(input, ResidualOptions{});
     result.unexplained = finding.unexplained;
+    doubts(family, declared, fit, result);
     result.noise_floor = request_.noise_floor;
     if (!(request_.noise_floor > 0.0)) {
       result.noise_floor = quiet_floor(training_, model, family.scale().minimum_counts);
@@ -288,6 +386,11 @@ class AxisIdentification {
   void alignment(IdentifyResult& result) const {
     const logs::Alignment& found = request_.log->alignment;
     result.alignment = {static_cast<double>(found.stick_shift_samples), found.evidence};
+    for (const Part* part : {&training_, &validation_}) {
+      if (part == &training_ || &validation_.log != &training_.log) {
+        result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
+      }
+    }
     for (const std::string& note : request_.log->notes) {
       result.findings.push_back(note);
     }

@@ -55,6 +55,7 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
   };
   const auto length = static_cast<std::size_t>(std::lround(block_s / data.period_s));
   const auto past = static_cast<std::size_t>(std::lround(kPast_s / data.period_s));
+  const std::size_t least = std::min(length, static_cast<std::size_t>(std::lround(kBlock_s / data.period_s)));
   for (const Range& range : ranges) {
     const std::size_t begin = sample_of(range.first);
     const std::size_t end = sample_of(range.second);
@@ -62,13 +63,19 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
       continue;
     }
     stretches_.push_back({begin > past ? begin - past : 0, begin, end});
-    for (std::size_t at = begin; at < end; at += length) {
-      const std::size_t stop = std::min(at + length, end);
-      if (2 * (stop - at) < length || !data.valid[at]) {
-        continue;  // less than half a block, or nothing to start from
+    for (std::size_t at = begin; at < end;) {
+      if (!data.valid[at]) {
+        ++at;  // nothing to start from
+        continue;
       }
-      blocks_.push_back(start_of(at, stop, stretches_.size() - 1));
-      samples_ += stop - at;
+      const auto from = data.valid.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto to = data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(at + length, end));
+      const std::size_t stop = at + static_cast<std::size_t>(std::find(from, to, 0) - from);
+      if (2 * (stop - at) >= least) {
+        blocks_.push_back(start_of(at, stop, stretches_.size() - 1));
+        samples_ += stop - at;
+      }
+      at = stop;
     }
     command_.resize(std::max(command_.size(), end - stretches_.back().past));
   }

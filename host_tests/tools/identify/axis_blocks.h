@@ -24,7 +24,8 @@ struct AxisData {
 };
 
 /// Part of a log, cut into consecutive blocks that each start from the measured state: the smoothed value and slope of
-/// a quadratic through eleven samples.
+/// a quadratic through eleven samples. A block ends before a gap and another begins after it; less than half of 2.5 s
+/// is none.
 class AxisBlocks {
  public:
   struct Block {

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_tests/tools/identify/log_defects.h"
 #include "host_tests/tools/input_error.h"
 
 namespace m100::tools::identify {
 namespace {
 
 using logs::Signal;
+
+constexpr double kInputMemory_s = 0.3;  // after a gap, what the delayed stick was is not known for so long
 
 struct Choice {
   const char* axis;
@@ -84,6 +87,7 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis) {
   if (choice == std::end(kChoices)) {
     throw InputError("--axis", 0, axis, "not a stick axis; choose roll, pitch, yaw_rate or climb");
   }
+  check_units(log);
   AxisSignals out;
   const bool counts = has(log, choice->stick);
   const Signal stick = counts ? choice->stick : choice->command;
@@ -109,10 +113,11 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis) {
     throw InputError(log.file, 0, std::string(logs::name_of(choice->response)),
                      "axis " + axis + " needs this signal; the column map has none");
   }
+  out.response_name = logs::name_of(has(log, choice->response) ? choice->response : choice->integral);
   out.data.valid.assign(log.size, 1);
-  for (std::size_t i = 0; i < log.gap.size(); ++i) {
-    out.data.valid[i] = log.gap[i] ? 0 : 1;
-  }
+  const auto ground = ground_times(log);
+  out.findings = ground_findings(ground);
+  mask_unusable(log, ground, kInputMemory_s, out.data.valid);
   return out;
 }
 

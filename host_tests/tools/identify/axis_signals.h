@@ -15,6 +15,8 @@ struct AxisSignals {
   AxisData data;
   std::string stick_name;
   std::string other_name;  ///< empty: none
+  std::string response_name;
+  std::vector<std::string> findings;  ///< what of the log was left out, and why
 };
 
 /// Picks stick (or command in SI units), the other axis' stick and the measured response of `axis` out of a log. A

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "firmware/core/eigen.h"
+#include "host_tests/tools/identify/residual_lines.h"
 // After our eigen.h, which redirects the checks.
 #include <Eigen/Cholesky>
 
@@ -245,6 +246,43 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
   }
 }
 
+// One line of the residuals, and one drift.
+void report_lines(const ResidualInput& input, const std::vector<Vector>& targets, const Thinned& thinned,
+                  const ResidualOptions& options, ResidualFinding& finding) {
+  const auto say = [&](const char* format, double a, double b = 0.0) {
+    char text[96];
+    std::snprintf(text, sizeof text, format, a, b);
+    finding.unexplained.emplace_back(text);
+  };
+  for (const std::vector<double>& residual : input.residuals) {
+    const FastLine line = fast_line(residual, input.sample_period_s);
+    if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
+      finding.line_hz = line.hz;
+      finding.line_share = line.share;
+      say("periodic %.1f Hz", line.hz);
+      return;  // thinned, it would appear again under a false frequency
+    }
+  }
+  for (const Vector& target : targets) {
+    const Line line = strongest_line(target, thinned, input.sample_period_s);
+    if (line.share > finding.line_share) {
+      finding.line_hz = line.hz;
+      finding.line_share = line.share;
+    }
+    if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
+      say("periodic %.2f Hz", line.hz);
+      break;
+    }
+  }
+  for (const std::vector<double>& residual : input.residuals) {
+    const Drift wander = drift(residual, input.block_begin, input.time_s);
+    if (wander.share > options.drift_share && wander.t > options.drift_t) {
+      say("drifts with time (%.0f %% of what is left, t %.1f)", 100.0 * wander.share, wander.t);
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::vector<double>> lagged(const std::vector<double>& channel, const std::vector<std::size_t>& lags) {
@@ -279,19 +317,7 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
   finding.shares = shares_of(targets, input.groups, thinned, options.shifts);
   report_best(finding.shares, options, "predictable from ", finding.unexplained);
   report_best(shares_of(sizes, input.activity, thinned, options.shifts), options, "grows with ", finding.unexplained);
-  for (const Vector& target : targets) {
-    const Line line = strongest_line(target, thinned, input.sample_period_s);
-    if (line.share > finding.line_share) {
-      finding.line_hz = line.hz;
-      finding.line_share = line.share;
-    }
-    if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
-      char text[64];
-      std::snprintf(text, sizeof text, "periodic %.2f Hz", line.hz);
-      finding.unexplained.emplace_back(text);
-      break;
-    }
-  }
+  report_lines(input, targets, thinned, options, finding);
   for (const Vector& target : targets) {
     const std::size_t before = finding.unexplained.size();
     report_bursts(target, thinned, input.time_s, options, finding.unexplained);

@@ -33,6 +33,8 @@ struct ResidualOptions {
   double minimum_share = 0.12;   ///< least cross-validated share of the variance that counts
   double periodic_share = 0.25;  ///< one spectral line with more than this share of the power is periodic
   double periodic_peak = 20.0;   ///< and this many times its neighbourhood
+  double drift_share = 0.2;      ///< a straight line over time with more than this share of the power
+  double drift_t = 6.0;          ///< and this t, over means of blocks, is a drift
   double burst_sigma = 6.0;      ///< an excursion beyond this many robust sigmas is a burst
   double burst_share = 0.25;     ///< bursts that hold more than this share of the power are reported
   double floor_factor = 2.0;     ///< residual above this times the declared floor is a disturbance

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <random>
 
+#include "host_tests/tools/identify/log_defects.h"
 #include "host_tests/tools/identify/periodic.h"
 #include "host_tests/tools/identify/request.h"
 #include "host_tests/tools/identify/residual_test.h"
@@ -244,7 +245,8 @@ class TranslationIdentification {
         continue;
       }
       result.findings.push_back(name + " fits the training part but makes the validation part no better: withdrawn");
-      std::erase_if(result.not_separable, [&](const auto& group) { return group.front() == name; });
+      std::erase_if(result.not_separable,
+                    [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
       steps.erase(steps.begin() + static_cast<std::ptrdiff_t>(at));
       fit = plain;
     }
@@ -579,6 +581,8 @@ class TranslationIdentification {
   void findings(IdentifyResult& result) const {
     const logs::Alignment& found = request_.log->alignment;
     result.alignment = {static_cast<double>(found.stick_shift_samples), found.evidence};
+    const std::vector<std::string> ground = ground_findings(ground_times(*request_.log));
+    result.findings.insert(result.findings.end(), ground.begin(), ground.end());
     result.findings.insert(result.findings.end(), request_.log->notes.begin(), request_.log->notes.end());
     result.findings.push_back("acceleration from " + training_.data.source +
                               ", filtered over 0.2 s like the prediction");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/tools/identify/translation_data.h"
+#include "host_tests/tools/identify/log_defects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -184,6 +185,8 @@ TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
   if (thrust_from == Thrust::kTangents) {
     take_tangents(log, *this);
   }
+  check_units(log);
+  mask_unusable(log, ground_times(log), 0.0, valid);
   for (std::size_t i = 0; i < log.size; ++i) {
     if (log.gap[i] != 0) {
       const std::size_t from = i > margin ? i - margin : 0;

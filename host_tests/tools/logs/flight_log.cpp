@@ -16,6 +16,7 @@ constexpr double kGapIntervals = 3.5;  // slower streams: as many of their own i
 constexpr double kRateEvidence = 0.8;  // correlation of gyro and turning attitude that counts as the same motion
 constexpr int kLongestRateShift = 50;  // samples
 constexpr std::size_t kFewestSamples = 16;
+constexpr double kSlowestSample_s = 1.0;  // slower is no flight log, or its clock counts milliseconds
 
 /// Samples of one signal with their times, increasing.
 struct Stream {
@@ -99,6 +100,11 @@ class Loader {
       throw InputError(raw_.file(), 0, map_.time.column, "has only " + std::to_string(tidy.values.size()) + " samples");
     }
     log_.start_s = tidy.time_s.front();
+    const double typical_s = (tidy.time_s.back() - log_.start_s) / static_cast<double>(tidy.values.size());
+    if (typical_s > kSlowestSample_s) {
+      throw InputError(raw_.file(), 0, map_.time.column,
+                       "has " + std::to_string(typical_s) + " s between samples: is its unit really seconds?");
+    }
     const double samples = (tidy.time_s.back() - log_.start_s) / log_.period_s;
     constexpr double kMostSamples = 1e8;
     if (samples > kMostSamples) {

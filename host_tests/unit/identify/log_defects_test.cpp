@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is wrong with a log is said, and never called an effect of the aircraft.
+#include "host_tests/tools/identify/log_defects.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "host_tests/tools/hidden/hidden_flight.h"
+#include "host_tests/tools/identify/request.h"
+#include "host_tests/tools/identify/residual_lines.h"
+#include "host_tests/tools/input_error.h"
+
+namespace m100::tools::identify {
+namespace {
+
+using logs::FlightLog;
+using logs::Signal;
+
+FlightLog clean_flight(std::uint64_t seed) {
+  hidden::FlightPlan plan;
+  plan.axis = "roll";
+  plan.seed = seed;
+  return hidden::fly(plan);
+}
+
+IdentifyResult ask(const FlightLog& log) {
+  Request request;
+  request.axis = "roll";
+  request.declared = {"second_order", "transport_delay"};
+  request.train = {{3.0, 30.0}};
+  request.validate = {{30.0, 44.0}};
+  request.log = request.validation_log = &log;
+  request.bootstrap_draws = 0;
+  return identify_axis(request);
+}
+
+std::string said(const IdentifyResult& result) {
+  std::string out = result.verdict + ";";
+  for (const EffectResult& effect : result.effects) {
+    out += " named " + effect.name + ";";
+  }
+  for (const std::vector<std::string>* texts : {&result.unexplained, &result.findings}) {
+    for (const std::string& text : *texts) {
+      out += " " + text + ";";
+    }
+  }
+  return out;
+}
+
+struct Case {
+  const char* name;
+  std::function<void(FlightLog&)> harm;
+  const char* verdict;
+  const char* must_say;
+};
+
+class DamagedLog : public ::testing::TestWithParam<Case> {};
+
+TEST_P(DamagedLog, IsAnsweredHonestly) {
+  FlightLog log = clean_flight(606);
+  ASSERT_EQ(ask(log).verdict, "nothing_missing") << said(ask(log));
+  GetParam().harm(log);
+  const IdentifyResult result = ask(log);
+  EXPECT_EQ(result.verdict, GetParam().verdict) << said(result);
+  EXPECT_NE(said(result).find(GetParam().must_say), std::string::npos) << said(result);
+}
+
+std::vector<double>& roll(FlightLog& log) { return log.of(Signal::kAttitudeRoll); }
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, DamagedLog,
+    ::testing::Values(
+        Case{"HeldSamples",
+             [](FlightLog& log) {
+               for (std::size_t k = 0; k < log.size; ++k) {
+                 roll(log)[k] = roll(log)[k / 10 * 10];
+               }
+             },
+             "unexplained", "holds every value for 0.10 s"},
+        Case{"Vibration",
+             [](FlightLog& log) {
+               for (std::size_t k = 0; k < log.size; ++k) {
+                 roll(log)[k] += 0.03 * std::sin(2.0 * std::numbers::pi * 33.0 * log.time_s(k));
+               }
+             },
+             "unexplained", "periodic 33.0 Hz"},
+        Case{"SensorDrift",
+             [](FlightLog& log) {
+               for (std::size_t k = 0; k < log.size; ++k) {
+                 roll(log)[k] += 0.001 * log.time_s(k);
+               }
+             },
+             "unexplained", "drifts with time"},
+        Case{"AnotherSignal",
+             [](FlightLog& log) {
+               const std::vector<double> old = roll(log);
+               for (std::size_t k = 0; k < log.size; ++k) {
+                 roll(log)[k] = old[(k * 2654435761U) % log.size];
+               }
+             },
+             "unexplained", "hardly follows stick_roll"},
+        Case{"LateStick",
+             [](FlightLog& log) {
+               std::vector<double>& stick = log.of(Signal::kStickRoll);
+               std::copy_backward(stick.begin(), stick.end() - 15, stick.end());
+             },
+             "unexplained", "begins before stick_roll moves"},
+        Case{"CutStick",
+             [](FlightLog& log) {
+               for (double& counts : log.of(Signal::kStickRoll)) {
+                 counts = std::clamp(counts, -60.0, 60.0);
+               }
+             },
+             "unexplained", "was the log cut there?"},
+        Case{"ReversedStick",
+             [](FlightLog& log) {
+               for (double& counts : log.of(Signal::kStickRoll)) {
+                 counts = -counts;
+               }
+             },
+             "nothing_missing", "a sign of the column map is probably wrong"},
+        // Catches a restart in the middle of a gap, and input that is believed although nobody logged it.
+        Case{"Gaps",
+             [](FlightLog& log) {
+               for (std::size_t from = 350; from < 4200; from += 310) {
+                 for (std::size_t k = from; k < from + 40; ++k) {
+                   log.gap[k] = 1;
+                   roll(log)[k] = roll(log)[from];
+                   log.of(Signal::kStickRoll)[k] = log.of(Signal::kStickRoll)[from];
+                 }
+               }
+             },
+             "nothing_missing", ""},
+        Case{"GroundBeforeTakeOff",
+             [](FlightLog& log) {
+               for (std::size_t k = 0; k < 900; ++k) {
+                 for (const Signal still : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kVelocityZ}) {
+                   log.of(still)[k] = 0.01;
+                 }
+                 const double corner = k > 150 && k < 300 ? -330.0 : 0.0;  // motors on
+                 for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle}) {
+                   log.of(stick)[k] = corner;
+                 }
+               }
+             },
+             "nothing_missing", "on the ground"}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(DamagedLogs, DegreesAreRefused) {
+  FlightLog log = clean_flight(606);
+  for (double& angle : roll(log)) {
+    angle *= 180.0 / std::numbers::pi;
+  }
+  try {
+    static_cast<void>(ask(log));
+    FAIL() << "accepted";
+  } catch (const InputError& wrong) {
+    EXPECT_NE(std::string(wrong.what()).find("degrees"), std::string::npos) << wrong.what();
+  }
+}
+
+// Catches a detector that takes a hover with centred sticks for standing, and cuts good data off.
+TEST(GroundTimes, AFlightThatBeginsInAHoverHasNone) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    EXPECT_TRUE(ground_times(clean_flight(seed)).empty()) << "seed " << seed;
+  }
+}
+
+TEST(FastLine, IsFoundAtItsFrequencyAndNotInNoise) {
+  std::vector<double> noise(3000);
+  std::uint32_t state = 1;
+  for (double& value : noise) {
+    state = state * 1664525U + 1013904223U;
+    value = static_cast<double>(state >> 8U) / 16777216.0 - 0.5;
+  }
+  EXPECT_LT(fast_line(noise, 0.01).share, 0.1);
+  for (std::size_t k = 0; k < noise.size(); ++k) {
+    noise[k] += 0.6 * std::sin(2.0 * std::numbers::pi * 21.3 * 0.01 * static_cast<double>(k));
+  }
+  EXPECT_NEAR(fast_line(noise, 0.01).hz, 21.3, 0.2);
+  EXPECT_GT(fast_line(noise, 0.01).share, 0.5);
+}
+
+}  // namespace
+}  // namespace m100::tools::identify
