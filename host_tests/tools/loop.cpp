@@ -22,6 +22,7 @@ struct Options {
   std::string out;
   std::string json;
   std::string logs;
+  std::string report;
   std::uint64_t seed = 1;
   int seeds = 1;
 };
@@ -41,6 +42,11 @@ void run(const Options& options) {
   const loop::LoopResult result = loop::close_loop(loop);
   app::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
   loop::print(std::cout, result);
+  if (!options.report.empty()) {
+    const std::string page = options.report + "/loop.html";
+    loop::write_page(result, page);
+    std::cout << "wrote " << page << "\n";
+  }
   if (!options.json.empty()) {
     std::ofstream file(options.json);
     file << loop::to_json(result).dump(2) << "\n";
@@ -61,6 +67,7 @@ void add_loop(CLI::App& lab) {
   command->add_option("--out", options->out, "vehicle file to write")->required();
   command->add_option("--json", options->json, "file for the numbers");
   command->add_option("--logs", options->logs, "folder that keeps the two identification flights and their column map");
+  command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
   command->add_option("--seed", options->seed, "first seed");
   command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
   command->callback([options] { run(*options); });

@@ -63,6 +63,9 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
   for (const NamedValue& parameter : result.final_model.parameters) {
     const auto* place = std::find_if(std::begin(places), std::end(places),
                                      [&](const Place<Axis>& one) { return parameter.name == one.parameter; });
+    if (parameter.name == "other_gain") {
+      continue;  // of the other axis, which has a section of its own
+    }
     if (place == std::end(places)) {
       homeless.push_back("the vehicle file has no place for " + parameter.name + " of axis " + result.axis);
     } else {
@@ -83,6 +86,54 @@ std::vector<std::string> put(const IdentifyResult& result, const Place<Axis> (&p
   return homeless;
 }
 
+struct TranslationPlace {
+  const char* effect;
+  std::size_t parameters;
+  double model::Translation::*member;  ///< null: not a property of the vehicle
+  const char* instead;                 ///< why not
+  double low, high;
+};
+
+constexpr const char* kAir = "is the air of that flight: the observer estimates it in every flight anew";
+constexpr const char* kLog = "belongs to the log, not to the vehicle";
+constexpr TranslationPlace kTranslationPlaces[] = {
+    {"linear_drag", 1, &model::Translation::linear_drag_per_s, nullptr, 0.0, 5.0},
+    {"quadratic_drag", 1, &model::Translation::quadratic_drag_per_m, nullptr, 0.0, 2.0},
+    {"tilt_gain", 1, &model::Translation::tilt_gain, nullptr, 0.3, 3.0},
+    {"thrust_gain", 1, &model::Translation::thrust_gain, nullptr, 0.3, 3.0},
+    {"thrust_lag", 1, &model::Translation::thrust_lag_s, nullptr, 0.0, 1.0},
+    {"steady_wind", 2, nullptr, kAir, 0.0, 0.0},
+    {"periodic_wind", 3, nullptr, kAir, 0.0, 0.0},
+    {"body_bias", 2, nullptr, "has no place in the vehicle file: trim the vehicle; the observer carries it", 0.0, 0.0},
+    {"axial_inflow", 1, nullptr, "has no place in the vehicle file: the height loop hides it", 0.0, 0.0},
+    {"time_offset", 1, nullptr, kLog, 0.0, 0.0},
+    {"yaw_misalignment", 1, nullptr, kLog, 0.0, 0.0},
+};
+
+// What was not found is not there, but mass and tilt limit were not asked about.
+std::vector<std::string> put_translation(const IdentifyResult& result, model::Translation& translation) {
+  std::vector<std::string> homeless;
+  const model::Translation old = translation;
+  translation =
+      model::Translation{.mass_kg = old.mass_kg, .linear_drag_per_s = 0.0, .tilt_limit_rad = old.tilt_limit_rad};
+  std::size_t parameter = 0;
+  for (const std::string& effect : result.final_model.structure) {
+    const auto* place = std::find_if(std::begin(kTranslationPlaces), std::end(kTranslationPlaces),
+                                     [&](const TranslationPlace& one) { return effect == one.effect; });
+    if (place == std::end(kTranslationPlaces)) {
+      continue;  // rigid_body
+    }
+    if (place->member != nullptr) {
+      translation.*(place->member) =
+          std::clamp(result.final_model.parameters[parameter].value, place->low, place->high);
+    } else {
+      homeless.push_back(effect + " " + place->instead);
+    }
+    parameter += place->parameters;
+  }
+  return homeless;
+}
+
 }  // namespace
 
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle) {
@@ -97,6 +148,9 @@ std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& 
     }
     return homeless;
   }
+  if (result.axis == "translation") {
+    return put_translation(result, vehicle.translation);
+  }
   return result.axis == "climb" ? put(result, kRatePlaces, app::climb_keys(), vehicle.climb)
                                 : put(result, kRatePlaces, app::yaw_rate_keys(), vehicle.yaw_rate);
 }
@@ -108,7 +162,7 @@ std::vector<std::string> update_vehicle_file(const std::string& path, const Iden
     file = app::load_vehicle(path);
   }
   const std::vector<std::string> homeless = put_axis(result, file.vehicle);
-  file.sources["axis." + result.axis] = source;
+  file.sources[(result.axis == "translation" ? "" : "axis.") + result.axis] = source;
   app::save_vehicle(path, file.vehicle, file.sources);
   return homeless;
 }

@@ -9,7 +9,7 @@
 
 namespace m100::tools::identify {
 
-/// Writes an identified stick axis into a vehicle.
+/// Writes an identified stick axis, or translation, into a vehicle.
 /// @returns sentences about what the vehicle file has no place for; empty when everything fitted.
 std::vector<std::string> put_axis(const IdentifyResult& result, model::Vehicle& vehicle);
 

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
-#include "host_tests/tools/identify/json.h"
 #include "host_tests/tools/identify/request.h"
 #include "host_tests/tools/identify/to_vehicle.h"
 #include "host_tests/tools/input_error.h"
@@ -109,7 +107,12 @@ class Loop {
       tell(std::string("identifying ") + axis);
       learn(axis, first, second, vehicle);
     }
-    trial(vehicle);
+    const model::Vehicle axes_only = vehicle;
+    tell("identifying translation");
+    const bool moved = learn_translation(first, second, vehicle);
+    if (!trial(vehicle) && moved) {
+      trial(axes_only);
+    }
     result_.after.prediction = predict(result_.vehicle.vehicle, second, unseen.first, unseen.second);
     tell("flying the new vehicle");
     result_.after.experiments = tables(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
@@ -165,11 +168,45 @@ class Loop {
                                 text("1 s prediction %.4f before, %.4f after", before, after));
   }
 
-  /// A flight of its own decides whether the new vehicle may stay.
-  void trial(const model::Vehicle& vehicle) {
+  /// Drag and gains, if they predict the velocity of the unseen flight better. @returns whether they were taken over.
+  bool learn_translation(const logs::FlightLog& first, const logs::FlightLog& second, model::Vehicle& vehicle) {
+    const logs::FlightLog seen = with_captured_velocity(first);
+    const logs::FlightLog unseen = with_captured_velocity(second);
+    identify::Request request;
+    request.axis = "translation";
+    request.declared = {"rigid_body"};
+    request.log = &seen;
+    request.validation_log = &unseen;
+    request.train = {flown(first, options_.flight_s)};
+    request.validate = {flown(second, options_.flight_s)};
+    request.bootstrap_draws = 40;
+    try {
+      const identify::IdentifyResult found = identify::identify_translation(request);
+      result_.identified["translation"] = found;
+      model::Vehicle candidate = vehicle;
+      const std::vector<std::string> homeless = identify::put_axis(found, candidate);
+      result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
+      const identify::Range& range = request.validate.front();
+      const double before = predict(vehicle, second, range.first, range.second).velocity_m_s[2];
+      const double after = predict(candidate, second, range.first, range.second).velocity_m_s[2];
+      const bool better = after < (1.0 - kLeastGain) * before;
+      if (better) {
+        vehicle = candidate;
+      }
+      result_.decisions.push_back(std::string("translation") + (better ? ": taken over, " : ": left as it was, ") +
+                                  text("1 s prediction of the velocity %.4f m/s before, %.4f after", before, after));
+      return better;
+    } catch (const InputError& error) {
+      result_.decisions.push_back(std::string("translation: left as it was: ") + error.what());
+      return false;
+    }
+  }
+
+  /// A flight of its own decides whether the new vehicle may stay. @returns whether it may.
+  bool trial(const model::Vehicle& vehicle) {
     std::map<std::string, std::string> sources = options_.vehicle.sources;
     for (const auto& [axis, found] : result_.identified) {
-      sources["axis." + axis] =
+      sources[(axis == "translation" ? "" : "axis.") + axis] =
           "m100-lab loop, two identification flights of " + std::to_string(static_cast<int>(options_.flight_s)) + " s";
     }
     const app::VehicleFile candidate = app::as_file(vehicle, sources);
@@ -180,28 +217,12 @@ class Loop {
     result_.decisions.push_back(std::string(keep ? "kept" : "taken back") + " after a trial flight: " +
                                 text("pose RMS %.4f m before, %.4f m after", before, after));
     result_.vehicle = keep ? candidate : options_.vehicle;
+    return keep;
   }
 
   const LoopOptions& options_;
   LoopResult result_;
 };
-
-nlohmann::json json_of(const Prediction& prediction, std::size_t horizon) {
-  return {{"roll_rad", prediction.roll_rad[horizon]},
-          {"pitch_rad", prediction.pitch_rad[horizon]},
-          {"velocity_m_s", prediction.velocity_m_s[horizon]},
-          {"climb_m_s", prediction.climb_m_s[horizon]}};
-}
-
-nlohmann::json json_of(const Side& side) {
-  nlohmann::json out;
-  out["experiments"] = experiments::to_json(side.experiments);
-  constexpr std::array kNames{"prediction_0.2s", "prediction_0.5s", "prediction_1s", "prediction_2s"};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    out[kNames[i]] = json_of(side.prediction, i);
-  }
-  return out;
-}
 
 }  // namespace
 
@@ -218,45 +239,5 @@ double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
 }
 
 LoopResult close_loop(const LoopOptions& options) { return Loop(options).run(); }
-
-nlohmann::json to_json(const LoopResult& result) {
-  nlohmann::json out;
-  out["before"] = json_of(result.before);
-  out["after"] = json_of(result.after);
-  for (const auto& [axis, found] : result.identified) {
-    out["identified"][axis] = nlohmann::json::parse(identify::to_json(found).dump());
-  }
-  out["decisions"] = result.decisions;
-  return out;
-}
-
-void print(std::ostream& out, const LoopResult& result) {
-  for (const auto& [axis, found] : result.identified) {
-    out << axis << ": " << found.verdict << ":";
-    for (const identify::EffectResult& effect : found.effects) {
-      out << " " << effect.name;
-    }
-    out << "\n";
-  }
-  for (const std::string& decision : result.decisions) {
-    out << "  " << decision << "\n";
-  }
-  out << "\nPrediction on the unseen flight, 1 s ahead: roll "
-      << text("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
-      << ", pitch "
-      << text("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])
-      << ", velocity "
-      << text("%.3f -> %.3f m/s", result.before.prediction.velocity_m_s[2], result.after.prediction.velocity_m_s[2])
-      << ", climb "
-      << text("%.3f -> %.3f m/s", result.before.prediction.climb_m_s[2], result.after.prediction.climb_m_s[2])
-      << "\n\nPose RMS [m] (simulated), before -> after\n";
-  for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {
-    const experiments::TaskResult& before = result.before.experiments[i];
-    const experiments::TaskResult& after = result.after.experiments[i];
-    out << "  " << before.task->task << " " << before.task->condition << ": "
-        << text("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
-        << text("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
-  }
-}
 
 }  // namespace m100::tools::loop

@@ -41,6 +41,7 @@ struct LoopResult {
 
 /// Flies, identifies from the logs alone, believes what predicts better on a flight that the fit has not seen, flies
 /// again. An axis is taken over only if its 2.5 s simulation error on the second flight is at least 2 % smaller; the
+/// translation likewise, by the 1 s prediction of the velocity. The
 /// whole is kept only if a trial flight tracks no worse than before (trial seeds are not those of the tables).
 LoopResult close_loop(const LoopOptions& options);
 
@@ -49,5 +50,7 @@ double trajectory_error_m(const std::vector<experiments::TaskResult>& results);
 
 nlohmann::json to_json(const LoopResult& result);
 void print(std::ostream& out, const LoopResult& result);
+/// A self-contained page: what was found, predictions and tracking before and after. Errors: InputError.
+void write_page(const LoopResult& result, const std::string& file);
 
 }  // namespace m100::tools::loop

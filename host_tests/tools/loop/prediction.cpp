@@ -52,10 +52,7 @@ std::vector<double> commands(const AxisData& data, const sysid::AxisModel<double
   return late;
 }
 
-/// Velocity as motion capture saw it, not as the observer believed: the slope of the position over 0.1 s, moved earlier
-/// by the mean age of the poses.
-std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
-  const std::vector<double>& x = log.of(position);
+std::size_t pose_age_samples(const logs::FlightLog& log) {
   const auto age = log.extra.find("pose_age");
   double mean_s = 0.0;
   if (age != log.extra.end()) {
@@ -63,7 +60,12 @@ std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
       mean_s += one / static_cast<double>(age->second.size());
     }
   }
-  const auto shift = static_cast<std::size_t>(std::lround(mean_s / log.period_s));
+  return static_cast<std::size_t>(std::lround(mean_s / log.period_s));
+}
+
+std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
+  const std::vector<double>& x = log.of(position);
+  const std::size_t shift = pose_age_samples(log);
   std::vector<double> out(x.size(), 0.0);
   for (std::size_t i = 5; i + shift + 5 < x.size(); ++i) {
     out[i] = (x[i + shift + 5] - x[i + shift - 5]) / (10.0 * log.period_s);
@@ -72,6 +74,17 @@ std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
 }
 
 }  // namespace
+
+logs::FlightLog with_captured_velocity(const logs::FlightLog& log) {
+  logs::FlightLog out = log;
+  const std::size_t shift = pose_age_samples(log);
+  for (int c = 0; c < 3; ++c) {
+    out.of(logs::offset(Signal::kVelocityX, c)) = velocity(log, logs::offset(Signal::kPositionX, c));
+    std::vector<double>& x = out.of(logs::offset(Signal::kPositionX, c));
+    std::copy(x.begin() + static_cast<std::ptrdiff_t>(shift), x.end(), x.begin());
+  }
+  return out;
+}
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s) {
   const AxisData roll = axis_data(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll);
@@ -93,6 +106,8 @@ Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, do
   const std::vector<double>& yaw = log.of(Signal::kAttitudeYaw);
   const std::size_t last = log.index_of(to_s);
   std::array<double, kHorizons_s.size()> sum{};
+  std::array<double, kHorizons_s.size()> mean_x{};
+  std::array<double, kHorizons_s.size()> mean_y{};
   std::array<double, kHorizons_s.size()> count{};
   const auto slope = [](const std::vector<double>& x, std::size_t i) { return (x[i + 3] - x[i - 3]) / 0.06; };
   for (std::size_t begin = log.index_of(from_s) + 5; begin + 220 < last; begin += 10) {
@@ -108,25 +123,31 @@ Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, do
     for (std::size_t k = 1; horizon < kHorizons_s.size(); ++k) {
       const std::size_t i = begin + k;
       const double climb_before = climb_now.value();
-      const double lift_m_s2 =
-          model::kGravity_m_s2 + (climb_now.step(climb_command[i - 1]) - climb_before) / log.period_s;
+      const double lift_m_s2 = vehicle.translation.tilt_gain * model::kGravity_m_s2 +
+                               (climb_now.step(climb_command[i - 1]) - climb_before) / log.period_s;
       const double pitch_rad = pitch_now.step(pitch_command[i - 1]);
       const double forward = lift_m_s2 * std::tan(pitch_rad);
       const double left = -lift_m_s2 * std::tan(roll_now.step(roll_command[i - 1])) / std::cos(pitch_rad);
-      const double drag = vehicle.translation.linear_drag_per_s;
+      const double drag =
+          vehicle.translation.linear_drag_per_s + vehicle.translation.quadratic_drag_per_m * std::hypot(vx, vy);
       vx += log.period_s * (std::cos(yaw[i]) * forward - std::sin(yaw[i]) * left - drag * vx);
       vy += log.period_s * (std::sin(yaw[i]) * forward + std::cos(yaw[i]) * left - drag * vy);
       if (static_cast<double>(k) * log.period_s >= kHorizons_s[horizon] - 1e-9) {
         const double ex = vx - velocity_x[i];
         const double ey = vy - velocity_y[i];
         sum[horizon] += ex * ex + ey * ey;
+        mean_x[horizon] += ex;
+        mean_y[horizon] += ey;
         count[horizon] += 1.0;
         ++horizon;
       }
     }
   }
   for (std::size_t i = 0; i < sum.size(); ++i) {
-    out.velocity_m_s[i] = count[i] > 0.0 ? std::sqrt(sum[i] / count[i]) : 0.0;
+    // The mean error is the steady wind, which the observer learns in flight.
+    const double n = std::max(1.0, count[i]);
+    const double steady = (mean_x[i] * mean_x[i] + mean_y[i] * mean_y[i]) / (n * n);
+    out.velocity_m_s[i] = std::sqrt(std::max(0.0, sum[i] / n - steady));
   }
   return out;
 }
