@@ -24,6 +24,7 @@
 namespace m100::sim {
 
 enum class N1Mode : char { kF = 'F', kA = 'A', kP = 'P' };
+std::int16_t rc_mode(N1Mode mode);  ///< as the RC item of telemetry has it
 
 struct N1Config {
   std::uint32_t baud = 0;  ///< to pace the line to; 0 where the UART paces itself
@@ -63,7 +64,7 @@ struct N1Record {
   std::uint32_t virtual_rc_ignored = 0;
   std::uint32_t most_commands_per_s = 0;  ///< of one channel, in any second
   std::uint32_t losses = 0;               ///< of authority while the client had it
-  std::uint32_t control_after_loss = 0;   ///< control frames that came when authority was gone
+  std::uint32_t control_after_loss = 0;   ///< control frames of a channel that came when authority was gone
   core::Duration latest_after_loss{0};    ///< the longest after
   std::uint32_t telemetry_packages = 0;
   std::uint32_t bad_commands = 0;  ///< wrong size, unknown, or a number that is not finite
@@ -122,7 +123,7 @@ class N1Autopilot {
   /// The code to answer with.
   std::uint16_t execute(const protocol::Command& command);
   void execute_unanswered(const protocol::Command& command, protocol::MessageId id);
-  void answer(const protocol::FrameHeader& to, std::span<const std::byte> value);
+  void answer(const protocol::FrameHeader& to, std::span<const std::byte> value, const protocol::Cipher* cipher);
   void acknowledge(std::span<const std::byte> frame);
   protocol::Value version_answer() const;
   std::uint16_t activate(const protocol::Activation& activation);
@@ -134,7 +135,8 @@ class N1Autopilot {
   void switch_virtual_rc(const protocol::VirtualRcSwitch& wanted);
   void take_virtual_rc(const protocol::VirtualRcData& data);
   void take_movement(const protocol::Movement& movement);
-  void note_control_frame(RateWatch& watch);
+  /// @param obeyed the channel is the client's. @returns how many came within the last second.
+  std::uint32_t note_control_frame(RateWatch& watch, bool obeyed);
 
   void note_loss(bool client_commanded);
   void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
@@ -179,6 +181,7 @@ class N1Autopilot {
   bool task_open_ = false;
   bool task_done_ = false;
   std::uint8_t task_number_ = 0;
+  core::TimePoint landed_at_{};  ///< by a task; the epoch: not
   std::uint16_t push_sequence_ = 0;
 
   // The world around it.

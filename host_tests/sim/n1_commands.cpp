@@ -8,9 +8,6 @@
 namespace m100::sim {
 namespace {
 
-constexpr std::uint32_t kVirtualRcMost_per_s = 25;
-constexpr std::uint32_t kMovementMost_per_s = 50;
-
 /// Codes above 5; 200 and 400 Hz are for newer aircraft (protocol, 4.3). The decoder takes them for "leave as it is".
 bool has_unknown_rate(const protocol::Message& message) {
   const auto items = message.value.first(std::min(message.value.size(), protocol::kTelemetryItemCount));
@@ -42,15 +39,16 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
     ++record_.bad_commands;
     tell("ignored", message ? "bad_command" : "undecipherable", frame.header.session);
     if (answered && frame.header.encrypted()) {
-      answer(frame.header, protocol::encode_ack(protocol::kAckKeyError));
+      // Plain: the client's key is not ours, so it could not read an encrypted answer.
+      answer(frame.header, protocol::encode_ack(protocol::kAckKeyError), nullptr);
     } else if (answered && message && message->has_id && message->id == protocol::ids::kTelemetryFrequency) {
-      answer(frame.header, protocol::encode_ack(1));  // a code above 5
+      answer(frame.header, protocol::encode_ack(1), config_.cipher);  // a code above 5
     }
     return;
   }
   if (std::holds_alternative<protocol::VersionQuery>(*command) && answered) {
     tell("received", "version_query");
-    answer(frame.header, version_answer());
+    answer(frame.header, version_answer(), config_.cipher);
     return;
   }
   if (!answered) {
@@ -60,11 +58,12 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
   const bool needs_activation = message->id.set == protocol::ids::kControlRequest.set;
   const std::uint16_t code = needs_activation && !activated_ ? protocol::kAckNotAuthorised : execute(*command);
   tell("answered", protocol::name(message->id), code);
-  answer(frame.header, protocol::encode_ack(code));
+  answer(frame.header, protocol::encode_ack(code), config_.cipher);
 }
 
-void N1Autopilot::answer(const protocol::FrameHeader& to, std::span<const std::byte> value) {
-  const core::Expected<protocol::Outgoing> frame = sessions_.answer(to, value, config_.cipher);
+void N1Autopilot::answer(const protocol::FrameHeader& to, std::span<const std::byte> value,
+                         const protocol::Cipher* cipher) {
+  const core::Expected<protocol::Outgoing> frame = sessions_.answer(to, value, cipher);
   if (frame) {
     acknowledge(frame->bytes);
   }
@@ -157,6 +156,7 @@ std::uint16_t N1Autopilot::control(bool obtain) {
     }
     device_ = protocol::ControlDevice::kRemoteController;
     moving_ = false;
+    authority_lost_ = false;  // given back, not taken
     tell("did", "released");
     return ack::kReleased;
   }
@@ -220,101 +220,13 @@ std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
 }
 
 std::uint16_t N1Autopilot::task_result(const protocol::TaskQuery& query) const {
-  if (query.sequence != task_number_ || (!task_open_ && !task_done_)) {
+  if (task_ == protocol::Task{} || query.sequence != task_number_) {
     return protocol::task_query_ack::kWrongNumber;
   }
   if (task_done_) {
     return protocol::task_query_ack::kSucceeded;
   }
   return task_open_ ? protocol::task_query_ack::kInProgress : protocol::task_query_ack::kFailed;
-}
-
-void N1Autopilot::execute_unanswered(const protocol::Command& command, protocol::MessageId id) {
-  // Sets 0x04 and 0x05 are ignored before activation [inferred]; session 0 has no way to say so.
-  if (!activated_) {
-    tell("ignored", protocol::name(id));
-    return;
-  }
-  if (const auto* movement = std::get_if<protocol::Movement>(&command)) {
-    take_movement(*movement);
-  } else if (const auto* wanted = std::get_if<protocol::VirtualRcSwitch>(&command)) {
-    switch_virtual_rc(*wanted);
-  } else if (const auto* data = std::get_if<protocol::VirtualRcData>(&command)) {
-    take_virtual_rc(*data);
-  } else {
-    tell("received", protocol::name(id));
-  }
-}
-
-void N1Autopilot::note_control_frame(RateWatch& watch) {
-  record_.most_commands_per_s = std::max(record_.most_commands_per_s, watch.note(time_));
-  if (authority_lost_) {
-    ++record_.control_after_loss;
-    record_.latest_after_loss = std::max(record_.latest_after_loss, time_ - lost_at_);
-  }
-}
-
-void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
-  tell("received", "vrc_switch", wanted.on ? 1.0 : 0.0);
-  if (!wanted.on) {
-    virtual_rc_on_ = false;  // asked for, so no loss
-    return;
-  }
-  ++record_.virtual_rc_on_requests;
-  if (record_.virtual_rc_on_requests > 1) {
-    record_.least_on_spacing = std::min(record_.least_on_spacing, time_ - last_on_);
-    if (time_ - last_on_ < kSwitchSpacing) {
-      deaf_to_switch_until_ = time_ + kSwitchSpacing;
-      tell("violation", "virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
-    }
-  }
-  last_on_ = time_;
-  if (!rc_in_f()) {  // [inferred]: leaving F ends it, so it cannot begin outside of F
-    tell("ignored", "vrc_switch");
-    return;
-  }
-  if (!virtual_rc_on_) {
-    virtual_rc_.channels.fill(protocol::kStickCentre_counts);
-    virtual_rc_.channels[protocol::vrc_channel::kGear] = protocol::kGearDown_counts;
-  }
-  virtual_rc_on_ = true;
-  authority_lost_ = false;
-  virtual_rc_falls_back_ = wanted.fall_back_to_rc;
-  last_virtual_rc_ = time_;
-}
-
-void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
-  note_control_frame(virtual_rc_watch_);
-  if (record_.most_commands_per_s > kVirtualRcMost_per_s + 1) {
-    tell("violation", "virtual_rc_too_fast", record_.most_commands_per_s);
-  }
-  const bool right_id = !data.under_switch_id || config_.lenient_virtual_rc;
-  if (!virtual_rc_on_ || !right_id || protocol::check(data) != core::Status::kOk) {
-    ++record_.virtual_rc_ignored;
-    tell("ignored", "vrc_data", data.under_switch_id ? 1.0 : 0.0);
-    return;
-  }
-  ++record_.virtual_rc_taken;
-  virtual_rc_ = data;
-  last_virtual_rc_ = time_;
-  tell("received", "vrc_data", virtual_rc_.channels[protocol::vrc_channel::kRoll]);
-}
-
-void N1Autopilot::take_movement(const protocol::Movement& movement) {
-  note_control_frame(movement_watch_);
-  if (record_.most_commands_per_s > kMovementMost_per_s + 1) {
-    tell("violation", "movement_too_fast", record_.most_commands_per_s);
-  }
-  if (!client_in_control() || protocol::check(movement) != core::Status::kOk) {  // also a mode that does not exist
-    ++record_.movement_ignored;
-    tell("ignored", "movement", movement.flag);
-    return;
-  }
-  ++record_.movement_taken;
-  moving_ = true;
-  last_movement_ = time_;
-  movement_.set(movement, vehicle_.state());
-  tell("received", "movement", movement.flag);
 }
 
 }  // namespace m100::sim

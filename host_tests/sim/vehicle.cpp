@@ -132,6 +132,7 @@ void Vehicle::integrate(double step_s) {
     hardest_touch_m_s_ = std::max(hardest_touch_m_s_, -state_.velocity_w_m_s.z());
     state_.position_w_m.z() = 0.0;
     state_.velocity_w_m_s.setZero();
+    acceleration.setZero();  // it stands: the ground carries it, and the loops below have nothing to accelerate
   }
   state_.in_air = state_.position_w_m.z() > 0.0;
   state_.battery_percent = 100.0 * std::max(0.0, 1.0 - time_s_ / kBatteryLife_s);

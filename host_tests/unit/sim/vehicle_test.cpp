@@ -110,6 +110,15 @@ TEST(Vehicle, IsPushedByTheFanAsThePaperSaysAndNoMore) {
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.y() / vehicle.state().velocity_w_m_s.x(), 0.930 / 0.175, 0.02);
 }
 
+// On the ground it stands: the specific force is gravity's, whatever the throttle stick still asks for.
+TEST(Vehicle, FeelsItsWeightOnTheGround) {
+  Vehicle vehicle(still_plant(), 1, Vector<double, 3>(0.0, 0.0, 0.3));
+  vehicle.command(StickInput{.roll_vrc = 1080.0, .pitch_vrc = 998.0, .throttle_vrc = 824.0});
+  fly(vehicle, 300);
+  ASSERT_FALSE(vehicle.state().in_air);
+  EXPECT_NEAR(vehicle.state().specific_force_b_m_s2.norm(), 9.8066, 1e-6);
+}
+
 // A slung load swings at sqrt(g / L (1 + m / M)) and takes the aircraft along.
 TEST(Vehicle, SwingsWithASlungLoad) {
   Plant plant = still_plant();
