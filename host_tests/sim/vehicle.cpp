@@ -128,7 +128,8 @@ void Vehicle::integrate(double step_s) {
 
   state_.position_w_m += step_s * (state_.velocity_w_m_s + 0.5 * step_s * acceleration);
   state_.velocity_w_m_s += step_s * acceleration;
-  if (state_.position_w_m.z() <= 0.0) {
+  const bool stays_down = !state_.motors_on && !state_.in_air;
+  if (state_.position_w_m.z() <= 0.0 || stays_down) {
     hardest_touch_m_s_ = std::max(hardest_touch_m_s_, -state_.velocity_w_m_s.z());
     state_.position_w_m.z() = 0.0;
     state_.velocity_w_m_s.setZero();

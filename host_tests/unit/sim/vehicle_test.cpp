@@ -119,6 +119,17 @@ TEST(Vehicle, FeelsItsWeightOnTheGround) {
   EXPECT_NEAR(vehicle.state().specific_force_b_m_s2.norm(), 9.8066, 1e-6);
 }
 
+// The wander of the air does not lift an aircraft whose motors stand still.
+TEST(Vehicle, StaysOnTheGroundWithItsMotorsOff) {
+  Vehicle vehicle(measured_plant(), 3, Vector<double, 3>(0.0, 0.0, 0.0));
+  vehicle.set_motors(false);
+  vehicle.command(kBalanced);
+  for (int i = 0; i < 2000; ++i) {
+    vehicle.advance(milliseconds(10));
+    ASSERT_FALSE(vehicle.state().in_air);
+  }
+}
+
 // A slung load swings at sqrt(g / L (1 + m / M)) and takes the aircraft along.
 TEST(Vehicle, SwingsWithASlungLoad) {
   Plant plant = still_plant();
