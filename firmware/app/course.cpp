@@ -10,8 +10,8 @@ namespace {
 
 core::Duration seconds_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
 
-[[noreturn]] void fail(int line, const std::string& word, const std::string& what) {
-  throw CourseError("course:" + std::to_string(line) + ": '" + word + "': " + what);
+[[noreturn]] void fail(const std::string& name, int line, const std::string& word, const std::string& what) {
+  throw CourseError(name + ":" + std::to_string(line) + ": '" + word + "': " + what);
 }
 
 template <typename T>
@@ -27,7 +27,8 @@ ref::Waypoint<T> place(const ref::Waypoint<T>& start, const std::vector<double>&
 }  // namespace
 
 template <typename T>
-void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course) {
+void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
+                const std::string& name) {
   course.hold(start);
   std::istringstream lines{std::string(text)};
   std::string line;
@@ -37,29 +38,34 @@ void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Traje
     if (!(words >> word)) {
       continue;
     }
+    if (word != "step" && word != "quintic" && word != "square") {
+      fail(name, number, word, "no such piece");
+    }
     std::vector<double> n;
     for (double value = 0.0; words >> value;) {
       n.push_back(value);
     }
-    const std::size_t needed = word == "step" || word == "quintic" ? 5 : 3;
+    const std::size_t needed = word == "square" ? 3 : 5;
     if (!words.eof() || n.size() != needed) {
-      fail(number, word, "needs " + std::to_string(needed) + " numbers");
+      fail(name, number, word, "needs " + std::to_string(needed) + " numbers");
     }
-    core::Status status = core::Status::kInvalidArgument;
+    core::Status status = core::Status::kOk;
     if (word == "step") {
       status = course.append_step(place(start, n), seconds_of(n[4]));
     } else if (word == "quintic") {
       status = course.append_quintic(place(start, n), seconds_of(n[4]));
-    } else if (word == "square") {
+    } else {
       status = course.append_square(static_cast<T>(n[0]), seconds_of(n[1]), seconds_of(n[2]));
     }
     if (status != core::Status::kOk) {
-      fail(number, word, status == core::Status::kInvalidArgument ? "no such piece" : std::string(name(status)));
+      fail(name, number, word, std::string(core::name(status)));
     }
   }
 }
 
-template void lay_course<float>(std::string_view, const ref::Waypoint<float>&, ref::Trajectory<float>&);
-template void lay_course<double>(std::string_view, const ref::Waypoint<double>&, ref::Trajectory<double>&);
+template void lay_course<float>(std::string_view, const ref::Waypoint<float>&, ref::Trajectory<float>&,
+                                const std::string&);
+template void lay_course<double>(std::string_view, const ref::Waypoint<double>&, ref::Trajectory<double>&,
+                                 const std::string&);
 
 }  // namespace m100::app

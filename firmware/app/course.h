@@ -23,7 +23,9 @@ class CourseError : public std::runtime_error {
 ///   square SIDE PER_SIDE PAUSE    once around, from where the course is
 ///
 /// Leaves `course` standing at the start where the text is empty. Errors: CourseError.
+/// @param name of the file, for errors.
 template <typename T>
-void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course);
+void lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
+                const std::string& name = "course");
 
 }  // namespace m100::app

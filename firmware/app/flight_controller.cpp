@@ -8,6 +8,9 @@ namespace m100::app {
 namespace {
 
 constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
+/// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
+/// after which the autopilot ends Virtual RC by itself.
+constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
 
 template <typename To, typename From>
 ctl::Command<To> cast(const ctl::Command<From>& command) {
@@ -60,6 +63,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   const safety::Rung before = supervisor_.rung();
   grant_ = supervisor_.review(wanted_, facts(now), core::seconds<T>(elapsed_));  // may only take away
   start_when_nominal(before, now);
+  give_back_unused(now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
   remember(measured);
   watch_residual();
@@ -76,6 +80,21 @@ void FlightController<T, S>::take_orders(core::TimePoint now) {
   if ((tick_orders_ & log::kOrderEngage) != 0) {
     link_.request_control(now);
     order_until_ = now + config_.order_lasts;
+  }
+  if ((tick_orders_ & log::kOrderRelease) != 0) {
+    order_until_ = now;
+    if (supervisor_.rung() == safety::Rung::kSilent) {
+      link_.release(now);  // nothing flies yet: whatever was asked for, or granted meanwhile, goes back at once
+    }
+  }
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::give_back_unused(core::TimePoint now) {
+  const bool unused = link_.authority().in_control && grant_.rung == safety::Rung::kSilent;
+  unused_since_ = unused ? unused_since_ : now;
+  if (unused && now - unused_since_ > kUnusedControl) {
+    link_.release(now);
   }
 }
 

@@ -84,6 +84,7 @@ class FlightController {
   void take_orders(core::TimePoint now);
   PoseReport pose(core::TimePoint now);
   safety::Facts facts(core::TimePoint now);
+  void give_back_unused(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
   core::Status send(const safety::Grant<T>& grant, core::TimePoint now);
   core::Status tell(const ctl::Command<T>& command, core::TimePoint now);
@@ -117,6 +118,7 @@ class FlightController {
   core::Duration elapsed_ = core::kTickPeriod;
   core::TimePoint started_{};
   core::TimePoint order_until_{};
+  core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon
   TickStats stats_;

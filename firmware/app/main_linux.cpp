@@ -13,6 +13,11 @@ int main(int argc, char** argv) {
   m100::app::add_doctor(m100);
   m100::app::add_check(m100);
   m100::app::add_replay(m100);
+  if (argc > 1 && argv[1][0] != '-' &&
+      m100.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
+    std::cerr << "m100: no subcommand '" << argv[1] << "'; --help lists them\n";
+    return m100::app::kBadInput;
+  }
   try {
     m100.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -111,8 +112,8 @@ class Reader {
 
 RecordedFlight read_flight(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw FlightLogError(path + ": cannot be opened");
+  if (!file || std::filesystem::is_directory(path)) {
+    throw FlightLogError(path + ": cannot be read");
   }
   RecordedFlight flight =
       Reader(path, std::string(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>())).read();

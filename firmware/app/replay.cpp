@@ -52,12 +52,34 @@ const std::string& note(const RecordedFlight& flight, const char* key) {
   return found->second;
 }
 
-FlightConfig config_of(const RecordedFlight& flight) {
+void read_link_note(const std::string& text, FlightConfig& config, bool& encrypted) {
+  std::istringstream words(text);
+  std::string app_id, rate, pose_baud, crypt;
+  words >> app_id >> config.link.app_id >> rate >> config.link.channel.rate_hz >> pose_baud >> config.pose_baud >>
+      crypt >> encrypted;
+  if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
+    throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+  }
+}
+
+FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   FlightConfig config = kDefaultFlight;
   const std::string& channel = note(flight, kChannelNote);
   config.link.app_id = 1;
+  bool encrypted = false;
+  if (flight.notes.contains(kLinkNote)) {
+    read_link_note(note(flight, kLinkNote), config, encrypted);
+  }
+  if (encrypted && cipher == nullptr) {
+    throw FlightLogError("the flight's commands were encrypted: its key is needed (--key-file)");
+  }
+  config.link.cipher = encrypted ? cipher : nullptr;
+  config.link.encrypt_commands = encrypted;
   config.link.channel.channel = channel.starts_with("movement") ? Channel::kMovement : Channel::kVirtualRc;
   config.link.channel.paper_100_hz = channel.find("paper_100_hz") != std::string::npos;
+  if (!command_period(config.link.channel)) {
+    throw FlightLogError("the log's command rate is outside its channel's window");
+  }
   return config;
 }
 
@@ -116,7 +138,7 @@ void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool 
 }
 
 template <typename T, typename S>
-ReplayResult run(const RecordedFlight& flight) {
+ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
   const std::string& table_bytes = note(flight, kTablesNote);
@@ -129,8 +151,8 @@ ReplayResult run(const RecordedFlight& flight) {
   RecordedUart autopilot;
   RecordedUart pose;
   const auto last = std::make_unique<LastRecord>();
-  const auto controller = std::make_unique<FlightController<T, S>>(vehicle.vehicle, tables->tables(), config_of(flight),
-                                                                   autopilot, pose, course, &last->log());
+  const auto controller = std::make_unique<FlightController<T, S>>(
+      vehicle.vehicle, tables->tables(), config_of(flight, cipher), autopilot, pose, course, &last->log());
   core::Sha256 hash;
   ReplayResult result;
   for (const RecordedFlight::Tick& tick : flight.ticks) {
@@ -148,6 +170,7 @@ ReplayResult run(const RecordedFlight& flight) {
     hash.update(std::as_bytes(std::span(&record, 1)));
     compare(record, tick, autopilot.written() == tick.autopilot_out, result.ticks, result);
     ++result.ticks;
+    result.messages_missing = tick.record.dropped_messages;
   }
   result.digest = hash.finish();
   return result;
@@ -155,16 +178,24 @@ ReplayResult run(const RecordedFlight& flight) {
 
 }  // namespace
 
-ReplayResult replay(const RecordedFlight& flight, Scalar scalar) {
+std::string link_note(const FlightConfig& config) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "app_id " << config.link.app_id << " rate_hz " << config.link.channel.rate_hz << " pose_baud "
+       << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0);
+  return text.str();
+}
+
+ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher) {
   switch (scalar) {
     case Scalar::kFloat:
-      return run<float, float>(flight);
+      return run<float, float>(flight, cipher);
     case Scalar::kFixed:
-      return run<float, core::Fixed>(flight);
+      return run<float, core::Fixed>(flight, cipher);
     case Scalar::kDouble:
       break;
   }
-  return run<double, double>(flight);
+  return run<double, double>(flight, cipher);
 }
 
 }  // namespace m100::app

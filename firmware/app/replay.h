@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <string>
 
+#include "firmware/app/config.h"
 #include "firmware/app/recorded_flight.h"
 #include "firmware/core/sha256.h"
+#include "protocol/cipher.h"
 
 namespace m100::app {
 
@@ -19,6 +21,7 @@ struct ReplayResult {
   std::size_t first_unlike = 0;       ///< the first such tick
   double largest_difference_m = 0.0;  ///< of the estimated position, against the record
   double largest_command_difference_rad = 0.0;
+  std::uint32_t messages_missing = 0;  ///< that the log's ring had to drop: their bytes cannot be replayed
 };
 
 /// What the log must have said about the flight, beside its records.
@@ -27,8 +30,15 @@ inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table
 inline constexpr const char* kCourseNote = "m100_course";    ///< lay_course
 inline constexpr const char* kStartNote = "m100_start";      ///< "x y z yaw" of the course's start
 inline constexpr const char* kChannelNote = "m100_channel";  ///< "virtual_rc" or "movement", then "paper_100_hz" or not
+/// link_note(); a log without it was flown with app id 1, the channel's own rate, the default pose baud, in plain.
+inline constexpr const char* kLinkNote = "m100_link";
+
+/// What else of the configuration decides about bytes: "app_id N rate_hz X pose_baud N encrypted 0|1". The key of an
+/// encrypted flight is not written down.
+std::string link_note(const FlightConfig& config);
 
 /// Feeds the recorded bytes, at the recorded times, through the flight code. Errors: FlightLogError.
-ReplayResult replay(const RecordedFlight& flight, Scalar scalar);
+/// @param cipher of the app's key, for a flight with encrypted commands; else null.
+ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher = nullptr);
 
 }  // namespace m100::app

@@ -18,6 +18,7 @@ class FileStorage final : public Storage {
   core::Status open();
   core::Expected<std::size_t> append(std::span<const std::byte> source) override;
   core::Status sync() override;
+  const std::string& path() const { return path_; }
 
  private:
   std::string path_;

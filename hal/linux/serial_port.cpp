@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <time.h>
@@ -77,6 +78,10 @@ core::Status SerialPort::open() {
   if (descriptor_ < 0) {
     const bool not_ours = errno == EACCES || errno == EPERM || errno == EBUSY;
     return not_ours ? core::Status::kRefused : core::Status::kUnavailable;
+  }
+  if (isatty(descriptor_) == 1 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {  // TIOCEXCL does not stop root
+    close();
+    return core::Status::kRefused;
   }
   if (!configure()) {
     close();

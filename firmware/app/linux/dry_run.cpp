@@ -42,8 +42,8 @@ class Session {
       return false;
     } else if (phase_ == Phase::kHolding && !authority.in_control) {
       return false;  // lost: nothing is sent any more, and nobody asks again
-    } else if (phase_ == Phase::kHolding && wants_release(now)) {
-      link_.release(now);
+    } else if ((phase_ == Phase::kHolding && wants_release(now)) || (phase_ == Phase::kAsked && stop_asked())) {
+      link_.release(now);  // what is only asked for may already be granted
       phase_ = Phase::kReleasing;
       release_at_ = now;
     } else if (phase_ == Phase::kReleasing && authority.stage != safety::Stage::kReleasing &&
@@ -52,7 +52,7 @@ class Session {
       return false;
     }
     const bool too_long = phase_ == Phase::kStarting && options_.dry_run && seconds(now) > options_.patience_s;
-    return !too_long && !(stop_asked() && phase_ != Phase::kHolding && phase_ != Phase::kReleasing);
+    return !too_long && !(stop_asked() && phase_ == Phase::kStarting);
   }
 
   bool succeeded() const { return released_; }

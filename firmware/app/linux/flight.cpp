@@ -3,14 +3,10 @@
 #include <sched.h>
 #include <sys/mman.h>
 
-#include <atomic>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <sstream>
-#include <thread>
-#include <vector>
 
 #include "firmware/app/course.h"
 #include "firmware/app/farewell.h"
@@ -18,76 +14,24 @@
 #include "firmware/app/linux/flight_model.h"
 #include "firmware/app/linux/fly.h"
 #include "firmware/app/linux/link_report.h"
+#include "firmware/app/linux/log_file.h"
+#include "firmware/app/linux/pilotage.h"
 #include "firmware/app/linux/subcommands.h"
 #include "firmware/app/replay.h"
 #include "firmware/vrc/command_map.h"
-#include "hal/linux/file_storage.h"
 
 namespace m100::app {
 namespace {
 
 using Controller = FlightController<double>;
-constexpr std::size_t kLogRingBytes = 1U << 20U;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
-constexpr core::Duration kHandOver = std::chrono::seconds(5);
-
-/// The flight log on its way to a file: a thread of its own waits for the medium, the tick never does.
-class LogFile {
- public:
-  explicit LogFile(const std::string& path) : file_(path), storage_(kLogRingBytes), ring_(storage_), log_(ring_) {
-    if (file_.open() != core::Status::kOk) {
-      throw UsageError(path + ": exists already, or cannot be written");
-    }
-  }
-  ~LogFile() {
-    running_ = false;
-    if (writer_.joinable()) {
-      writer_.join();
-    }
-    (void)file_.sync();
-  }
-  LogFile(const LogFile&) = delete;
-  LogFile& operator=(const LogFile&) = delete;
-
-  void start() {
-    writer_ = std::thread([this] {
-      while (running_ || !ring_.front().empty()) {
-        if (!drain()) {
-          return;  // the medium is full or gone: the ring fills, and the log counts what it drops
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      }
-    });
-  }
-  log::FlightLog& log() { return log_; }
-
- private:
-  bool drain() {
-    while (!ring_.front().empty()) {
-      const core::Expected<std::size_t> taken = file_.append(ring_.front());
-      if (!taken) {
-        std::cerr << "m100: flight log: " << core::name(taken.status()) << "\n";
-        return false;
-      }
-      ring_.pop(*taken);
-    }
-    return true;
-  }
-
-  hal::FileStorage file_;
-  std::vector<std::byte> storage_;
-  log::Ring ring_;
-  log::FlightLog log_;
-  std::atomic<bool> running_{true};
-  std::thread writer_;
-};
 
 /// Where the aircraft stands: the first pose.
 ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
   PoseLink link(port, baud);
   TickClock clock;
-  for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience; now = clock.next()) {
+  for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_asked(); now = clock.next()) {
     if (const core::Expected<PoseSample> sample = link.receive(now)) {
       const std::array<float, 4>& q = sample->message.rotation_wb;
       const core::Quaternion<double> rotation{static_cast<double>(q[0]), static_cast<double>(q[1]),
@@ -99,21 +43,28 @@ ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
       return start;
     }
   }
+  if (stop_asked()) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
   throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) +
                    " s (m100 expects its own message, protocol/pose_message.h)");
 }
 
 void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightModel& model, const std::string& course,
-                 const ref::Waypoint<double>& start, core::TimePoint now) {
+                 const ref::Waypoint<double>& start, const FlightConfig& config, core::TimePoint now) {
   std::ostringstream place;
   place.precision(17);
   place << start.position_w_m.x() << " " << start.position_w_m.y() << " " << start.position_w_m.z() << " "
         << start.yaw_rad;
   const std::string where = place.str();
   const std::string channel = options.channel + (options.paper_100_hz ? " paper_100_hz" : "");
-  const std::array notes{log::Note{kVehicleNote, model.vehicle_text()}, log::Note{kTablesNote, model.table_bytes()},
-                         log::Note{kCourseNote, course}, log::Note{kStartNote, where},
-                         log::Note{kChannelNote, channel}};
+  const std::string link = link_note(config);
+  const std::array notes{log::Note{kVehicleNote, model.vehicle_text()},
+                         log::Note{kTablesNote, model.table_bytes()},
+                         log::Note{kCourseNote, course},
+                         log::Note{kStartNote, where},
+                         log::Note{kChannelNote, channel},
+                         log::Note{kLinkNote, link}};
   if (log.begin(now, notes) != core::Status::kOk) {
     throw UsageError(options.log + ": the gain tables are too large for the log's ring");
   }
@@ -140,75 +91,6 @@ void ask_for_real_time() {
     std::cout << "no real-time rights; m100 doctor tells how to get them\n";
   }
 }
-
-/// The operator's part: Enter takes control when all is ready, Enter again (or an interrupt) gives it back.
-class Pilotage {
- public:
-  Pilotage(const FlyOptions& options, Controller& controller) : options_(options), controller_(controller) {}
-
-  /// After each tick. @returns false: over.
-  bool tick(core::TimePoint now) {
-    const AuthorityView& authority = controller_.link().authority();
-    tell(now, authority);
-    const bool in_control = authority.in_control;
-    switch (phase_) {
-      case Phase::kWaiting:
-        if (authority.stage == safety::Stage::kReady && (options_.take_control || key_pressed())) {
-          controller_.engage();
-          phase_ = Phase::kEngaging;
-        }
-        return !stop_asked();
-      case Phase::kEngaging:
-        if (in_control) {
-          phase_ = Phase::kFlying;
-          since_ = now;
-        }
-        return !stop_asked() && !is_refused(authority);
-      case Phase::kFlying:
-        if (!in_control) {
-          return false;  // lost, or given back by the ladder
-        }
-        if (stop_asked() || key_pressed() || is_over(now)) {
-          controller_.release();
-          phase_ = Phase::kReleasing;
-          since_ = now;
-        }
-        return true;
-      case Phase::kReleasing:
-        given_back_ = given_back_ || authority.reason == safety::Reason::kReleased;
-        return !given_back_ && now - since_ < kHandOver;
-    }
-    return false;
-  }
-  bool flew() const { return phase_ == Phase::kFlying || phase_ == Phase::kReleasing; }
-  bool given_back() const { return given_back_; }
-
- private:
-  enum class Phase { kWaiting, kEngaging, kFlying, kReleasing };
-
-  bool is_over(core::TimePoint now) const {
-    return options_.take_control && core::seconds<double>(now - since_) >= options_.hold_s;
-  }
-  static bool is_refused(const AuthorityView& authority) {
-    const bool at_rest = authority.stage == safety::Stage::kReady || authority.stage == safety::Stage::kSilent ||
-                         authority.stage == safety::Stage::kSilentCold;
-    return at_rest && !safety::remedy(authority.reason).empty() && authority.reason != safety::Reason::kStarting;
-  }
-  void tell(core::TimePoint now, const AuthorityView& authority) {
-    const std::string text = describe(authority);
-    if (text != told_) {
-      told_ = text;
-      std::cout << core::seconds<double>(now.time_since_epoch()) << " s  " << text << std::endl;
-    }
-  }
-
-  const FlyOptions& options_;
-  Controller& controller_;
-  Phase phase_ = Phase::kWaiting;
-  core::TimePoint since_{};
-  bool given_back_ = false;
-  std::string told_;
-};
 
 std::string to_json(const FlyOptions& options, const Pilotage& pilotage, const Controller& controller,
                     std::uint32_t stalls) {
@@ -237,18 +119,18 @@ bool fly_course(const FlyOptions& options, const LinkConfig& link, hal::SerialPo
   open_or_explain(pose_port);
   const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
-  lay_course(course_text, start, *trajectory);
+  lay_course(course_text, start, *trajectory, options.course);
 
+  FlightConfig config;
+  config.link = link;
+  config.pose_baud = options.pose_baud;
   TickClock clock;
   std::optional<LogFile> log;
   if (!options.log.empty()) {
     log.emplace(options.log);
-    write_notes(log->log(), options, model, course_text, start, clock.now());
+    write_notes(log->log(), options, model, course_text, start, config, clock.now());
     log->start();
   }
-  FlightConfig config;
-  config.link = link;
-  config.pose_baud = options.pose_baud;
   const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port,
                                                        *trajectory, log ? &log->log() : nullptr);
   const Farewell last_words(neutral_of(options, model.vehicle()), link.encrypt_commands ? link.cipher : nullptr);

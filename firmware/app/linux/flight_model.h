@@ -1,24 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
 #include "firmware/app/linux/subcommands.h"
+#include "firmware/app/linux/text_file.h"
 #include "firmware/app/vehicle_file.h"
 #include "firmware/mpc/table_file.h"
 
 namespace m100::app {
-
-inline std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw UsageError(path + ": cannot be read");
-  }
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 /// The vehicle and the tables that were made from it; refused if they do not belong together (R10).
 class FlightModel {

@@ -5,12 +5,15 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <csignal>
-#include <fstream>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
+#include "firmware/app/linux/key_file.h"
 #include "firmware/app/linux/subcommands.h"
+#include "firmware/app/linux/text_file.h"
 #include "protocol/aes256.h"
 
 namespace m100::app {
@@ -18,20 +21,6 @@ namespace {
 
 volatile std::sig_atomic_t stop_signal = 0;
 void on_signal(int) { stop_signal = 1; }
-
-protocol::CipherKey read_key(const std::string& path) {
-  std::ifstream file(path);
-  std::string hex;
-  file >> hex;
-  protocol::CipherKey key{};
-  if (hex.size() != 2 * key.size() || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
-    throw UsageError(path + ":1: the key needs 64 hexadecimal digits");
-  }
-  for (std::size_t i = 0; i < key.size(); ++i) {
-    key[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));
-  }
-  return key;
-}
 
 LinkConfig link_config(const FlyOptions& options) {
   LinkConfig config;
@@ -49,6 +38,9 @@ LinkConfig link_config(const FlyOptions& options) {
 }
 
 void run(const FlyOptions& options) {
+  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // passes every comparison of a range
+    throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
+  }
   LinkConfig config = link_config(options);
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
@@ -56,9 +48,10 @@ void run(const FlyOptions& options) {
     config.cipher = &*cipher;
     config.encrypt_commands = true;
   }
+  expect_writable(options.json);
+  watch_signals();
   hal::SerialPort port(options.port, options.baud);
   open_or_explain(port);
-  watch_signals();
   const bool done = options.dry_run ? dry_run(options, config, port) : fly_course(options, config, port);
   if (!done) {
     throw CLI::RuntimeError(kAnswerIsNo);
@@ -72,6 +65,10 @@ bool stop_asked() { return stop_signal != 0; }
 void watch_signals() {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  std::signal(SIGHUP, on_signal);  // the terminal is gone, the aircraft is not
+  // A reader of our output that left, or a log that may not grow, must not end a flight.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 bool key_pressed() {
@@ -89,7 +86,8 @@ void open_or_explain(hal::SerialPort& port) {
     case core::Status::kInvalidArgument:
       throw UsageError(port.path() + ": this baud rate is not supported");
     default:
-      throw UsageError(port.path() + ": no such serial port");
+      throw UsageError(port.path() +
+                       (std::filesystem::exists(port.path()) ? ": is not a serial port" : ": no such serial port"));
   }
 }
 

@@ -32,7 +32,7 @@ struct FlyOptions {
   std::string log;
 };
 
-/// Set by SIGINT and SIGTERM: give control back and end.
+/// Set by SIGINT, SIGTERM and SIGHUP: give control back and end.
 bool stop_asked();
 void watch_signals();
 /// The operator pressed Enter since the call before.
