@@ -147,6 +147,7 @@ std::uint16_t N1Autopilot::control(bool obtain) {
     if (!rc_in_f()) {
       return ack::kNotInModeF;  // the switch was faster (protocol, section 11, state 8)
     }
+    asked_once_ = false;  // who gives back has to ask twice again
     if (!client_in_control()) {
       return ack::kReleased;
     }

@@ -45,8 +45,10 @@ PtyUart::PtyUart(std::string link) : link_(std::move(link)) {
 }
 
 PtyUart::~PtyUart() {
-  std::error_code ignored;
-  std::filesystem::remove(link_, ignored);
+  std::error_code error;
+  if (std::filesystem::read_symlink(link_, error) == ptsname(master_)) {  // not another's that came after us
+    std::filesystem::remove(link_, error);
+  }
   ::close(slave_);
   ::close(master_);
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab autopilot: an N1 autopilot with a vehicle behind it, on a pseudo-terminal, in real time.
 #include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -48,7 +50,7 @@ struct Options {
 
 std::string read_text(const std::string& path) {
   std::ifstream file(path);
-  if (!file) {
+  if (!file || std::filesystem::is_directory(path)) {
     throw InputError(path, 0, "", "cannot be read");
   }
   return std::string(std::istreambuf_iterator<char>(file), {});
@@ -83,7 +85,8 @@ class EventFile {
   }
   void write(const sim::N1Event& event) {
     file_ << "{\"t_s\":" << core::seconds<double>(event.at.time_since_epoch()) << ",\"what\":\"" << event.what
-          << "\",\"name\":\"" << event.name << "\",\"value\":" << event.value << "}\n";
+          << "\",\"name\":\"" << event.name << "\",\"value\":" << event.value << "}\n"
+          << std::flush;  // for whoever follows the file
   }
   /// @param longest_lag the machine kept the autopilot waiting: its own stamps are late by up to that.
   void summarise(const sim::N1Autopilot& autopilot, core::Duration longest_lag) {
@@ -171,6 +174,9 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
 }
 
 void run(const Options& options) {
+  if (std::isnan(options.duration_s) || std::isnan(options.loss)) {  // passes every comparison of a range
+    throw InputError(std::isnan(options.loss) ? "--loss" : "--duration", 0, "", "is not a number");
+  }
   const sim::Plant plant = options.plant.empty() ? sim::measured_plant() : sim::load_plant(options.plant);
   std::optional<protocol::Aes256> cipher;
   if (!options.key.empty()) {
@@ -195,6 +201,9 @@ void run(const Options& options) {
   std::optional<EventFile> events;
   if (!options.events.empty()) {
     events.emplace(options.events);
+  }
+  if (options.pose_pty == options.pty) {
+    throw InputError("--pose-pty", 0, "", "must not be the link of --pty");
   }
   sim::PtyUart uart(options.pty);
   sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, 1.5});
@@ -262,7 +271,8 @@ void add_autopilot(CLI::App& lab) {
   app->add_option("--app-id", options->app_id, "the only app id to activate; default: any");
   app->add_option("--key", options->key, "AES key of the app, 64 hexadecimal digits");
   app->add_option("--loss", options->loss, "share of frames lost, each way")->check(CLI::Range(0.0, 1.0));
-  app->add_option("--duration", options->duration_s, "seconds; default: until interrupted")->check(CLI::PositiveNumber);
+  app->add_option("--duration", options->duration_s, "seconds; default: until interrupted")
+      ->check(CLI::Range(0.001, 1e6));
   app->add_flag("--lenient-virtual-rc", options->lenient_virtual_rc,
                 "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
   app->callback([options] {

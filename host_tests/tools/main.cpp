@@ -21,6 +21,11 @@ int main(int argc, char** argv) {
   m100::tools::add_report(lab);
   m100::tools::add_gains(lab);
   m100::tools::add_mpc(lab);
+  if (argc > 1 && argv[1][0] != '-' &&
+      lab.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
+    std::cerr << "m100-lab: no subcommand '" << argv[1] << "'; --help lists them\n";
+    return m100::tools::kBadInput;
+  }
   try {
     lab.parse(argc, argv);
   } catch (const CLI::RuntimeError& stop) {

@@ -2,9 +2,6 @@
 // The two programs as a user starts them, joined by a pseudo-terminal: m100 on one side, m100-lab autopilot on the
 // other, in real time.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -16,55 +13,17 @@
 
 #include "hal/linux/serial_port.h"
 #include "hal/mock/wrong_baud.h"
+#include "host_tests/scenario/program/process.h"
 #include "host_tests/sim/pty_uart.h"
 #include "host_tests/sim/random.h"
-
-extern char** environ;  // NOLINT: the name is POSIX
 
 namespace m100 {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using scenario::Process;
 using std::chrono::milliseconds;
-
-class Process {
- public:
-  Process(std::string program, std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), std::move(program));
-    std::vector<char*> pointers;
-    for (std::string& argument : arguments) {
-      pointers.push_back(argument.data());
-    }
-    pointers.push_back(nullptr);
-    EXPECT_EQ(posix_spawn(&id_, pointers[0], nullptr, nullptr, pointers.data(), environ), 0) << pointers[0];
-  }
-  ~Process() {
-    if (id_ > 0) {
-      kill(id_, SIGKILL);
-      waitpid(id_, nullptr, 0);
-    }
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  void interrupt() const { kill(id_, SIGINT); }
-  /// The exit code; -1: did not end in time, or not by itself.
-  int wait(std::chrono::seconds at_most) {
-    for (auto left = at_most / milliseconds(10); left > 0; --left) {
-      int status = 0;
-      if (waitpid(id_, &status, WNOHANG) == id_) {
-        id_ = -1;
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-      }
-      std::this_thread::sleep_for(milliseconds(10));
-    }
-    return -1;
-  }
-
- private:
-  pid_t id_ = -1;
-};
 
 struct TwoProcesses : ::testing::Test {
   fs::path folder = fs::temp_directory_path() / ("m100_two_" + std::to_string(getpid()));

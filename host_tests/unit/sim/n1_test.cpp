@@ -82,6 +82,13 @@ TEST_F(N1Test, ControlIsAskedForAndGivenBackTwice) {
   EXPECT_FALSE(autopilot->client_in_control());
 }
 
+TEST_F(N1Test, GivingBackWhatWasOnlyAskedForBeginsAnew) {
+  activate();
+  ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
+  EXPECT_EQ(code(ids::kControlRequest, bytes({0})), 1U);
+  EXPECT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
+}
+
 TEST_F(N1Test, LeavingFDropsControlAndPushesInSession0AndReturningDoesNotRestoreIt) {
   obtain();
   heard.clear();

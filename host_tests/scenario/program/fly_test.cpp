@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly against m100-lab autopilot, as two programs: what it leaves behind, and how it ends.
+#include "firmware/app/recorded_flight.h"
+#include "host_tests/scenario/program/program_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr const char* kKey = "00112233445566778899aabbccddeeff0123456789abcdef0123456789abcdef";
+
+struct Flown {
+  const char* name;
+  std::vector<std::string> autopilot;
+  std::vector<std::string> options;
+};
+class FlyAndReplay : public ProgramTest, public ::testing::WithParamInterface<Flown> {};
+INSTANTIATE_TEST_SUITE_P(Program, FlyAndReplay,
+                         ::testing::Values(Flown{"VirtualRc", {}, {"--app-id", "4711"}},
+                                           Flown{"VirtualRcAtTenHertz", {}, {"--rate", "10", "--pose-baud", "921600"}},
+                                           Flown{"MovementEncryptedOnABadLine",
+                                                 {"--key", kKey, "--loss", "0.01"},
+                                                 {"--channel", "movement"}}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
+  RecordProperty("promise", "R6");
+  std::vector<std::string> keys;
+  if (!GetParam().autopilot.empty()) {
+    std::ofstream(folder / "key") << kKey << "\n";
+    keys = {"--key-file", (folder / "key").string()};
+  }
+  const auto autopilot = start_autopilot(GetParam().autopilot);
+  std::vector<std::string> options{"--hold", "3", "--log", log.string()};
+  options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
+  options.insert(options.end(), keys.begin(), keys.end());
+  (void)run(flight(options));  // a busy machine may end the flight early: what was flown is replayed all the same
+  (void)examined(*autopilot);
+
+  const app::RecordedFlight flown = app::read_flight(log.string());
+  ASSERT_GT(flown.ticks.size(), 200U);
+  ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
+  const fs::path said = folder / "said.txt";
+  const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
+                             (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
+  ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(std::chrono::seconds(60)), 0);
+  EXPECT_NE(text_of(said).find(", 0 unlike the record"), std::string::npos) << text_of(said);
+  if (!keys.empty()) {
+    EXPECT_EQ(run({"replay", log.string()}), 2);
+    EXPECT_NE(error().find("--key-file"), std::string::npos) << error();
+  }
+}
+
+class EndedBySignal : public ProgramTest, public ::testing::WithParamInterface<int> {};
+INSTANTIATE_TEST_SUITE_P(Program, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGHUP),
+                         [](const auto& tested) { return std::string(sigabbrev_np(tested.param)); });
+
+TEST_P(EndedBySignal, GivesControlBackInFlight) {
+  RecordProperty("promise", "R12");
+  const auto autopilot = start_autopilot();
+  Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
+  ASSERT_TRUE(wait_for_control());
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  program.send(GetParam());
+  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+// The answer that grants control may be on its way when the operator changes his mind.
+TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
+  const auto autopilot = start_autopilot();
+  for (const int wait_ms : {0, 15, 30, 45}) {
+    const std::string first_answer = "\"control\",\"value\":3";
+    const std::size_t before = noted(first_answer);
+    Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
+    ASSERT_TRUE(wait_for(first_answer, before));
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
+    program.interrupt();
+    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+  }
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+// `m100 fly | head -1`: the reader leaves, the flight goes on to its end.
+TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
+  const auto autopilot = start_autopilot();
+  std::string line = M100_PROGRAM;
+  for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
+    line += " " + word;
+  }
+  ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(std::chrono::seconds(30)), 0);
+  for (int i = 0; i < 1000 && !fs::exists(result); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
+  RecordProperty("promise", "R12");
+  const auto autopilot = start_autopilot();
+  std::string line = "ulimit -f 400; exec " + std::string(M100_PROGRAM);
+  for (const std::string& word : flight({"--hold", "4", "--log", log.string()})) {
+    line += " " + word;
+  }
+  EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(std::chrono::seconds(30)), 0) << error();
+  EXPECT_NE(error().find(log.string()), std::string::npos) << error();
+  const json examiner = examined(*autopilot);
+  EXPECT_FALSE(examiner["client_in_control"]);
+  EXPECT_GT(examiner["virtual_rc_taken"], 60);
+  EXPECT_GT(app::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+}
+
+TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
+  RecordProperty("promise", "R12");
+  auto autopilot = start_autopilot();
+  Process program(M100_PROGRAM, flight({"--hold", "60", "--json", result.string()}), errors);
+  ASSERT_TRUE(wait_for_control());
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  autopilot->send(SIGKILL);
+  autopilot.reset();  // its pseudo-terminals are gone
+  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
+  EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
+}
+
+TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
+  const auto autopilot = start_autopilot();
+  Process first(M100_PROGRAM, flight({"--hold", "4"}));
+  ASSERT_TRUE(wait_for_control());
+  EXPECT_EQ(run(flight()), 2);
+  EXPECT_NE(error().find("another program"), std::string::npos) << error();
+  EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "and the first is not disturbed";
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+}  // namespace
+}  // namespace m100::scenario

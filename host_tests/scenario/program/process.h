@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+extern char** environ;  // NOLINT: the name is POSIX
+
+namespace m100::scenario {
+
+/// A program as a user starts it; killed at the end of the test if it still runs.
+class Process {
+ public:
+  /// @param errors where stderr goes; empty: to the test's own.
+  Process(std::string program, std::vector<std::string> arguments, const std::filesystem::path& errors = {}) {
+    arguments.insert(arguments.begin(), std::move(program));
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) {
+      pointers.push_back(argument.data());
+    }
+    pointers.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    if (!errors.empty()) {
+      posix_spawn_file_actions_addopen(&actions, 2, errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    }
+    EXPECT_EQ(posix_spawn(&id_, pointers[0], &actions, nullptr, pointers.data(), environ), 0) << pointers[0];
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  ~Process() {
+    if (id_ > 0) {
+      kill(id_, SIGKILL);
+      waitpid(id_, nullptr, 0);
+    }
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void send(int signal) const { kill(id_, signal); }
+  void interrupt() const { send(SIGINT); }
+  /// The exit code; -1: did not end in time, or not by itself.
+  int wait(std::chrono::seconds at_most) {
+    for (auto left = at_most / std::chrono::milliseconds(10); left > 0; --left) {
+      int status = 0;
+      if (waitpid(id_, &status, WNOHANG) == id_) {
+        id_ = -1;
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return -1;
+  }
+
+ private:
+  pid_t id_ = -1;
+};
+
+}  // namespace m100::scenario

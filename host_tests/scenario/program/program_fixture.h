@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host_tests/scenario/program/process.h"
+
+namespace m100::scenario {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+inline std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+/// `m100` and `m100-lab autopilot` with a pose beside it, in a folder of their own, with the default vehicle.
+struct ProgramTest : ::testing::Test {
+  const fs::path folder = fs::temp_directory_path() / ("m100_program_" + std::to_string(getpid()));
+  const fs::path port = folder / "port";
+  const fs::path pose = folder / "pose";
+  const fs::path events = folder / "events.json";
+  const fs::path errors = folder / "errors.txt";
+  const fs::path result = folder / "result.json";
+  const fs::path log = folder / "flight.ulg";
+  const fs::path vehicle = folder / "vehicle.toml";
+  const fs::path table = folder / "table.bin";
+
+  void SetUp() override {
+    fs::create_directories(folder);
+    fs::copy_file(M100_VEHICLE_FILE, vehicle);
+    fs::copy_file(M100_TABLE_FILE, table);
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::unique_ptr<Process> start_autopilot(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"autopilot", "--pty",         port.string(), "--pose-pty", pose.string(),
+                                       "--events",  events.string(), "--duration",  "60"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
+    for (int i = 0; i < 1000 && !(fs::exists(port) && fs::exists(pose)); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_TRUE(fs::exists(port));
+    return process;
+  }
+  /// What a flight needs, with control taken as soon as all is ready.
+  std::vector<std::string> flight(std::vector<std::string> more = {}) const {
+    std::vector<std::string> arguments{"fly",       "--port",         port.string(), "--pose-port",  pose.string(),
+                                       "--vehicle", vehicle.string(), "--gains",     table.string(), "--take-control"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  }
+  /// Runs the program to its end. @returns its exit code; stderr is in error().
+  int run(const std::vector<std::string>& arguments, std::chrono::seconds at_most = std::chrono::seconds(30)) {
+    return Process(M100_PROGRAM, arguments, errors).wait(at_most);
+  }
+  int run_lab(const std::vector<std::string>& arguments) {
+    return Process(M100_LAB_PROGRAM, arguments, errors).wait(std::chrono::seconds(30));
+  }
+  std::string error() const { return text_of(errors); }
+  /// Ends the autopilot. @returns what it noted down.
+  json examined(Process& autopilot) const {
+    autopilot.interrupt();
+    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
+    std::ifstream file(events);
+    std::string line, last;
+    while (std::getline(file, line)) {
+      last = line;
+    }
+    return json::parse(last);
+  }
+  /// How often the autopilot noted this down.
+  std::size_t noted(const std::string& what) const {
+    const std::string all = text_of(events);
+    std::size_t count = 0;
+    for (std::size_t at = all.find(what); at != std::string::npos; at = all.find(what, at + 1)) {
+      ++count;
+    }
+    return count;
+  }
+  /// Waits until the autopilot notes it down more often than that. @returns false: it never did.
+  bool wait_for(const std::string& what, std::size_t more_than = 0) const {
+    for (int i = 0; i < 3000 && noted(what) <= more_than; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return noted(what) > more_than;
+  }
+  bool wait_for_control() const { return wait_for("\"obtained\""); }
+};
+
+}  // namespace m100::scenario
