@@ -8,6 +8,7 @@ namespace m100::app {
 namespace {
 
 constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
+constexpr int kBacklogReads = 32;                         ///< of PoseLink::kBytesPerTick: more than a driver holds
 /// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
 /// after which the autopilot ends Virtual RC by itself.
 constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
@@ -137,6 +138,12 @@ void FlightController<T, S>::watch_residual() {
 template <typename T, typename S>
 PoseReport FlightController<T, S>::pose(core::TimePoint now) {
   const core::Expected<PoseSample> came = pose_link_.receive(now);
+  if (elapsed_ > kStall) {
+    // What waited for us is older than its sender knew, and nobody can say by how much: the next tick has a fresh one.
+    for (int backlog = 0; backlog < kBacklogReads && pose_link_.receive(now); ++backlog) {
+    }
+    return {};
+  }
   if (!came) {
     return {};
   }

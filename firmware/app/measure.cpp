@@ -51,7 +51,12 @@ bool Measure::believable(const PoseReport& pose, core::TimePoint now) {
                     within(pose.position_w_m.z(), plausible_.position_m) && within(pose.yaw_rad, 2.0 * core::kPi) &&
                     pose.captured <= now;
   stats_.refused_poses += good ? 0U : 1U;
-  return good;
+  // An aircraft in the air never gives the same bits twice; a capture that lost it does, with fresh stamps.
+  const std::array<double, 4> seen{pose.position_w_m.x(), pose.position_w_m.y(), pose.position_w_m.z(), pose.yaw_rad};
+  const bool repeated = good && seen == last_pose_;
+  stats_.repeated_poses += repeated ? 1U : 0U;
+  last_pose_ = good ? seen : last_pose_;
+  return good && !repeated;
 }
 
 template <typename T>

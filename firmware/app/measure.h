@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "firmware/core/frames.h"
 #include "firmware/core/time.h"
@@ -31,6 +32,7 @@ struct MeasureStats {
   std::uint32_t refused_poses = 0;      ///< not finite, out of range, or captured later than now
   std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, too steep, too fast
   std::uint32_t stuck_attitudes = 0;    ///< the same bits for too long
+  std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: whatever its stamp says, nothing new
 };
 
 /// Telemetry and pose as one measurement in our frames: NED to world, FRD to body, here and nowhere else.
@@ -53,6 +55,7 @@ class Measure {
   MeasureStats stats_;
   std::array<float, 7> last_reading_{};
   std::uint32_t same_readings_ = 0;
+  std::array<double, 4> last_pose_{std::numeric_limits<double>::quiet_NaN()};  ///< x, y, z, yaw; NaN: none yet
 };
 
 }  // namespace m100::app

@@ -57,7 +57,7 @@ class SerialLink {
 #ifdef M100_SMALL_MEMORY
   static constexpr std::size_t kBytesPerTick = 512;  ///< what the interrupt's ring holds
 #else
-  static constexpr std::size_t kBytesPerTick = 4096;
+  static constexpr std::size_t kBytesPerTick = 65536;  ///< a driver may hold as much after a stall: stale until read
 #endif
   static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
   static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale

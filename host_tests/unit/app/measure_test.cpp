@@ -105,5 +105,17 @@ TEST(Measure, NoticesAStuckSensor) {
   EXPECT_EQ(used, 50);
 }
 
+// A capture that lost the aircraft repeats its last pose under fresh stamps.
+TEST(Measure, TakesTheSamePoseAgainForNothingNew) {
+  Measure measure;
+  PoseReport pose{.is_new = true, .captured = kNow, .position_w_m = {1.0, 2.0, 3.0}};
+  EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow).pose.is_new);
+  pose.captured = kNow + milliseconds(10);
+  EXPECT_FALSE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
+  EXPECT_EQ(measure.stats().repeated_poses, 1U);
+  pose.position_w_m.x() += 1e-9;
+  EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
+}
+
 }  // namespace
 }  // namespace m100::app

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Single faults through the whole flight controller against the emulated N1 (promise R12 and the ladder of
+// firmware/safety/README.md). Each names the reaction and its bound.
+#include <gtest/gtest.h>
+
+#include "hal/mock/wrong_baud.h"
+#include "host_tests/scenario/faults/fault_bench.h"
+
+namespace m100::scenario {
+namespace {
+
+const char* name(Rung rung) {
+  constexpr std::array kNames{"Silent", "Nominal", "Coast", "Level", "Release"};
+  return kNames[static_cast<std::size_t>(rung)];
+}
+
+struct Loss {
+  const char* what;
+  void (*happen)(sim::World&);
+  core::Duration seen_within;  ///< by the ladder
+  bool comes_back;             ///< the switch is put back to F after a second
+};
+const Loss kLosses[] = {
+    {"SwitchToA", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kA); }, milliseconds(40), true},
+    {"SwitchToP", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kP); }, milliseconds(40), true},
+    {"TakenByRc", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kTake, 'r'); }, milliseconds(40), false},
+    {"TakenByApp", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kTake, 'm'); }, milliseconds(40), false},
+    {"AutopilotRestarts", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kRestart); }, milliseconds(560),
+     false},
+    {"TransmitterOff", [](sim::World& w) { w.autopilot().happen(sim::N1Happening::kRc, 0.0); }, milliseconds(40),
+     false},
+};
+
+class LossInEveryRung : public ::testing::TestWithParam<std::tuple<Loss, Rung, app::Channel>> {};
+INSTANTIATE_TEST_SUITE_P(Faults, LossInEveryRung,
+                         ::testing::Combine(::testing::ValuesIn(kLosses),
+                                            ::testing::Values(Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel,
+                                                              Rung::kRelease),
+                                            ::testing::Values(app::Channel::kVirtualRc, app::Channel::kMovement)),
+                         [](const auto& tested) {
+                           return std::string(std::get<0>(tested.param).what) + name(std::get<1>(tested.param)) +
+                                  (std::get<2>(tested.param) == app::Channel::kMovement ? "Movement" : "");
+                         });
+
+TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
+  RecordProperty("promise", "R4");
+  const auto& [loss, rung, channel] = GetParam();
+  FaultBench bench(channel);
+  ASSERT_TRUE(bench.reach(rung));
+  loss.happen(bench.world());
+  const std::optional<core::Duration> seen = bench.until(Rung::kSilent, loss.seen_within);
+  EXPECT_TRUE(seen.has_value()) << "still " << name(bench.rung());
+  const std::uint32_t asked = bench.noted().obtain_requests;
+  bench.run(seconds(1));
+  bench.world().pose_source().set_faults({});
+  if (loss.comes_back) {
+    bench.world().autopilot().set_mode(sim::N1Mode::kF);
+  }
+  for (int i = 0; i < 500; ++i) {
+    bench.tick();
+    ASSERT_FALSE(bench.commanding()) << "nobody flies unasked";
+  }
+  EXPECT_EQ(bench.noted().obtain_requests, asked) << "never asks again by itself";
+  EXPECT_TRUE(bench.is_sound(channel == app::Channel::kMovement ? milliseconds(20) : milliseconds(40)));
+  EXPECT_LT(bench.farthest_m(), 0.5);
+}
+
+// The pilot's switch during start-up and while control is asked for: no row of the way there may end in control.
+class SwitchDuringStartUp : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Faults, SwitchDuringStartUp, ::testing::Range(0, 300, 7));
+
+TEST_P(SwitchDuringStartUp, EndsWithoutControl) {
+  RecordProperty("promise", "R4");
+  FaultBench bench;
+  bool engaged = false;
+  for (int i = 0; i < 1000; ++i) {
+    if (i == GetParam()) {
+      bench.world().autopilot().set_mode(sim::N1Mode::kP);
+    }
+    if (!engaged && bench.controller().link().authority().stage == safety::Stage::kReady) {
+      bench.controller().engage();
+      engaged = true;
+    }
+    bench.tick();
+  }
+  EXPECT_FALSE(bench.commanding());
+  EXPECT_FALSE(bench.world().autopilot().client_in_control());
+  EXPECT_TRUE(bench.is_sound());
+}
+
+// A capture that repeats its last pose with running time stamps: its numbers look perfect.
+TEST(Faults, AFrozenPoseIsNoPose) {
+  RecordProperty("promise", "R12");
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.world().pose_source().set_faults({.frozen = true});
+  EXPECT_TRUE(bench.until(Rung::kCoast, milliseconds(120)).has_value());
+  EXPECT_TRUE(bench.until(Rung::kLevel, milliseconds(300)).has_value());
+  EXPECT_TRUE(bench.until(Rung::kRelease, milliseconds(1100)).has_value());
+  EXPECT_TRUE(bench.until(Rung::kSilent, milliseconds(600)).has_value());
+  bench.run(seconds(1));
+  EXPECT_FALSE(bench.world().autopilot().client_in_control());
+  EXPECT_TRUE(bench.is_sound());
+  EXPECT_LT(bench.farthest_m(), 0.5);
+}
+
+// A tick late by so much, once, in a hover.
+struct Stall {
+  core::Duration late;
+  Rung ends;
+};
+class AStall : public ::testing::TestWithParam<Stall> {};
+INSTANTIATE_TEST_SUITE_P(
+    Faults, AStall,
+    ::testing::Values(Stall{milliseconds(5), Rung::kNominal}, Stall{milliseconds(30), Rung::kNominal},
+                      Stall{milliseconds(100), Rung::kNominal}, Stall{milliseconds(250), Rung::kNominal},
+                      Stall{milliseconds(500), Rung::kSilent}, Stall{milliseconds(1000), Rung::kSilent},
+                      Stall{milliseconds(2000), Rung::kSilent}),
+    [](const auto& tested) { return std::to_string(tested.param.late.count() / 1000) + "ms"; });
+
+TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
+  RecordProperty("promise", "R9");
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.forget_worst();
+  bench.tick(GetParam().late);
+  if (GetParam().late > milliseconds(10)) {
+    EXPECT_GE(bench.controller().estimate().pose_age, GetParam().late) << "R3: what waited in a buffer is not fresh";
+  }
+  EXPECT_EQ(bench.controller().stats().stalls, GetParam().late > milliseconds(10) ? 1U : 0U);
+  bench.run(seconds(4));
+  EXPECT_EQ(bench.rung(), GetParam().ends) << name(bench.rung());
+  EXPECT_TRUE(bench.is_sound());
+  EXPECT_LT(bench.farthest_m(), 0.5);
+}
+
+TEST(Faults, ALogThatNobodyEmptiesDoesNotChangeTheFlight) {
+  RecordProperty("promise", "R12");
+  FaultBench without;
+  FaultBench full(app::Channel::kVirtualRc, 1U << 14U);
+  ASSERT_TRUE(without.take_off() && full.take_off());
+  for (int i = 0; i < 1000; ++i) {
+    without.tick();
+    full.tick();
+    ASSERT_EQ(without.world().vehicle().state().position_w_m, full.world().vehicle().state().position_w_m);
+  }
+  EXPECT_GT(full.log().dropped(), 0U);
+  EXPECT_EQ(full.rung(), Rung::kNominal);
+}
+
+// One bit of one byte in a thousand, and far worse, both ways.
+class BitFlips : public ::testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Faults, BitFlips, ::testing::Values(1e-6, 1e-5, 1e-4));
+
+TEST_P(BitFlips, OnBothLinesAreNotFlown) {
+  RecordProperty("promise", "R2");
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.forget_worst();
+  for (hal::UartPair* const cable : {&bench.world().autopilot_line(), &bench.world().pose_line()}) {
+    cable->a_to_b().set_faults({.flip_per_bit = GetParam()});
+    cable->b_to_a().set_faults({.flip_per_bit = GetParam()});
+  }
+  bench.run(seconds(30));
+  EXPECT_EQ(bench.rung(), Rung::kNominal) << name(bench.rung());
+  EXPECT_LT(bench.farthest_m(), 0.3);
+  EXPECT_TRUE(bench.is_sound());
+  EXPECT_LE(bench.oldest_pose(), milliseconds(60) + milliseconds(200));
+}
+
+// Every bit of a frame once: nothing is delivered, nothing moves.
+TEST(Faults, ALineThatFlipsEveryHundredthBitEndsWithThePilot) {
+  RecordProperty("promise", "R12");
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.forget_worst();
+  bench.world().autopilot_line().b_to_a().set_faults({.flip_per_bit = 0.01});
+  EXPECT_TRUE(bench.until(Rung::kSilent, milliseconds(1300)).has_value());
+  bench.run(seconds(3));
+  EXPECT_TRUE(bench.is_sound());
+  EXPECT_LT(bench.farthest_m(), 0.5);
+  EXPECT_FALSE(bench.world().autopilot().virtual_rc_on()) << "its data stopped, so the autopilot ended it";
+}
+
+/// A cable whose far end talks at another baud rate.
+class WrongBaudUart final : public hal::Uart {
+ public:
+  WrongBaudUart(hal::Uart& from, std::uint32_t sent, std::uint32_t received)
+      : from_(from), sent_(sent), received_(received) {}
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    std::array<std::byte, 128> raw;
+    const auto count = from_.read(raw);
+    if (!count) {
+      return count.status();
+    }
+    const std::vector<std::byte> seen =
+        hal::received_at({raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(*count)}, sent_, received_);
+    const std::size_t size = std::min(seen.size(), destination.size());
+    std::copy_n(seen.begin(), size, destination.begin());
+    return size;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return source.size(); }
+
+ private:
+  hal::Uart& from_;
+  std::uint32_t sent_;
+  std::uint32_t received_;
+};
+
+TEST(Faults, AnotherBaudRateNeverBecomesReady) {
+  RecordProperty("promise", "R12");
+  for (const std::uint32_t baud : {115200U, 460800U, 921600U}) {
+    sim::World world(sim::measured_plant(), {.seed = 5});
+    WrongBaudUart wrong(world.autopilot_uart(), 230400, baud);
+    app::LinkConfig config;
+    config.app_id = 1;
+    app::SerialLink link(wrong, config);
+    link.request_control(world.now());
+    for (int i = 0; i < 2000; ++i) {
+      world.advance(core::kTickPeriod);
+      (void)link.receive(world.now());
+      ASSERT_FALSE(link.authority().in_control);
+      ASSERT_NE(link.authority().stage, safety::Stage::kReady);
+    }
+    EXPECT_EQ(link.health().parser.frames, 0U);
+    EXPECT_GT(link.health().bytes_received, 1000U);
+  }
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/sim/world.h"
+#include "host_tests/tools/gains/gain_tables.h"
+
+namespace m100::scenario {
+
+using safety::Rung;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// The whole flight controller in the simulated world, hovering, one tick at a time, with everything that promise R12
+/// bounds kept count of.
+class FaultBench {
+ public:
+  explicit FaultBench(app::Channel channel = app::Channel::kVirtualRc, std::size_t log_bytes = 0)
+      : world_(sim::measured_plant(), {.seed = 5}), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
+    start_.position_w_m = world_.vehicle().state().position_w_m;
+    course_.hold(start_);
+    app::FlightConfig config = app::kDefaultFlight;
+    config.link.channel.channel = channel;
+    config.link.app_id = 1;
+    controller_.emplace(mpc::generated::kVehicle, tables(), config, world_.autopilot_uart(), world_.pose_uart(),
+                        course_, log_bytes == 0 ? nullptr : &log_);
+  }
+
+  /// One tick, late by `stall`.
+  void tick(core::Duration stall = core::Duration{0}) {
+    world_.advance(core::kTickPeriod + stall);
+    static_cast<void>(controller_->tick(world_.now()));
+    const core::Euler<double>& attitude = world_.vehicle().attitude();
+    tilt_deg_ = std::max(
+        tilt_deg_, std::acos(std::cos(attitude.roll_rad) * std::cos(attitude.pitch_rad)) * 180.0 / std::numbers::pi);
+    if (commanding()) {
+      const core::Vector<double, 3> off = world_.vehicle().state().position_w_m - start_.position_w_m;
+      farthest_m_ = std::max(farthest_m_, off.norm());
+      const bool by_law = safety::passes_law(rung());
+      oldest_pose_ = std::max(oldest_pose_, by_law ? controller_->estimate().pose_age : core::Duration{0});
+    }
+  }
+  void run(core::Duration time) {
+    for (const core::TimePoint end = world_.now() + time; world_.now() < end;) {
+      tick();
+    }
+  }
+  /// Ticks until the ladder stands there. @returns after how long; nothing: not within `at_most`.
+  std::optional<core::Duration> until(Rung wanted, core::Duration at_most) {
+    const core::TimePoint from = world_.now();
+    while (rung() != wanted) {
+      if (world_.now() - from >= at_most) {
+        return std::nullopt;
+      }
+      tick();
+    }
+    return world_.now() - from;
+  }
+  /// Start-up, control, three seconds of hover.
+  bool take_off() {
+    for (int i = 0; i < 1000 && controller_->link().authority().stage != safety::Stage::kReady; ++i) {
+      tick();
+    }
+    controller_->engage();
+    if (!until(Rung::kNominal, seconds(10))) {
+      return false;
+    }
+    run(seconds(3));
+    return rung() == Rung::kNominal;
+  }
+  /// From a hover to any rung, by the fault or the order that leads there.
+  bool reach(Rung wanted) {
+    if (!take_off()) {
+      return false;
+    }
+    if (wanted == Rung::kCoast || wanted == Rung::kLevel) {
+      world_.pose_source().set_faults({.silent = true});
+    } else if (wanted == Rung::kRelease || wanted == Rung::kSilent) {
+      controller_->release();
+    }
+    return until(wanted, seconds(3)).has_value();
+  }
+
+  sim::World& world() { return world_; }
+  app::FlightController<double>& controller() { return *controller_; }
+  log::FlightLog& log() { return log_; }
+  Rung rung() const { return controller_->grant().rung; }
+  bool commanding() const { return controller_->grant().transmit; }
+  const sim::N1Record& noted() { return world_.autopilot().record(); }
+  double farthest_m() const { return farthest_m_; }  ///< from the hover point, while the program commands
+  double tilt_deg() const { return tilt_deg_; }
+  core::Duration oldest_pose() const { return oldest_pose_; }  ///< that the law's command was computed from
+  void forget_worst() { farthest_m_ = 0.0, oldest_pose_ = core::Duration{0}; }
+
+  /// R12, at the end of every test: neither hit the ground nor tilted, and nothing sent a period after the loss.
+  bool is_sound(core::Duration command_period = milliseconds(40)) {
+    return tilt_deg_ < 35.0 && world_.vehicle().hardest_touch_m_s() < 1.0 &&
+           noted().latest_after_loss <= command_period;
+  }
+
+ private:
+  static const mpc::GainTables<double>& tables() {
+    static const mpc::GainTables<double> made =
+        tools::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
+    return made;
+  }
+
+  sim::World world_;
+  ref::Waypoint<double> start_;
+  ref::Trajectory<double> course_;
+  std::vector<std::byte> log_storage_;
+  log::Ring ring_{log_storage_};
+  log::FlightLog log_{ring_};
+  std::optional<app::FlightController<double>> controller_;
+  double farthest_m_ = 0.0;
+  double tilt_deg_ = 0.0;
+  core::Duration oldest_pose_{0};
+};
+
+}  // namespace m100::scenario
