@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The register code of the Cortex-M machine against structs of registers; interrupt handlers are called by hand.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/systick_clock.h"
+
+namespace m100::hal {
+namespace {
+
+constexpr std::uint32_t kTransmitterFull = 1;
+constexpr std::uint32_t kReceiverFull = 2;
+
+struct Board {
+  CmsdkUartRegisters registers{};
+  volatile std::uint32_t pend = 0;
+  CmsdkUart uart{registers, pend, 0x20};
+
+  void arrive(std::uint32_t byte) {
+    registers.data = byte;
+    registers.state = registers.state | kReceiverFull;
+    uart.on_receive();
+    registers.state = registers.state & ~kReceiverFull;
+  }
+  /// The transmitter takes what is in the data register and asks for more.
+  std::vector<std::uint32_t> transmit_all() {
+    std::vector<std::uint32_t> sent;
+    constexpr std::uint32_t kNothing = 0xFFFFFFFF;
+    for (registers.data = kNothing, uart.on_transmit(); registers.data != kNothing; uart.on_transmit()) {
+      sent.push_back(static_cast<std::uint32_t>(registers.data));
+      registers.data = kNothing;
+    }
+    return sent;
+  }
+};
+
+TEST(CmsdkUart, StartsBothDirectionsWithADividerThatTheHardwareTakes) {
+  Board board;
+  board.uart.start(25000000, 115200);
+  EXPECT_EQ(board.registers.divider, 217U);
+  EXPECT_EQ(board.registers.control, 0xFU);
+  board.uart.start(1000000, 115200);
+  EXPECT_EQ(board.registers.divider, 16U);
+}
+
+TEST(CmsdkUart, GivesWhatArrivedInOrderAndAcknowledgesFirst) {
+  Board board;
+  for (const std::uint32_t byte : {1U, 2U, 255U}) {
+    board.arrive(byte);
+    EXPECT_EQ(board.registers.interrupt, 2U);
+  }
+  std::array<std::byte, 8> bytes{};
+  ASSERT_EQ(board.uart.read(bytes).value(), 3U);
+  EXPECT_EQ(bytes[2], std::byte{255});
+  EXPECT_EQ(board.uart.read(bytes).value(), 0U);
+}
+
+// Would catch: a handler that believes every interrupt.
+TEST(CmsdkUart, ReadsNothingWhenTheReceiverIsEmpty) {
+  Board board;
+  board.uart.on_receive();
+  EXPECT_EQ(board.uart.received(), 0U);
+}
+
+TEST(CmsdkUart, CountsWhatDoesNotFit) {
+  Board board;
+  for (std::size_t i = 0; i < CmsdkUart::kReceiveBytes + 5; ++i) {
+    board.arrive(static_cast<std::uint32_t>(i & 0xFFU));
+  }
+  EXPECT_EQ(board.uart.lost(), 5U);
+  EXPECT_EQ(board.uart.received(), CmsdkUart::kReceiveBytes + 5);
+}
+
+TEST(CmsdkUart, SendsFromTheInterruptThatAWritePends) {
+  Board board;
+  const std::array<std::byte, 3> bytes{std::byte{7}, std::byte{8}, std::byte{9}};
+  ASSERT_EQ(board.uart.write(bytes).value(), 3U);
+  EXPECT_EQ(board.pend, 0x20U);
+  EXPECT_EQ(board.transmit_all(), (std::vector<std::uint32_t>{7, 8, 9}));
+}
+
+TEST(CmsdkUart, WaitsForAFullTransmitter) {
+  Board board;
+  const std::array<std::byte, 1> bytes{std::byte{7}};
+  ASSERT_EQ(board.uart.write(bytes).value(), 1U);
+  board.registers.state = kTransmitterFull;
+  board.registers.data = 0;
+  board.uart.on_transmit();
+  EXPECT_EQ(board.registers.data, 0U);
+  board.registers.state = 0;
+  EXPECT_EQ(board.transmit_all(), std::vector<std::uint32_t>{7});
+}
+
+TEST(CmsdkUart, TakesNoMoreThanItsRingHolds) {
+  Board board;
+  const std::vector<std::byte> bytes(CmsdkUart::kTransmitBytes + 10);
+  EXPECT_EQ(board.uart.write(bytes).value(), CmsdkUart::kTransmitBytes);
+  EXPECT_EQ(board.uart.accepted(), CmsdkUart::kTransmitBytes);
+}
+
+// Last words: what waits leaves first, and a line that is dead does not hold the program for ever.
+TEST(CmsdkUart, WritesWithoutInterruptsAndGivesUpOnADeadLine) {
+  Board board;
+  const std::array<std::byte, 2> bytes{std::byte{1}, std::byte{2}};
+  ASSERT_EQ(board.uart.write(bytes).value(), 2U);
+  const std::array<std::byte, 1> last{std::byte{3}};
+  board.uart.write_without_interrupts(last);
+  EXPECT_EQ(board.registers.data, 3U);
+  EXPECT_TRUE(board.transmit_all().empty());
+  board.registers.state = kTransmitterFull;
+  board.uart.write_without_interrupts(bytes);
+  EXPECT_NE(board.registers.data, 2U);
+}
+
+TEST(SysTickClock, CountsPeriodsAndReadsTheRest) {
+  SysTickRegisters registers{};
+  SysTickClock clock(registers, 25000000, 10000);
+  clock.start();
+  EXPECT_EQ(registers.reload, 249999U);
+  EXPECT_EQ(registers.control, 7U);
+  EXPECT_EQ(clock.cycles(), 0U);
+  registers.value = 249999;
+  EXPECT_EQ(clock.cycles(), 1U);
+  registers.value = 125000;
+  EXPECT_EQ(clock.now(), core::TimePoint(std::chrono::milliseconds(5)));
+  clock.on_period();
+  registers.value = 0;  // the interrupt comes with the step to 0
+  EXPECT_EQ(clock.now(), core::TimePoint(std::chrono::milliseconds(10)));
+}
+
+}  // namespace
+}  // namespace m100::hal
