@@ -431,9 +431,9 @@ class Walk {
 
   void add(const World& world) {
     const std::uint64_t key = pack(world) + 1;  // 0 marks an empty place
-    std::uint64_t place = key * 0x9E3779B97F4A7C15ULL >> (64U - kTableBits);
+    auto place = static_cast<std::size_t>(key * 0x9E3779B97F4A7C15ULL >> (64U - kTableBits));
     while (table_[place] != 0 && table_[place] != key) {
-      place = (place + 1) & ((std::uint64_t{1} << kTableBits) - 1);
+      place = (place + 1) & ((std::size_t{1} << kTableBits) - 1);
     }
     if (table_[place] == 0) {
       table_[place] = key;

@@ -77,7 +77,7 @@ TEST(PoseMessageTest, EveryMessageAmongGarbageIsFound) {
   protocol::PoseParser parser;
   std::size_t found = 0;
   for (std::uint32_t n = 0; n < 1000; ++n) {
-    const std::size_t garbage = random.next() % 60;
+    const std::uint64_t garbage = random.next() % 60;
     for (std::size_t i = 0; i < garbage; ++i) {
       const bool tempting = random.next() % 4 == 0;
       (void)parser.push(tempting ? std::byte{'P'} : static_cast<std::byte>(random.next() >> 56U));
