@@ -7,7 +7,7 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/sim/plant_file.h"
-#include "host_tests/tools/experiments/results.h"
+#include "host_tests/tools/experiments/rates.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/subcommands.h"
 
@@ -21,7 +21,9 @@ struct Options {
   std::uint64_t seed = 1;
   int seeds = 1;
   std::string channel = "virtual_rc";
+  double rate_hz = 0.0;
   bool paper_100_hz = false;
+  bool rates = false;
   std::string report;
   std::string json;
 };
@@ -34,29 +36,50 @@ experiments::SuiteOptions suite_of(const Options& options) {
   suite.seed = options.seed;
   suite.seeds = options.seeds;
   suite.channel = options.channel == "movement" ? app::Channel::kMovement : app::Channel::kVirtualRc;
+  suite.rate_hz = options.rate_hz;
   suite.paper_100_hz = options.paper_100_hz;
   suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
   return suite;
 }
 
+void write_json(const std::string& path, const nlohmann::json& json) {
+  if (path.empty()) {
+    return;
+  }
+  std::ofstream file(path);
+  file << json.dump(2) << "\n";
+  if (!file) {
+    throw InputError(path, 0, "", "cannot be written");
+  }
+}
+
+std::string about(const Options& options) {
+  return "All numbers here are simulated: the flight program over the emulated wire, autopilot and aircraft. Plant: " +
+         (options.plant.empty() ? std::string("the measured one") : options.plant) +
+         ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
+         (options.rates ? "" : ", channel: " + options.channel) + ", seeds: " + std::to_string(options.seeds) + ".";
+}
+
+void run_rates(const Options& options) {
+  const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
+  experiments::print_rates(std::cout, costs);
+  write_json(options.json, experiments::rates_to_json(costs));
+  if (!options.report.empty()) {
+    experiments::write_rates_report(options.report, costs, about(options));
+    std::cout << "wrote " << options.report << "/rates.html\n";
+  }
+}
+
 void run(const Options& options) {
+  app::ChannelConfig channel{.channel = suite_of(options).channel, .rate_hz = options.rate_hz};
+  if (!app::command_period(channel)) {
+    throw InputError("", 0, "--rate", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
+  }
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
   experiments::print_table(std::cout, results);
-  if (!options.json.empty()) {
-    std::ofstream file(options.json);
-    file << experiments::to_json(results).dump(2) << "\n";
-    if (!file) {
-      throw InputError(options.json, 0, "", "cannot be written");
-    }
-  }
+  write_json(options.json, experiments::to_json(results));
   if (!options.report.empty()) {
-    experiments::write_report(
-        options.report, results,
-        "All numbers here are simulated: the flight program over the emulated wire, autopilot and "
-        "aircraft. Plant: " +
-            (options.plant.empty() ? std::string("the measured one") : options.plant) +
-            ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
-            ", channel: " + options.channel + ", seeds: " + std::to_string(options.seeds) + ".");
+    experiments::write_report(options.report, results, about(options));
     std::cout << "wrote " << options.report << "/experiments.html\n";
   }
 }
@@ -74,10 +97,13 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--seeds", options->seeds, "flights per cell, seeds counted up")->check(CLI::Range(1, 1000));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
+  command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  command->add_flag("--rates", options->rates,
+                    "what each command rate of both channels costs: hover, step, trajectory");
   command->add_flag("--paper-100-hz", options->paper_100_hz, "the paper's command rate, beyond what DJI allows");
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
-  command->callback([options] { run(*options); });
+  command->callback([options] { options->rates ? run_rates(*options) : run(*options); });
 }
 
 }  // namespace m100::tools

@@ -22,6 +22,7 @@ constexpr std::size_t kLogRingBytes = 1U << 18U;
 app::FlightConfig config_of(const FlightPlan& plan) {
   app::FlightConfig config;
   config.link.channel.channel = plan.channel;
+  config.link.channel.rate_hz = plan.rate_hz;
   config.link.channel.paper_100_hz = plan.paper_100_hz;
   config.link.app_id = 1;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);

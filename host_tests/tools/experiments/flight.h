@@ -23,6 +23,7 @@ struct FlightPlan {
   double duration_s = 0.0;   ///< from the start of the course to the order to release
   std::uint64_t seed = 1;
   app::Channel channel = app::Channel::kVirtualRc;
+  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   bool keep_log = false;  ///< ULog bytes in the result
   /// Called before every tick of the course with its time: faults.

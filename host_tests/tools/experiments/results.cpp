@@ -50,6 +50,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   plan.course = task.course;
   plan.duration_s = task.to_s + 1.0;
   plan.channel = options.channel;
+  plan.rate_hz = options.rate_hz;
   plan.paper_100_hz = options.paper_100_hz;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);

@@ -34,6 +34,7 @@ struct SuiteOptions {
   std::uint64_t seed = 1;
   int seeds = 1;
   app::Channel channel = app::Channel::kVirtualRc;
+  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   bool literal_steps = true;
   std::function<void(const std::string&)> progress;  ///< one line a task; may be empty
