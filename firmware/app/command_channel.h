@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <variant>
 
@@ -33,30 +35,56 @@ struct ChannelConfig {
 /// @returns kOutOfRange: the rate is outside the window of its channel.
 core::Expected<core::Duration> command_period(const ChannelConfig& config);
 
-/// Keeps commands apart. Due times lie on a grid, so that a clock that jitters does not lower the mean rate, and
-/// nothing raises it: two commands are never closer than period - kSlack, n + 1 commands never closer than n periods -
-/// kSlack, and after a pause there is no catching up.
+/// Keeps commands apart. Due times lie on a grid, so that a clock that jitters hardly lowers the mean rate, and nothing
+/// raises it: two commands are never closer than period - kSlack, after a pause there is no catching up, and no second,
+/// wherever it begins, holds more commands than periods fit into it. The price: a clock that jitters slips by one tick
+/// about once a second.
 class RateLimiter {
  public:
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);
+  static constexpr core::Duration kWindow = std::chrono::seconds(1);
+  /// The most that DJI allows in a second, on any channel; a faster rate (the paper's) is kept apart only.
+  static constexpr std::size_t kMostPerWindow = 50;
 
-  explicit RateLimiter(core::Duration period) : period_(period) {}
-  bool due(core::TimePoint now) const { return now >= next_ - kSlack && (!used_ || now - last_ >= period_ - kSlack); }
-  /// Call it for each command that leaves.
+  explicit RateLimiter(core::Duration period)
+      : period_(period), per_window_(static_cast<std::size_t>((kWindow + period - core::Duration{1}) / period)) {}
+
+  bool due(core::TimePoint now) const {
+    return now >= next_ - kSlack && (!used_ || now - last_ >= period_ - kSlack) && window_has_room(now);
+  }
+  /// Call it for each command that is handed over.
   void sent(core::TimePoint now) {
     const core::TimePoint on_grid = next_ + period_;
     const core::TimePoint from_now = now + period_ - kSlack;
     next_ = used_ && on_grid > from_now ? on_grid : now + period_;
-    last_ = now;
+    newest_ = (newest_ + 1) % kMostPerWindow;
+    count_ += count_ < kMostPerWindow ? 1U : 0U;
     used_ = true;
+    left(now);
+  }
+  /// The last command waited for the line and has left only now.
+  void left(core::TimePoint now) {
+    last_ = now;
+    times_[newest_] = now;
   }
   core::Duration period() const { return period_; }
 
  private:
+  bool window_has_room(core::TimePoint now) const {
+    if (per_window_ > kMostPerWindow || count_ < per_window_) {
+      return true;
+    }
+    return now - times_[(newest_ + kMostPerWindow + 1 - per_window_) % kMostPerWindow] >= kWindow;
+  }
+
   core::Duration period_;
+  std::size_t per_window_;
   core::TimePoint next_{};
   core::TimePoint last_{};
   bool used_ = false;
+  std::array<core::TimePoint, kMostPerWindow> times_{};  ///< of the last commands, in a ring
+  std::size_t newest_ = 0;
+  std::size_t count_ = 0;
 };
 
 /// Sticks as sixteen channels: gear down, mode A (the mode the paper's model was identified in), the rest centred.

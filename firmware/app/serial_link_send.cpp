@@ -116,12 +116,16 @@ core::Status SerialLink::send(const ChannelCommand& command, core::TimePoint now
 }
 
 void SerialLink::flush(core::TimePoint now) {
+  const bool command_waits = outbox_.has_command();
   const core::Status status = outbox_.flush(uart_, [&](std::span<const std::byte> bytes) {
     meter_.sent(bytes.size());
     if (tap_ != nullptr) {
       tap_->sent(bytes, now);
     }
   });
+  if (command_waits && !outbox_.has_command()) {
+    limiter_.left(now);
+  }
   if (status != core::Status::kOk) {
     outbox_.drop_all();  // the port is gone: what waits would be stale when it is back
   }
