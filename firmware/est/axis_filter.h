@@ -107,8 +107,10 @@ class AxisFilter {
   std::uint32_t attitude_refusals_ = 0;
 };
 
-/// Exponents of two nearest above the steady-state sigmas (units of the filter), from 5 s of the filter in double with
-/// poses 20 ms old. About 2 ms of a desktop core; at start-up only.
-AxisFilter<double>::Scales steady_scales(const AxisModel& model);
+/// Exponents of two nearest above the steady-state sigmas (units of the filter), from 5 s of the filter with poses 20
+/// ms old. The same for every S, unless a sigma is a power of two to within its rounding. About 2 ms of a desktop core;
+/// at start-up only. In S, because a board that flies in float has no room for a filter in double.
+template <typename S>
+typename AxisFilter<S>::Scales steady_scales(const AxisModel& model);
 
 }  // namespace m100::est

@@ -18,7 +18,7 @@ constexpr int exponent_above(double value) {
 }  // namespace
 
 template <typename S>
-AxisFilter<S>::AxisFilter(const AxisModel& model) : AxisFilter(model, steady_scales(model)) {}
+AxisFilter<S>::AxisFilter(const AxisModel& model) : AxisFilter(model, steady_scales<S>(model)) {}
 
 template <typename S>
 AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales_(scales) {
@@ -80,26 +80,31 @@ AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales
   start(S{}, S{}, S{});
 }
 
-AxisFilter<double>::Scales steady_scales(const AxisModel& model) {
-  using Filter = AxisFilter<double>;
+template <typename S>
+typename AxisFilter<S>::Scales steady_scales(const AxisModel& model) {
+  using Filter = AxisFilter<S>;
   // With rough sigmas first: the limits on scaled variances must not bind while the filter settles.
-  constexpr Filter::Scales kRough{-8, -5, -6, -2, -2, -5};
+  constexpr typename Filter::Scales kRough{-8, -5, -6, -2, -2, -5};
   Filter filter(model, kRough);
-  const Age<double> pose_age = Age<double>::of(0.02);
-  const Age<double> attitude_age = Age<double>::of(0.0);
+  const Age<S> pose_age = Age<S>::of(0.02);
+  const Age<S> attitude_age = Age<S>::of(0.0);
   for (int tick = 0; tick < 500; ++tick) {
     filter.predict({});
-    filter.correct_attitude(0.0, 0.0, attitude_age);
-    filter.correct_pose(filter.test_pose(0.0, pose_age, 0.0));
+    filter.correct_attitude(S{}, S{}, attitude_age);
+    filter.correct_pose(filter.test_pose(S{}, pose_age, S{}));
   }
-  Filter::Scales scales{};
+  typename Filter::Scales scales{};
   for (int i = 0; i < Filter::kStates; ++i) {
     const auto j = static_cast<std::size_t>(i);
-    scales[j] = exponent_above(core::sqrt(filter.scaled_covariance(i, i)) * power_of_two(kRough[j]));
+    const double variance = core::Arithmetic<S>::template real<double>(filter.scaled_covariance(i, i));
+    scales[j] = exponent_above(core::sqrt(variance) * power_of_two(kRough[j]));
   }
   return scales;
 }
 
+template AxisFilter<double>::Scales steady_scales<double>(const AxisModel&);
+template AxisFilter<float>::Scales steady_scales<float>(const AxisModel&);
+template AxisFilter<core::Fixed>::Scales steady_scales<core::Fixed>(const AxisModel&);
 template AxisFilter<double>::AxisFilter(const AxisModel&);
 template AxisFilter<double>::AxisFilter(const AxisModel&, const Scales&);
 template AxisFilter<float>::AxisFilter(const AxisModel&);

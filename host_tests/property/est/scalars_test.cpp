@@ -22,6 +22,18 @@ void print(const char* name, const ScalarReport& r) {
 
 // Catches an unscaled covariance (it collapses or diverges in 32 bits), a gain that overflows before it is scaled, a
 // rounding that drifts, and a loss of positivity that only a long flight shows.
+// Would catch: scales that depend on the arithmetic, so that the three filters are not the same filter.
+TEST(EkfScalars, ScaleTheirCovarianceAlike) {
+  for (const bool first_order : {false, true}) {
+    AxisModel model;
+    model.attitude = first_order ? ResponseModel{.time_constant_s = 0.4}
+                                 : ResponseModel{.natural_frequency_rad_s = 9.0, .damping_ratio = 0.7};
+    const auto in_double = steady_scales<double>(model);
+    EXPECT_EQ(steady_scales<float>(model), in_double);
+    EXPECT_EQ(steady_scales<core::Fixed>(model), in_double);
+  }
+}
+
 TEST(EkfScalars, StayWithAMicrometreOfDoubleAndPositive) {
   RecordProperty("promise", "R11");
   const LongRunReport report = long_run(M100_HOURS, 20261121U);
