@@ -17,16 +17,16 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
 constexpr double kG_m_s2 = 9.80665;
-constexpr double kAir_rad = 0.0045;
 constexpr double kAirMemory_s = 0.3;
 constexpr double kBetween_s = 1.0;
 
-/// Roll or pitch answering to sticks, and the way it takes the vehicle along its axis.
+/// An axis answering to its stick, and the way it takes the vehicle along (or about) it.
 class Flight {
  public:
-  Flight(const model::AttitudeAxis& axis, hidden::Hidden effects, double extra_delay_s = 0.0,
+  Flight(const model::AttitudeAxis& axis, bool rate, hidden::Hidden effects, double extra_delay_s = 0.0,
          double frequency_factor = 1.0, double damping_factor = 1.0)
-      : effects_(with_own(axis, std::move(effects))),
+      : rate_(rate),
+        effects_(with_own(axis, std::move(effects))),
         path_(effects_, axis.transport_delay_s + extra_delay_s),
         tilt_{.scale_rad = axis.scale_rad_per_count,
               .frequency_rad_s =
@@ -38,7 +38,8 @@ class Flight {
     for (double t = 0.0; t < period_s - 1e-9; t += hidden::kStep_s) {
       tilt_.step(tilt_.scale_rad * path_.pass(stick_counts, other_counts, now_s_), value("lead_zero"),
                  value("rate_limit"), value("saturation"));
-      speed_m_s_ += hidden::kStep_s * kG_m_s2 * std::tan(std::clamp(tilt_.angle, -1.0, 1.0));
+      speed_m_s_ =
+          rate_ ? tilt_.angle : speed_m_s_ + hidden::kStep_s * kG_m_s2 * std::tan(std::clamp(tilt_.angle, -1.0, 1.0));
       position_m_ += hidden::kStep_s * speed_m_s_;
       now_s_ += hidden::kStep_s;
     }
@@ -58,6 +59,7 @@ class Flight {
     return found == effects_.end() ? 0.0 : found->second;
   }
 
+  bool rate_;
   hidden::Hidden effects_;
   hidden::StickPath path_;
   hidden::Tilt tilt_;
@@ -127,7 +129,7 @@ Manoeuvre strung(const Wish& wish, const model::AttitudeAxis& axis, double ampli
   Manoeuvre out;
   out.amplitude_counts = amplitude_counts;
   const std::vector<Piece> all = pieces(wish.kind);
-  Flight flight(axis, {});
+  Flight flight(axis, wish.rate, {});
   const auto push = [&](double stick) {
     out.stick_counts.push_back(std::round(stick));
     flight.step(out.stick_counts.back(), 0.0, out.period_s);
@@ -143,7 +145,8 @@ Manoeuvre strung(const Wish& wish, const model::AttitudeAxis& axis, double ampli
         break;
       }
       const double tilt = -(1.0 * flight.position_m() + 1.6 * flight.speed_m_s()) / kG_m_s2;
-      const double ask = std::clamp(tilt, -0.2, 0.2) * per_rad;
+      const double back = wish.rate ? std::clamp(-0.8 * flight.position_m(), -0.5, 0.5) : std::clamp(tilt, -0.2, 0.2);
+      const double ask = back * per_rad;
       push(ask + std::copysign(std::min(std::abs(ask), 1.0) * axis.dead_zone_counts, ask));
     }
   };
@@ -165,12 +168,11 @@ Manoeuvre strung(const Wish& wish, const model::AttitudeAxis& axis, double ampli
   return out;
 }
 
-std::vector<double> response(const Manoeuvre& manoeuvre, Flight flight) {
+std::vector<double> respond(const Manoeuvre& manoeuvre, Flight flight) {
   std::vector<double> out;
   for (std::size_t k = 0; k < manoeuvre.stick_counts.size(); ++k) {
-    // The other stick rests, but for the small corrections of a pilot: without them no coupling could show.
-    const double other = 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * static_cast<double>(k) * manoeuvre.period_s);
-    flight.step(manoeuvre.stick_counts[k], other, manoeuvre.period_s);
+    flight.step(manoeuvre.stick_counts[k], other_stick(static_cast<double>(k) * manoeuvre.period_s),
+                manoeuvre.period_s);
     out.push_back(flight.angle());
   }
   return out;
@@ -205,31 +207,53 @@ Manoeuvre make(const Wish& wish, const model::AttitudeAxis& axis) {
   return out;
 }
 
-std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis) {
-  const std::vector<double> plain = response(manoeuvre, Flight(axis, {}));
+double other_stick(double t_s) { return 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * t_s); }
+
+model::AttitudeAxis as_attitude(const model::RateAxis& axis) {
+  return {.scale_rad_per_count = axis.scale_per_count,
+          .time_constant_s = axis.time_constant_s,
+          .natural_frequency_rad_s = axis.natural_frequency_rad_s,
+          .damping_ratio = axis.damping_ratio,
+          .transport_delay_s = axis.transport_delay_s,
+          .lead_zero_s = axis.lead_zero_s,
+          .dead_zone_counts = axis.dead_zone_counts};
+}
+
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis, const Wish& wish,
+                             const std::string& effect, double size) {
+  return respond(manoeuvre, effect.empty()                ? Flight(axis, wish.rate, {})
+                            : effect == "transport_delay" ? Flight(axis, wish.rate, {}, size)
+                                                          : Flight(axis, wish.rate, {{effect, size}}));
+}
+
+std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis, const Wish& wish) {
+  const std::vector<double> plain = response(manoeuvre, axis, wish, "", 0.0);
   double largest = 0.0;
   double fastest = 0.0;
   for (std::size_t k = 0; k < plain.size(); ++k) {
     largest = std::max(largest, std::abs(plain[k]));
     fastest = k > 0 ? std::max(fastest, std::abs(plain[k] - plain[k - 1]) / manoeuvre.period_s) : fastest;
   }
-  const std::vector<std::pair<std::string, double>> sizes{{"transport_delay", 0.05},
-                                                          {"lead_zero", axis.lead_zero_s + 0.08},
-                                                          {"dead_zone", axis.dead_zone_counts + 15.0},
-                                                          {"saturation", 0.8 * largest},
-                                                          {"rate_limit", 0.6 * fastest},
-                                                          {"gain_asymmetry", 1.2},
-                                                          {"trim_offset", 30.0},
-                                                          {"stick_curve", 1.3},
-                                                          {"backlash", 15.0},
-                                                          {"gain_drift", 0.25},
-                                                          {"cross_axis", 0.15}};
+  std::vector<std::pair<std::string, double>> sizes{{"transport_delay", 0.05},
+                                                    {"lead_zero", axis.lead_zero_s + 0.08},
+                                                    {"dead_zone", axis.dead_zone_counts + 15.0},
+                                                    {"saturation", 0.8 * largest},
+                                                    {"rate_limit", 0.6 * fastest},
+                                                    {"gain_asymmetry", 1.2},
+                                                    {"trim_offset", 30.0},
+                                                    {"stick_curve", 1.3},
+                                                    {"backlash", 15.0},
+                                                    {"gain_drift", 0.25},
+                                                    {"cross_axis", 0.15}};
+  if (wish.rate) {
+    sizes.pop_back();
+  }
   // Gain, frequency, damping and delay are fitted anyway; a signature counts by what they cannot imitate.
   Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
   fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
-  fitted.col(1) = difference(response(manoeuvre, Flight(axis, {}, 0.0, 1.02)), plain);
-  fitted.col(2) = difference(response(manoeuvre, Flight(axis, {}, 0.0, 1.0, 1.02)), plain);
-  fitted.col(3) = difference(response(manoeuvre, Flight(axis, {}, 0.004)), plain);
+  fitted.col(1) = difference(respond(manoeuvre, Flight(axis, wish.rate, {}, 0.0, 1.02)), plain);
+  fitted.col(2) = difference(respond(manoeuvre, Flight(axis, wish.rate, {}, 0.0, 1.0, 1.02)), plain);
+  fitted.col(3) = difference(respond(manoeuvre, Flight(axis, wish.rate, {}, 0.004)), plain);
   const auto without = [](const Matrix& basis, const Vector& v) -> Vector {
     Matrix normal = basis.transpose() * basis;
     normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
@@ -238,12 +262,11 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::Attitude
   std::vector<Vector> signatures;
   for (const auto& [name, size] : sizes) {
     const bool delay = name == "transport_delay";
-    const Flight with = delay ? Flight(axis, {}, size) : Flight(axis, {{name, size}});
-    const Vector raw = difference(response(manoeuvre, with), plain);
+    const Vector raw = difference(response(manoeuvre, axis, wish, name, size), plain);
     signatures.push_back(without(delay ? Matrix(fitted.leftCols(3)) : fitted, raw));
   }
   // 2 memory / period samples of the air are worth one.
-  const double spread = kAir_rad * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
+  const double spread = wish.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
   std::vector<Forecast> out;
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     Forecast one{.effect = sizes[i].first,

@@ -13,13 +13,20 @@ namespace m100::tools::excite {
 
 /// What is wanted. Amplitudes in counts, lengths in m from where the manoeuvre begins.
 struct Wish {
-  std::string axis = "roll";   ///< "roll" or "pitch"
+  std::string axis = "roll";   ///< "roll" or "pitch"; "climb" or "yaw_rate", see `rate`
   std::string kind = "mixed";  ///< "doublet", "3211", "chirp" or "mixed"
   double amplitude_counts = 200.0;
   double duration_s = 40.0;
   double fence_m = 8.0;
   double brake_m_s2 = 2.0;  ///< what the abort counts on
+  /// The response is a speed (climb [m/s], yaw rate [rad/s]) and its integral is what the fence is about: height [m] or
+  /// heading [rad]. Otherwise it is a tilt, and the vehicle runs away with its tangent.
+  bool rate = false;
+  double air = 0.0045;  ///< root mean square of the response with a resting stick, in its unit; memory 0.3 s
 };
+
+/// A climb or yaw-rate axis in the terms of an attitude axis, for make() and forecast() with `rate`.
+model::AttitudeAxis as_attitude(const model::RateAxis& axis);
 
 struct Manoeuvre {
   double period_s = 0.02;
@@ -51,9 +58,15 @@ struct Forecast {
 };
 
 /// Fisher information with the signatures as derivatives: for independent noise of spread s, the information on the
-/// size of an effect is |signature|^2 / s^2. The air's noise (0.0045 rad, memory 0.3 s) is counted by its number of
-/// independent samples.
-std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis);
+/// size of an effect is |signature|^2 / s^2. The air's noise is counted by its number of independent samples. A rate
+/// axis has no other stick: no cross_axis.
+std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis, const Wish& wish = {});
+
+/// What the stick would make of the axis with one effect more, without air: forecast() and its test look at it.
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::AttitudeAxis& axis, const Wish& wish,
+                             const std::string& effect, double size);
+/// The other stick during response(): the small corrections of a pilot. Without them no coupling could show.
+double other_stick(double t_s);
 
 /// Enough for a name: this many sigma for the effect and beside its nearest rival.
 inline constexpr double kEnough_sigma = 5.0;
