@@ -56,6 +56,12 @@ std::unique_ptr<RawLog> open_log(const std::string& file) {
   if (head.rfind("MATLAB", 0) == 0) {
     return open_mat(file);
   }
+  if (head.rfind("#ROSBAG", 0) == 0) {
+    if (head != "#ROSBAG ") {
+      throw InputError(file, 0, "", "not a ROS bag of format 2.0");
+    }
+    return open_rosbag(file);
+  }
   return open_csv(file);
 }
 

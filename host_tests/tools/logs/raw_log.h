@@ -49,6 +49,10 @@ std::unique_ptr<RawLog> open_mat(const std::string& file);
 /// own clock (`topic.timestamp`, in seconds).
 std::unique_ptr<RawLog> open_ulog(const std::string& file);
 
+/// ROS 1 bag 2.0, chunks plain or (built with libbz2) bz2. Columns are `/topic.field.path`, `/topic.axes[0]`, and
+/// `/topic.time`: the header's stamp, else the time of reception, in seconds from the bag's first message.
+std::unique_ptr<RawLog> open_rosbag(const std::string& file);
+
 /// Chooses by the file's first bytes. @throws InputError: cannot be opened, empty, damaged.
 std::unique_ptr<RawLog> open_log(const std::string& file);
 

@@ -110,11 +110,12 @@ logs::FlightLog flown(const Manoeuvre& made, const model::AttitudeAxis& axis, co
 class Promise : public ::testing::TestWithParam<bool> {};
 
 TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
-  Wish wish{.amplitude_counts = 280.0, .duration_s = 80.0, .fence_m = 12.0};
+  Wish wish{.amplitude_counts = 280.0, .duration_s = 60.0, .fence_m = 12.0};
   if (GetParam()) {
     wish.axis = "climb";
     wish.rate = true;
     wish.fence_m = 2.5;
+    wish.duration_s = 80.0;
     wish.air = 0.05;
   }
   const model::AttitudeAxis& axis = GetParam() ? kClimb : kAxis;

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#ifdef M100_BZIP2
+#include <bzlib.h>
+#endif
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "host_tests/tools/input_error.h"
+#include "host_tests/tools/logs/flight_log.h"
+
+namespace m100::tools::logs {
+namespace {
+
+template <typename T>
+std::string raw(T value) {
+  std::string out(sizeof value, '\0');
+  std::memcpy(out.data(), &value, sizeof value);
+  return out;
+}
+std::string sized(const std::string& bytes) { return raw(static_cast<std::uint32_t>(bytes.size())) + bytes; }
+std::string field(const std::string& name, const std::string& value) { return sized(name + "=" + value); }
+std::string record(const std::string& header, const std::string& data) { return sized(header) + sized(data); }
+std::string stamp(double t_s) {
+  const auto whole = static_cast<std::uint32_t>(t_s);
+  return raw(whole) + raw(static_cast<std::uint32_t>((t_s - whole) * 1e9));
+}
+
+constexpr const char* kHeaderText = R"(================================
+MSG: std_msgs/Header
+# a comment
+uint32 seq
+time stamp
+string frame_id
+)";
+const std::string kPoseText = std::string("Header header\ngeometry_msgs/Pose pose\n") + kHeaderText +
+                              "====\nMSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n"
+                              "====\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n"
+                              "====\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
+const std::string kJoyText =
+    std::string("Header header\nfloat32[] axes\nint32[] buttons\nint32 KIND=3 # a constant\n") + kHeaderText;
+
+std::string connection(std::uint32_t number, const std::string& topic, const std::string& type,
+                       const std::string& text) {
+  return record(field("op", "\x07") + field("conn", raw(number)) + field("topic", topic),
+                field("topic", topic) + field("type", type) + field("md5sum", "x") + field("message_definition", text));
+}
+std::string message(std::uint32_t number, double t_s, const std::string& data) {
+  return record(field("op", "\x02") + field("conn", raw(number)) + field("time", stamp(t_s)), data);
+}
+std::string header(std::uint32_t seq, double t_s) { return raw(seq) + stamp(t_s) + sized("world"); }
+
+constexpr double kStart_s = 1.4e9;
+
+/// Two seconds of poses at 100 Hz and sticks at 50 Hz.
+std::string messages() {
+  std::string out = connection(0, "/vicon/m100", "geometry_msgs/PoseStamped", kPoseText) +
+                    connection(1, "/joy", "sensor_msgs/Joy", kJoyText);
+  for (int k = 0; k < 200; ++k) {
+    const double t_s = kStart_s + 0.01 * k;
+    out += message(0, t_s + 0.003,
+                   header(static_cast<std::uint32_t>(k), t_s) + raw(0.5 * k) + raw(-1.0) + raw(2.0) + raw(0.0) +
+                       raw(0.0) + raw(0.0) + raw(1.0));
+    if (k % 2 == 0) {
+      out += message(1, t_s,
+                     header(static_cast<std::uint32_t>(k / 2), t_s) + raw(std::uint32_t{2}) +
+                         raw(static_cast<float>(k)) + raw(0.25F) + raw(std::uint32_t{1}) + raw(std::int32_t{7}));
+    }
+  }
+  return out;
+}
+
+std::string bag(const std::string& compression, const std::string& chunk, std::size_t size) {
+  return "#ROSBAG V2.0\n" +
+         record(field("op", "\x03") + field("index_pos", raw(std::uint64_t{0})), std::string(100, ' ')) +
+         record(field("op", "\x05") + field("compression", compression) +
+                    field("size", raw(static_cast<std::uint32_t>(size))),
+                chunk) +
+         record(field("op", "\x04") + field("ver", raw(std::uint32_t{1})), "index, which nobody needs");
+}
+
+std::string write(const std::string& name, const std::string& bytes) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_rosbag_" + name);
+  std::ofstream(path, std::ios::binary) << bytes;
+  return path.string();
+}
+
+TEST(RosBag, IsReadByTheDefinitionsItCarries) {
+  const std::string inside = messages();
+  const std::string file = write("plain.bag", bag("none", inside, inside.size()));
+  const ColumnMap map = parse_column_map(R"(time = "/vicon/m100.time"
+[signals]
+position_x = "/vicon/m100.pose.position.x"
+position_z = "/vicon/m100.pose.position.z"
+stick_roll = "/joy.axes[0]"
+[extra]
+button = "/joy.buttons[0]"
+w = "/vicon/m100.pose.orientation.w"
+)",
+                                         "map.toml");
+  const FlightLog log = load(*open_log(file), map);
+  ASSERT_GE(log.size, 198U);
+  EXPECT_NEAR(log.of(Signal::kPositionX)[100], 0.5 * 100.0 - 0.5 * 0.3, 0.31) << "stamps of the header, not of arrival";
+  EXPECT_DOUBLE_EQ(log.of(Signal::kPositionZ)[50], 2.0);
+  EXPECT_NEAR(log.of(Signal::kStickRoll)[101], 101.0, 0.31);
+  EXPECT_DOUBLE_EQ(log.extra.at("button")[10], 7.0);
+  EXPECT_DOUBLE_EQ(log.extra.at("w")[10], 1.0);
+}
+
+std::string complaint(const std::string& file, const std::string& column) {
+  try {
+    static_cast<void>(open_log(file)->column(column, "a test"));
+  } catch (const InputError& wrong) {
+    return wrong.what();
+  }
+  return "";
+}
+
+TEST(RosBag, UnknownTopicsFieldsAndCompressionsAreOneClearError) {
+  const std::string inside = messages();
+  const std::string file = write("plain.bag", bag("none", inside, inside.size()));
+  EXPECT_NE(complaint(file, "/joystick.axes[0]").find("/joy.axes[0]"), std::string::npos) << "offers what is near";
+  EXPECT_NE(complaint(file, "/joy.axes[9]").find("no such field"), std::string::npos);
+  EXPECT_NE(complaint(write("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
+            std::string::npos);
+  EXPECT_NE(complaint(write("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");
+  EXPECT_NE(complaint(write("none.bag", bag("none", "", 0)), "/joy.axes[0]").find("no message"), std::string::npos);
+}
+
+#ifdef M100_BZIP2
+TEST(RosBag, Bz2ChunksAreTheSameBag) {
+  std::string inside = messages();
+  std::string packed(inside.size() + 1000, '\0');
+  auto size = static_cast<unsigned>(packed.size());
+  ASSERT_EQ(
+      BZ2_bzBuffToBuffCompress(packed.data(), &size, inside.data(), static_cast<unsigned>(inside.size()), 9, 0, 0),
+      BZ_OK);
+  packed.resize(size);
+  const std::string plain = write("plain.bag", bag("none", inside, inside.size()));
+  const std::string file = write("packed.bag", bag("bz2", packed, inside.size()));
+  EXPECT_EQ(open_log(file)->column("/joy.axes[0]", "a test").values,
+            open_log(plain)->column("/joy.axes[0]", "a test").values);
+  packed[packed.size() / 2] = static_cast<char>(~packed[packed.size() / 2]);
+  EXPECT_NE(complaint(write("damaged.bag", bag("bz2", packed, inside.size())), "/joy.axes[0]").find("damaged"),
+            std::string::npos);
+}
+#endif
+
+// Catches a length that is believed: every truncation ends in an error, or in fewer messages, never in a crash.
+TEST(RosBag, EveryTruncationIsSurvived) {
+  const std::string inside = messages().substr(0, 3000);
+  const std::string whole = bag("none", inside, inside.size());
+  for (std::size_t length = 0; length < whole.size(); length += 7) {
+    const std::string file = write("cut.bag", whole.substr(0, length));
+    EXPECT_NE(complaint(file, "/joy.axes[0]"), "") << length;
+  }
+}
+
+}  // namespace
+}  // namespace m100::tools::logs
