@@ -30,6 +30,8 @@ class Session {
     if (authority.in_control) {
       obtained_at_ = obtained_ ? obtained_at_ : now;
       obtained_ = true;
+      held_until_ = now;
+      ++ticks_in_control_;
       (void)link_.send(neutral(), now);
     }
     if (phase_ == Phase::kStarting && authority.stage == safety::Stage::kReady && wants_control()) {
@@ -58,6 +60,8 @@ class Session {
   bool succeeded() const { return released_; }
   bool obtained() const { return obtained_; }
   const std::vector<Change>& changes() const { return changes_; }
+  core::Duration in_control() const { return held_until_ - obtained_at_; }
+  std::uint32_t ticks_in_control() const { return ticks_in_control_; }
 
  private:
   enum class Phase { kStarting, kAsked, kHolding, kReleasing };
@@ -96,21 +100,25 @@ class Session {
   Phase phase_ = Phase::kStarting;
   bool obtained_ = false;
   core::TimePoint obtained_at_{};
+  core::TimePoint held_until_{};
+  std::uint32_t ticks_in_control_ = 0;
   core::TimePoint asked_at_{};
   core::TimePoint release_at_{};
   bool released_ = false;
   std::vector<Change> changes_;
 };
 
-std::string to_json(const FlyOptions& options, const Session& session, const SerialLink& link, std::uint32_t stalls) {
+std::string to_json(const FlyOptions& options, const Session& session, const SerialLink& link, const TickClock& clock) {
   std::ostringstream out;
   out << "{\"channel\":" << quoted(options.channel) << ",\"baud\":" << options.baud
       << ",\"obtained\":" << (session.obtained() ? "true" : "false")
       << ",\"released\":" << (session.succeeded() ? "true" : "false")
       << ",\"last_stage\":" << quoted(safety::name(link.authority().stage))
       << ",\"last_reason\":" << quoted(safety::name(link.authority().reason))
-      << ",\"firmware\":" << quoted(protocol::text(link.version().version_name)) << ",\"stalls\":" << stalls
-      << ",\"stages\":[";
+      << ",\"firmware\":" << quoted(protocol::text(link.version().version_name)) << ",\"stalls\":" << clock.stalls()
+      << ",\"longest_tick_s\":" << core::seconds<double>(clock.longest())
+      << ",\"control_s\":" << core::seconds<double>(session.in_control())
+      << ",\"ticks_in_control\":" << session.ticks_in_control() << ",\"stages\":[";
   for (std::size_t i = 0; i < session.changes().size(); ++i) {
     const Change& change = session.changes()[i];
     out << (i == 0 ? "" : ",") << "{\"t_s\":" << core::seconds<double>(change.at.time_since_epoch())
@@ -132,7 +140,7 @@ bool dry_run(const FlyOptions& options, const LinkConfig& config, hal::SerialPor
   std::cout << (session.succeeded() ? "released" : "not completed") << "\n";
   print(std::cout, link.health());
   if (!options.json.empty()) {
-    write_file(options.json, to_json(options, session, link, clock.stalls()));
+    write_file(options.json, to_json(options, session, link, clock));
   }
   return session.succeeded();
 }

@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -107,7 +108,10 @@ core::TimePoint TickClock::next() {
   deadline_ = (late ? now : deadline_) + core::kTickPeriod;
   clock_.sleep_until(deadline_);
   const core::TimePoint woken = clock_.now();
-  stalls_ += last_ != core::TimePoint{} && woken - last_ > 2 * core::kTickPeriod ? 1U : 0U;
+  if (last_ != core::TimePoint{}) {
+    stalls_ += woken - last_ > 2 * core::kTickPeriod ? 1U : 0U;
+    longest_ = std::max(longest_, woken - last_);
+  }
   last_ = woken;
   return woken;
 }

@@ -52,12 +52,15 @@ class TickClock {
   core::TimePoint next();
   /// Ticks that came more than two periods after the one before (R9).
   std::uint32_t stalls() const { return stalls_; }
+  /// The longest time between two ticks.
+  core::Duration longest() const { return longest_; }
 
  private:
   hal::MonotonicClock clock_;
   core::TimePoint deadline_{};
   core::TimePoint last_{};
   std::uint32_t stalls_ = 0;
+  core::Duration longest_{0};
 };
 
 // What `m100 fly` does. @returns true: control was taken, held and given back.

@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -80,19 +83,27 @@ INSTANTIATE_TEST_SUITE_P(TwoProcesses, StartUpToRelease,
                                            Line{"MovementAt921600Losing1Percent", "921600", "movement", "0.01", "3"}),
                          [](const auto& tested) { return tested.param.name; });
 
+/// A machine that runs one of the programs for no instant of this long ends control, as it must: telemetry is silent
+/// for the client, or Virtual RC data for the autopilot.
+constexpr double kStall_s = 0.4;
+
+// Rates are judged by the ticks that the programs had, by their own clocks: a busy machine takes ticks away, and what
+// leaves must be what those ticks allow, no more and no less.
 TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   RecordProperty("promise", "R4");
   const Line& line = GetParam();
   json program, examiner;
-  // A machine that is too busy to run either program for half a second ends control, as it must; then once more.
-  for (int attempt = 0; attempt < 3; ++attempt) {
+  for (int attempt = 0; attempt < 4; ++attempt) {
     const auto autopilot = start_autopilot({"--baud", line.baud, "--loss", line.loss, "--seed", line.seed});
     (void)fly({"--baud", line.baud, "--channel", line.channel, "--hold", "3"});
     program = flown();
     examiner = examined(*autopilot);
-    if (program["last_reason"] != "link_silent" && examiner["longest_lag_s"] < 0.4) {
-      break;
+    const double stall_s = std::max(program["longest_tick_s"].get<double>(), examiner["longest_lag_s"].get<double>());
+    if (stall_s < kStall_s) {
+      break;  // nothing else is an excuse
     }
+    std::cout << "attempt " << attempt << ": the machine stalled a program for " << stall_s << " s\n";
+    RecordProperty("stalled_attempt_" + std::to_string(attempt), std::to_string(stall_s));
   }
   EXPECT_TRUE(program["released"]) << program;
   EXPECT_FALSE(examiner["client_in_control"]) << examiner;
@@ -101,13 +112,27 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   const double lag_s = examiner["longest_lag_s"];
   EXPECT_GE(examiner["least_obtain_spacing_s"].get<double>(), 1.98 - lag_s);
   EXPECT_EQ(examiner["control_after_loss"], 0);
+
   const bool sticks = std::string(line.channel) == "virtual_rc";
-  const int taken = sticks ? examiner["virtual_rc_taken"] : examiner["movement_taken"];
-  // 25 or 50 Hz for 3 s. A busy machine makes ticks late and never more than were due; 1 % of frames may be lost.
-  EXPECT_LE(taken, (sticks ? 25 : 50) * 3 + 4);
-  EXPECT_GE(taken, sticks ? 25 : 50);
   const double rate_hz = sticks ? 25.0 : 50.0;
-  EXPECT_LE(examiner["most_commands_per_s"].get<double>(), rate_hz * (1.0 + lag_s) + 1.0);
+  const double held_s = program["control_s"];
+  const double ticks = program["ticks_in_control"];
+  const double sent = program["health"]["commands_sent"];
+  const double taken = sticks ? examiner["virtual_rc_taken"] : examiner["movement_taken"];
+  EXPECT_GE(held_s, 3.0);
+  // Each fourth (or second) of its ticks is due. A tick that comes late shifts the grid, and at 50 Hz the next may then
+  // come just too early: in the worst pattern of late ticks every third is used.
+  const bool punctual = program["longest_tick_s"].get<double>() < 0.015;
+  EXPECT_GE(sent, (punctual ? 0.95 : 2.0 / 3.0) * ticks * rate_hz / 100.0 - 1.0) << program;
+  EXPECT_LE(sent, rate_hz * std::ceil(held_s)) << "DJI's window";
+  EXPECT_LE(taken, sent);
+  const bool loses = std::string(line.loss) != "0";
+  EXPECT_GE(taken, loses ? 0.94 * sent - 1.0 : sent - 1.0) << "one may still be on the line";
+  if (ticks >= 95.0 * held_s) {  // the machine gave it its ticks
+    EXPECT_GE(taken, 2.0 / 3.0 * rate_hz * held_s);
+  }
+  EXPECT_LE(examiner["most_commands_per_s"].get<double>(), rate_hz * (1.0 + lag_s) + 1.0)
+      << "as the late autopilot sees it";
 }
 
 // Catches a program that keeps sending, or asks again, when the pilot has taken the aircraft back.
