@@ -39,14 +39,39 @@ AttitudeTurns<T> turns_of(const Euler<T>& attitude) {
   return {.roll = turn_of(attitude.roll_rad), .pitch = turn_of(attitude.pitch_rad), .yaw = turn_of(attitude.yaw_rad)};
 }
 
+/// Slope of the body's z axis forward and left, in heading axes.
+template <typename T>
+Vector<T, 2> heading_slope_of(const Turn<T>& roll, const Turn<T>& pitch) {
+  return {pitch.sine / pitch.cosine, -(roll.sine / (roll.cosine * pitch.cosine))};
+}
+
 /// Body roll and pitch at a heading -> slopes. |roll|, |pitch| < pi/2.
 template <typename T>
 Slope<T> slope_of(const AttitudeTurns<T>& a) {
-  const T forward = a.pitch.sine / a.pitch.cosine;
-  const T right = a.roll.sine / (a.roll.cosine * a.pitch.cosine);
-  const Vector<T, 2> w = rotate<T>({forward, -right}, a.yaw);
+  const Vector<T, 2> w = rotate<T>(heading_slope_of(a.roll, a.pitch), a.yaw);
   return {.x = w.x(), .y = -w.y()};
 }
+
+/// The slope of a roll and pitch that stand for several ticks while the heading turns: the same numbers as slope_of,
+/// for less.
+template <typename T>
+class StandingSlope {
+ public:
+  Slope<T> at(T roll_rad, T pitch_rad, const Turn<T>& yaw) {
+    if (!(roll_rad == roll_rad_ && pitch_rad == pitch_rad_)) {
+      roll_rad_ = roll_rad;
+      pitch_rad_ = pitch_rad;
+      slope_ = heading_slope_of(turn_of(roll_rad), turn_of(pitch_rad));
+    }
+    const Vector<T, 2> w = rotate<T>(slope_, yaw);
+    return {.x = w.x(), .y = -w.y()};
+  }
+
+ private:
+  T roll_rad_{0};
+  T pitch_rad_{0};
+  Vector<T, 2> slope_{T(0), T(0)};
+};
 
 template <typename T>
 Tilt<T> tilt_of(const Slope<T>& slope) {
@@ -60,8 +85,7 @@ Tilt<T> tilt_of(const Euler<T>& attitude) {
 
 /// Slopes -> the roll and pitch that give them at a heading: the inverse of slope_of.
 template <typename T>
-Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad) {
-  const Turn<T> yaw = turn_of(yaw_rad);
+Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad, const Turn<T>& yaw) {
   const Vector<T, 2> b = rotate<T>({slope.x, -slope.y}, {.sine = -yaw.sine, .cosine = yaw.cosine});
   const T cos_pitch = T(1) / core::sqrt(T(1) + b.x() * b.x());
   return {.roll_rad = core::atan2(-b.y() * cos_pitch, T(1)), .pitch_rad = core::atan2(b.x(), T(1)), .yaw_rad = yaw_rad};
@@ -69,7 +93,7 @@ Euler<T> attitude_of(const Slope<T>& slope, T yaw_rad) {
 
 template <typename T>
 Euler<T> attitude_of(const Tilt<T>& tilt, T yaw_rad) {
-  return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad);
+  return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad, turn_of(yaw_rad));
 }
 
 /// How fast the tilt changes at these body rates (FLU). Turning about the body's z axis changes nothing, exactly.

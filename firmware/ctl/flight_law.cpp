@@ -103,8 +103,8 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
 template <typename T>
 Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                                 const Command<T>& in_force, core::Duration elapsed) {
-  const core::Slope<T> told = core::slope_of(
-      core::turns_of<T>({.roll_rad = in_force.roll_rad, .pitch_rad = in_force.pitch_rad, .yaw_rad = estimate.yaw_rad}));
+  const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
+  const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
   T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x));
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
@@ -117,7 +117,8 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
     slope_y *= combined_tangent_ / size;
     report_.tilt_limited = true;
   }
-  const core::Euler<T> attitude = core::attitude_of(core::Slope<T>{.x = slope_x, .y = slope_y}, estimate.yaw_rad);
+  const core::Euler<T> attitude =
+      core::attitude_of(core::Slope<T>{.x = slope_x, .y = slope_y}, estimate.yaw_rad, heading);
   const ref::AxisReference<T>& height = reference.height;
   const T climb = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2;
   Command<T> command;

@@ -77,6 +77,7 @@ class FlightLaw {
   Axis y_;
   AltitudePid<T> height_;
   YawP<T> yaw_;
+  core::StandingSlope<T> told_;
   T climb_lag_s_{0};
   T combined_tangent_{0};
   mpc::Problem<T> problem_;

@@ -130,9 +130,9 @@ void DisturbanceEkf<S, Real>::note_command(const ctl::Command<Real>& in_force) {
   const auto inside = [](Real angle_rad) {
     return core::clamp(angle_rad, Real(-kLargestAttitude_rad), Real(kLargestAttitude_rad));
   };
-  const core::Tilt<Real> tilt = core::tilt_of<Real>({.roll_rad = inside(last_command_.roll_rad),
-                                                     .pitch_rad = inside(last_command_.pitch_rad),
-                                                     .yaw_rad = core::Arithmetic<S>::template real<Real>(yaw_.yaw())});
+  const core::Tilt<Real> tilt =
+      core::tilt_of(told_.at(inside(last_command_.roll_rad), inside(last_command_.pitch_rad),
+                             core::turn_of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))));
   newest_ = (newest_ + 1) % kSentCapacity;
   sent_[newest_] = {
       .x = core::Arithmetic<S>::template number<Real>(tilt.x_rad),

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "firmware/core/fixed_point.h"
+#include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
 #include "firmware/ctl/command.h"
 #include "firmware/est/axis_filter.h"
@@ -104,6 +105,7 @@ class DisturbanceEkf {
   std::array<Sent, kSentCapacity> sent_{};
   std::size_t newest_ = 0;
   ctl::Command<Real> last_command_{};
+  core::StandingSlope<Real> told_;
   S gyro_yaw_rate_{};
   bool attitude_known_ = false;
   bool started_ = false;

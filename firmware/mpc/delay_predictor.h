@@ -83,7 +83,8 @@ class DelayPredictor {
     std::array<T, kMaxStates> next;
     for (std::size_t row = 0; row < kMaxStates; ++row) {
       T sum = model.input[row] * input_rad + model.disturbance[row] * disturbance_m_s2;
-      for (std::size_t col = 0; col < kMaxStates; ++col) {
+      // Nothing acts back: position on nothing, velocity on position only.
+      for (std::size_t col = row < 2 ? row : 2; col < kMaxStates; ++col) {
         sum += model.transition[row * kMaxStates + col] * state[col];
       }
       next[row] = sum;
