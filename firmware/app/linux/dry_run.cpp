@@ -92,7 +92,9 @@ class Session {
       return;
     }
     changes_.push_back({now, authority.stage, authority.reason});
-    std::cout << seconds(now) << " s  " << describe(authority) << std::endl;
+    std::ostringstream line;
+    line << seconds(now) << " s  " << describe(authority);
+    say(line.str());
   }
 
   const FlyOptions& options_;

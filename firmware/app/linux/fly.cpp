@@ -9,6 +9,7 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <optional>
 
@@ -76,6 +77,13 @@ bool key_pressed() {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char line[64];
   return poll(&input, 1, 0) > 0 && read(STDIN_FILENO, line, sizeof line) > 0;
+}
+
+void say(const std::string& line) {
+  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
+    std::cout << line << std::endl;
+  }
 }
 
 void open_or_explain(hal::SerialPort& port) {

@@ -41,6 +41,9 @@ bool key_pressed();
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);
 
+/// A line for the operator, if the terminal takes it now: one that is stopped (Ctrl-S) must not stop the flight.
+void say(const std::string& line);
+
 /// One line about where the authority table stands, with the remedy where there is one.
 std::string describe(const AuthorityView& authority);
 

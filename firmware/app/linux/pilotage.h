@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <iostream>
+#include <sstream>
 #include <string>
 
 #include "firmware/app/flight_controller.h"
@@ -79,7 +79,9 @@ class Pilotage {
     const std::string text = describe(authority);
     if (text != told_) {
       told_ = text;
-      std::cout << core::seconds<double>(now.time_since_epoch()) << " s  " << text << std::endl;
+      std::ostringstream line;
+      line << core::seconds<double>(now.time_since_epoch()) << " s  " << text;
+      say(line.str());
     }
   }
 

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly against m100-lab autopilot, as two programs: what it leaves behind, and how it ends.
+#include <fcntl.h>
+#include <stdlib.h>
+#include <termios.h>
+
 #include "firmware/app/recorded_flight.h"
 #include "host_tests/scenario/program/program_fixture.h"
 
@@ -95,6 +99,25 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
   EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+// Ctrl-S in the terminal: its output stands still, the tick does not.
+TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
+  RecordProperty("promise", "R9");
+  const auto autopilot = start_autopilot();
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+  const int screen = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  ASSERT_GE(screen, 0);
+  Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, screen);
+  ASSERT_TRUE(wait_for_control());
+  ASSERT_EQ(tcflow(screen, TCOOFF), 0);
+  EXPECT_TRUE(wait_for("\"released\"")) << "control went back although nobody can read about it";
+  EXPECT_EQ(tcflow(screen, TCOON), 0);
+  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  close(screen);
+  close(terminal);
 }
 
 TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {

@@ -21,7 +21,9 @@ namespace m100::scenario {
 class Process {
  public:
   /// @param errors where stderr goes; empty: to the test's own.
-  Process(std::string program, std::vector<std::string> arguments, const std::filesystem::path& errors = {}) {
+  /// @param output what becomes its stdout; -1: the test's own.
+  Process(std::string program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
+          int output = -1) {
     arguments.insert(arguments.begin(), std::move(program));
     std::vector<char*> pointers;
     for (std::string& argument : arguments) {
@@ -32,6 +34,9 @@ class Process {
     posix_spawn_file_actions_init(&actions);
     if (!errors.empty()) {
       posix_spawn_file_actions_addopen(&actions, 2, errors.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    }
+    if (output >= 0) {
+      posix_spawn_file_actions_adddup2(&actions, output, 1);
     }
     EXPECT_EQ(posix_spawn(&id_, pointers[0], &actions, nullptr, pointers.data(), environ), 0) << pointers[0];
     posix_spawn_file_actions_destroy(&actions);
