@@ -1,10 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100: the program on the companion board. One file per subcommand, in firmware/app/linux.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <iostream>
 
 #include "firmware/app/linux/subcommands.h"
 
+namespace {
+
+/// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
+/// the autopilot's port.
+void fill_standard_streams() {
+  int descriptor = open("/dev/null", O_RDWR);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
+    descriptor = open("/dev/null", O_RDWR);
+  }
+  if (descriptor >= 0) {
+    close(descriptor);
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  fill_standard_streams();
   CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
   m100.require_subcommand(1);
   m100.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");

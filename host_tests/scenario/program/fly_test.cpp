@@ -101,6 +101,20 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
   EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
 }
 
+// Nothing that is printed may leave by the autopilot's port, and its telemetry is no key of the operator.
+TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
+  const auto autopilot = start_autopilot();
+  std::string line = M100_PROGRAM;
+  for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
+    line += " " + word;
+  }
+  ASSERT_EQ(Process("/bin/sh", {"-c", line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
+  EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
+  const json examiner = examined(*autopilot);
+  EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
+  EXPECT_EQ(examiner["bytes_dropped"], 0) << "only frames came";
+}
+
 // Ctrl-S in the terminal: its output stands still, the tick does not.
 TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
   RecordProperty("promise", "R9");
