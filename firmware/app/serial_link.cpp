@@ -101,8 +101,16 @@ void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
   if (telemetry_.has(protocol::TelemetryItem::kTime)) {
     watch_clock(now);
   }
+  watch_mode_switch(now);
   seen_items_ = static_cast<std::uint16_t>(seen_items_ | telemetry_.items);
   telemetry_.items = static_cast<std::uint16_t>(telemetry_.items | former.items);
+}
+
+void SerialLink::watch_mode_switch(core::TimePoint now) {
+  const bool ours_would_show = commanded_ && now - first_command_ >= kOwnModeShows;
+  rc_item_is_real_ =
+      rc_item_is_real_ || (telemetry_.has(protocol::TelemetryItem::kRc) && ours_would_show &&
+                           telemetry_.control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeF);
 }
 
 void SerialLink::watch_clock(core::TimePoint now) {
@@ -210,7 +218,9 @@ safety::Fact SerialLink::level_facts(core::TimePoint now) const {
   const protocol::Telemetry::Control& control = telemetry_.control;
   const bool uses_virtual_rc = config_.channel.channel == Channel::kVirtualRc;
   // While Virtual RC is on, the RC item may show our own mode channel (A) instead of the real switch (protocol, 7).
-  const bool shows_our_mode = uses_virtual_rc && control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeA;
+  // Then only the control item tells of the switch; where the item has shown F it is the switch.
+  const bool shows_our_mode =
+      uses_virtual_rc && !rc_item_is_real_ && control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeA;
   return when(ever_heard_ && now - last_frame_ <= kHeardFor, Fact::kHeard) |
          when(recent(Item::kRc, now, kHeardFor) && recent(Item::kControl, now, kHeardFor), Fact::kItemsFresh) |
          when(telemetry_.rc.mode == protocol::kRcModeF || shows_our_mode, Fact::kModeF) |
@@ -228,6 +238,7 @@ void SerialLink::step_authority(core::TimePoint now) {
   if (made.moved) {
     give_up_open_request();
   }
+  commanded_ = commanded_ && safety::may_command(state_.stage);
   if (!safety::may_command(state_.stage) && outbox_.has_command()) {
     outbox_.drop_command();
     ++meter_.counters().commands_dropped;

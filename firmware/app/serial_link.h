@@ -60,6 +60,8 @@ class SerialLink {
   static constexpr std::size_t kBytesPerTick = 65536;  ///< a driver may hold as much after a stall: stale until read
 #endif
   static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
+  /// Mode F in the RC item this long after Virtual RC data (of mode A) began: the item shows the real switch.
+  static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
   static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
 
   /// A channel outside its window is our own mistake: check command_period() first.
@@ -105,6 +107,7 @@ class SerialLink {
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);
   void watch_clock(core::TimePoint now);
+  void watch_mode_switch(core::TimePoint now);
   safety::Fact fact_of(const protocol::Answer& answer);
   safety::Fact level_facts(core::TimePoint now) const;
   void poll_sessions(core::TimePoint now);
@@ -139,6 +142,9 @@ class SerialLink {
   core::TimePoint last_step_{};
   core::TimePoint last_frame_{};
   bool ever_heard_ = false;
+  bool commanded_ = false;  ///< since control was granted
+  core::TimePoint first_command_{};
+  bool rc_item_is_real_ = false;  ///< it shows the transmitter even while Virtual RC is on
   bool port_was_gone_ = false;
   bool clock_known_ = false;
   std::uint32_t clock_ticks_ = 0;

@@ -111,6 +111,8 @@ core::Status SerialLink::send(const ChannelCommand& command, core::TimePoint now
   meter_.counters().commands_dropped += replaces ? 1U : 0U;
   ++meter_.counters().commands_sent;
   limiter_.sent(now);
+  first_command_ = commanded_ ? first_command_ : now;
+  commanded_ = true;
   flush(now);
   return core::Status::kOk;
 }

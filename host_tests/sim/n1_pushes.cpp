@@ -60,7 +60,7 @@ protocol::Telemetry::Rc N1Autopilot::rc_item() const {
           .pitch = rc_value(pilot_.pitch_vrc),
           .yaw = rc_value(pilot_.yaw_vrc),
           .throttle = rc_value(pilot_.throttle_vrc),
-          .mode = rc_mode(mode_),
+          .mode = rc_mode(wanted_mode_),  // where the switch is, whether the autopilot looks at it or not
           .gear = kGearDown};
 }
 

@@ -7,6 +7,7 @@
 
 #include "firmware/app/farewell.h"
 #include "host_tests/sim/link_bench.h"
+#include "protocol/frame_encoder.h"
 
 namespace m100::app {
 namespace {
@@ -119,6 +120,78 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   EXPECT_TRUE(bench.run_until(Stage::kInControl));
   EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
   EXPECT_GE(bench.autopilot.record().least_on_spacing.count(), 2000000 - 2500);
+}
+
+/// Virtual RC on, whatever the last one was: an "on" too many makes the autopilot ignore its mode switch (protocol, 7).
+void make_deaf_to_its_switch(LinkBench& bench) {
+  const protocol::VirtualRcSwitch on{.on = true, .fall_back_to_rc = true, .reserved = 0};
+  const protocol::MessageId id = id_of(on);
+  std::array<std::byte, protocol::kMaxFrameBytes> space;
+  const core::Expected<protocol::Value> value = encode(on);
+  for (std::uint16_t sequence = 1; sequence <= 2; ++sequence) {
+    const auto frame = protocol::encode_frame({.sequence = sequence}, &id, *value, space, nullptr);
+    ASSERT_EQ(bench.cable().a().write(*frame).value(), frame->size());
+  }
+}
+
+class RcItem : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(SerialLink, RcItem, ::testing::Values(true, false),
+                         [](const auto& tested) { return tested.param ? "ShowsVirtualRc" : "ShowsTheTransmitter"; });
+
+// The pilot's switch in every stage on the way to control and back, with either kind of RC item.
+TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
+  RecordProperty("promise", "R4");
+  for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
+    for (const Stage stage : {Stage::kReady, Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling,
+                              Stage::kInControl, Stage::kReleasing}) {
+      for (const char mode : {'A', 'P'}) {
+        if (stage == Stage::kEnabling && channel == Channel::kMovement) {
+          continue;
+        }
+        SCOPED_TRACE(std::string(safety::name(stage)) + " " + mode);
+        LinkBench::Options options = over(channel);
+        options.autopilot.rc_item_shows_virtual = GetParam();
+        LinkBench bench(options);
+        ASSERT_TRUE(bench.run_until(Stage::kReady));
+        bench.link.request_control(bench.clock.now());
+        if (stage == Stage::kReleasing) {
+          ASSERT_TRUE(bench.run_until(Stage::kInControl));
+          bench.run(seconds(1));
+          bench.link.release(bench.clock.now());
+        }
+        ASSERT_TRUE(stage == Stage::kReady || bench.run_until(stage));
+        bench.autopilot.happen(N1Happening::kMode, mode);
+        const core::TimePoint moved_at = bench.clock.now();
+        bench.run(seconds(6));
+        EXPECT_FALSE(bench.autopilot.client_in_control());
+        EXPECT_FALSE(bench.autopilot.virtual_rc_on());
+        EXPECT_FALSE(bench.link.authority().in_control);
+        if (!bench.sent_at.empty()) {
+          EXPECT_LE((bench.sent_at.back() - moved_at).count(), bench.link.command_period().count());
+        }
+        EXPECT_LE(bench.autopilot.record().latest_after_loss.count(), bench.link.command_period().count());
+      }
+    }
+  }
+}
+
+// Catches a client that believes in its own mode channel: an autopilot that hangs says nothing else, but where the RC
+// item is the transmitter's the switch is seen all the same.
+TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
+  RecordProperty("promise", "R4");
+  LinkBench::Options options = over(Channel::kVirtualRc);
+  options.autopilot.rc_item_shows_virtual = false;
+  LinkBench bench(options);
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(3));
+  make_deaf_to_its_switch(bench);
+  bench.run(milliseconds(50));
+  ASSERT_TRUE(bench.link.authority().in_control);
+  bench.autopilot.set_mode(sim::N1Mode::kA);
+  const core::TimePoint moved_at = bench.clock.now();
+  bench.run(seconds(1));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kLeftModeF) << safety::name(bench.link.authority().reason);
+  EXPECT_LE((bench.sent_at.back() - moved_at).count(), bench.link.command_period().count());
 }
 
 TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
