@@ -175,7 +175,10 @@ safety::Facts FlightController<T, S>::facts(core::TimePoint now) {
           .authority = link_.authority().in_control,
           .mode_f = link_.authority().mode_f,
           .operator_engages = now < order_until_,
-          .operator_releases = (tick_orders_ & log::kOrderRelease) != 0};
+          .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
+          .left_model = {
+              residual_.report(sysid::Channel::kRoll).departed, residual_.report(sysid::Channel::kPitch).departed,
+              residual_.report(sysid::Channel::kYawRate).departed, residual_.report(sysid::Channel::kClimb).departed}};
 }
 
 template <typename T, typename S>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "firmware/core/time.h"
@@ -18,6 +19,7 @@ struct Facts {
   bool mode_f = false;                                  ///< the pilot's switch stands at F
   bool operator_engages = false;                        ///< the operator asks (again) for automatic flight, this tick
   bool operator_releases = false;                       ///< the operator gives control back, this tick
+  std::array<bool, 4> left_model{};                     ///< roll, pitch, yaw rate, climb: reality left the model
 };
 
 /// The named timers and counts of the ladder.

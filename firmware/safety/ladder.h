@@ -28,6 +28,11 @@ enum class Sign : std::uint16_t {
   kLevelOver = 1U << 8U,         ///< in kLevel for 1 s
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
+  // Told, not acted upon: no row of the table asks for these. They stand in the log's `facts`.
+  kRollLeftModel = 1U << 11U,   ///< the axis answers unlike its model, by the residual monitor; likewise below
+  kPitchLeftModel = 1U << 12U,  ///< in the order of sysid::Channel
+  kYawRateLeftModel = 1U << 13U,
+  kClimbLeftModel = 1U << 14U,
 };
 constexpr Sign operator|(Sign a, Sign b) {
   return static_cast<Sign>(static_cast<std::uint16_t>(a) | static_cast<std::uint16_t>(b));

@@ -34,6 +34,10 @@ Sign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Facts& facts) {
   add(rung_ == Rung::kLevel && inside >= limits_.level, Sign::kLevelOver);
   add(rung_ == Rung::kRelease && inside >= limits_.neutral, Sign::kNeutralOver);
   add(facts.operator_engages, Sign::kOperatorEngages);
+  add(facts.left_model[0], Sign::kRollLeftModel);
+  add(facts.left_model[1], Sign::kPitchLeftModel);
+  add(facts.left_model[2], Sign::kYawRateLeftModel);
+  add(facts.left_model[3], Sign::kClimbLeftModel);
   return set;
 }
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// In flight, with fixed memory: the supervisor and the log learn which channel has left its model, and by how much.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "firmware/safety/ladder.h"
+#include "host_tests/tools/experiments/flight.h"
+#include "host_tests/tools/loop/flown_log.h"
+
+namespace m100::tools::loop {
+namespace {
+
+struct Seen {
+  double share = 0.0;    ///< of the flown ticks in which the sign stood
+  double largest = 0.0;  ///< residual over what is expected, any channel
+};
+
+Seen fly_with(const sim::Plant& plant, safety::Sign sign, const std::string& name) {
+  experiments::FlightPlan plan;
+  plan.plant = plant;
+  plan.vehicle = app::as_file(mpc::generated::kVehicle);
+  plan.course = excitation(5, 40.0);
+  plan.duration_s = 40.0;
+  plan.seed = 5;
+  plan.keep_log = true;
+  const experiments::FlightResult flight = experiments::fly(plan);
+  const std::string path = (std::filesystem::path(::testing::TempDir()) / (name + ".ulg")).string();
+  static_cast<void>(load_flown(flight, path));
+  const auto log = logs::open_ulog(path);
+  const std::vector<double> facts = log->column("tick.facts", "a test").values;
+  const std::vector<double> residual = log->column("tick.residual", "a test").values;
+  Seen seen;
+  for (std::size_t k = 0; k < facts.size(); ++k) {
+    const auto set = static_cast<safety::Sign>(static_cast<std::uint16_t>(facts[k]));
+    seen.share += has_all(set, sign) ? 1.0 / static_cast<double>(facts.size()) : 0.0;
+    seen.largest = std::max(seen.largest, residual[k]);
+  }
+  return seen;
+}
+
+// Catches a monitor that is computed and told to nobody, and one that cries in every flight.
+TEST(LeftModel, TheLogSaysWhichChannelAndHowMuch) {
+  sim::Plant believed = sim::measured_plant();
+  believed.roll = mpc::generated::kVehicle.roll;
+  believed.pitch = mpc::generated::kVehicle.pitch;
+  believed.climb = mpc::generated::kVehicle.climb;
+  believed.yaw_rate = mpc::generated::kVehicle.yaw_rate;
+  const Seen as_believed = fly_with(believed, safety::Sign::kRollLeftModel, "as_believed");
+  EXPECT_LT(as_believed.share, 0.05);
+  sim::Plant other = believed;
+  other.roll.scale_rad_per_count *= 0.5;
+  other.roll.transport_delay_s += 0.06;
+  const Seen roll = fly_with(other, safety::Sign::kRollLeftModel, "roll_left");
+  EXPECT_GT(roll.share, 0.2);
+  EXPECT_GT(roll.largest, 3.0);
+  const Seen pitch = fly_with(other, safety::Sign::kPitchLeftModel, "pitch_stayed");
+  EXPECT_LT(pitch.share, 0.1);
+}
+
+}  // namespace
+}  // namespace m100::tools::loop
