@@ -104,6 +104,30 @@ TEST(Faults, AFrozenPoseIsNoPose) {
   EXPECT_LT(bench.farthest_m(), 0.5);
 }
 
+// Control is granted, and no pose comes: the ladder stays silent, and the pilot's sticks must not be kept from him.
+class ControlWithoutAPose : public ::testing::TestWithParam<app::Channel> {};
+INSTANTIATE_TEST_SUITE_P(Faults, ControlWithoutAPose,
+                         ::testing::Values(app::Channel::kVirtualRc, app::Channel::kMovement));
+
+TEST_P(ControlWithoutAPose, GoesBackUnused) {
+  RecordProperty("promise", "R12");
+  FaultBench bench(GetParam());
+  bench.run(seconds(1));
+  ASSERT_EQ(bench.controller().link().authority().stage, safety::Stage::kReady);
+  bench.world().pose_source().set_faults({.silent = true});
+  bench.run(milliseconds(100));
+  bench.controller().engage();
+  bool held = false;
+  for (int i = 0; i < 350; ++i) {
+    bench.tick();
+    ASSERT_FALSE(bench.commanding());
+    held = held || bench.world().autopilot().client_in_control();
+  }
+  EXPECT_TRUE(held) << "control was granted";
+  EXPECT_FALSE(bench.world().autopilot().client_in_control()) << "and is back with the pilot";
+  EXPECT_FALSE(bench.world().autopilot().virtual_rc_on());
+}
+
 // A tick late by so much, once, in a hover.
 struct Stall {
   core::Duration late;
