@@ -50,30 +50,36 @@ struct DelayModel {
   LeadZero<T> lead;
 };
 
-inline constexpr std::size_t kSetpointStates = 8;  ///< numbers per plane of the set-point law
-inline constexpr std::size_t kLawStates = 12;      ///< numbers per affine law
+inline constexpr std::size_t kSetpointStates = 8;  ///< numbers that decide, the two rests included
+inline constexpr std::size_t kLawNumbers = 9;      ///< per affine law: one for each of them, and a constant
+inline constexpr std::size_t kNodePlanes = 3;      ///< per node of the tree
+inline constexpr std::size_t kPlaneNumbers = 7;    ///< per plane: a constant, and one for each of the first six
+inline constexpr std::size_t kNodeNumbers = kNodePlanes * kPlaneNumbers;
+
+/// Up to three planes of the search at once: where z leads that is not on the negative side of plane i for each bit i of
+/// the index.
 struct SetpointNode {
-  std::uint16_t plane;                 ///< row of planes
-  std::array<std::uint16_t, 2> child;  ///< [z on the negative side, on the other]; see SetpointTree::kLeaf
+  std::array<std::uint16_t, 1U << kNodePlanes> child;  ///< see SetpointTree::kLeaf
 };
 
 /// The explicit law for a constant reference: a search tree over planes, then one affine law, clipped. Parameters
-///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, 1, rd, rs):
+///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, rd, rs):
 /// steady input = target / input_gain - input_offset; rd, rs are what is left of disturbance and input target when the
-/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. A plane is passed on side 1
-/// where its row times z is not negative. Where plane 0 is negative, z and the answer are mirrored.
+/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. Where mirror' z is negative, z
+/// and the answer are mirrored.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
   std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
-  std::span<const T> planes{};                    ///< rows of kSetpointStates
-  std::span<const T> laws{};                      ///< rows of kLawStates: u_0 before clipping
-  std::array<T, 6> box{};                         ///< the law holds where |z_i| <= box_i
-  std::uint32_t depth = 0;                        ///< most planes on any path
+  std::span<const T> planes{};  ///< kNodeNumbers per node: the three constants, the three factors of z_0, ...; one 0 more
+  std::span<const T> laws{};    ///< rows of kLawNumbers: u_0 before clipping
+  std::array<T, kSetpointStates> box{};  ///< the law holds where |z_i| <= box_i
+  std::array<T, kPlaneNumbers - 1> mirror{};
+  std::uint32_t depth = 0;  ///< most nodes on any path
 };
 
 /// All that the vehicle fixes of one axis' controller, made by `m100-lab gains`. Plain data: constexpr tables stay in
-/// flash. One table: 3.5 KiB in float without the set-point law.
+/// flash. One table: 4.4 KiB in float without the set-point law.
 ///
 /// The unconstrained optimum. With positions counted from r_20, A the model's transition, q the shift by one stage,
 /// 1 + sum a_i q^i = det(I - q A') and C that polynomial as a 20 x 20 upper triangular band matrix:
@@ -97,7 +103,7 @@ struct GainTable {
   std::array<T, kMaxStates> velocity_taps{};
   std::array<T, kMaxStates> tilt_taps{};
   std::array<T, kMaxStates + 1> input_taps{};
-  std::array<T, kMaxStates> terminal_velocity_taps{};  ///< of r_20's velocity, into g_19, g_18, ...
+  std::array<T, kMaxStates> terminal_velocity_taps{};  ///< of r_20's velocity, into g_16..g_19
   std::array<T, kMaxStates> terminal_tilt_taps{};
   std::array<T, kHorizon * kMaxStates> state_gain{};  ///< 20 x 4, column-major
   std::array<T, kHorizon> disturbance_gain{};
@@ -106,6 +112,9 @@ struct GainTable {
   std::array<T, kHorizon * kHorizon> filter_gain{};  ///< 20 x 20, column-major
   std::array<T, kHorizon * kHorizon> hessian{};      ///< 20 x 20, symmetric
   std::array<T, kPackedSize> inverse_hessian{};      ///< lower triangle, packed
+  /// What an input that is held back does to itself and the later ones: columns of L in H^-1 = L D L', L_ii = 1, each
+  /// from the pack of its diagonal on, zeros before it.
+  std::array<T, kPackedSize> clipping_gain{};
 
   DelayModel<T> delay;
   SetpointTree<T> setpoint;

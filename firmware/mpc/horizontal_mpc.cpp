@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/mpc/horizontal_mpc.h"
 
-#include <type_traits>
-
 #include "firmware/core/assert.h"
 
 #include "firmware/mpc/preview_law.h"
@@ -11,9 +9,11 @@
 namespace m100::mpc {
 
 #ifdef M100_MPC_AVX
-void solve_preview_avx(const GainTable<double>& table, Tableau<double>& tableau, const Problem<double>& problem,
-                       Solution<double>& solution, MpcCounters& counters);
-bool solve_setpoint_avx(const GainTable<double>& table, const Problem<double>& problem, double& input_rad);
+template <typename T>
+void solve_preview_avx(const GainTable<T>& table, Tableau<T>& tableau, const Problem<T>& problem, Solution<T>& solution,
+                       MpcCounters& counters);
+template <typename T>
+bool solve_setpoint_avx(const GainTable<T>& table, const Problem<T>& problem, T& input_rad);
 #endif
 
 namespace {
@@ -22,10 +22,8 @@ namespace {
 template <typename T>
 typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 #ifdef M100_MPC_AVX
-  if constexpr (std::is_same_v<T, double>) {
-    if (__builtin_cpu_supports("avx") != 0) {
-      return {.preview = &solve_preview_avx, .setpoint = &solve_setpoint_avx};
-    }
+  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
+    return {.preview = &solve_preview_avx<T>, .setpoint = &solve_setpoint_avx<T>};
   }
 #endif
   // A constant of its own for each T: in one pool of the file, the float build would keep the laws in double too.

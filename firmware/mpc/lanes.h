@@ -7,12 +7,21 @@
 
 #include "firmware/mpc/gain_table.h"
 
+#if defined(__AVX2__) && defined(__FMA__)
+#include <immintrin.h>
+#define M100_LANES_FMA 1
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
 // Columns of 20 numbers in lanes. Every operation here works element by element, and sums over columns are taken in the
-// order of the columns, so the bits of a result do not depend on how many lanes the machine has (promise R6).
+// order of the columns, so the bits of a result do not depend on how many lanes the machine has (promise R6). Products
+// that are added are fused by name (one rounding, as IEEE 754 defines it): the same bits whether the machine has an
+// instruction for it or the compiler's library does it, and never left to the compiler's taste.
 //
 // Everything is in a namespace of its own per instruction set: the same templates compiled with wider registers are
 // different functions, and the linker cannot mix them up.
-#if defined(__AVX__)
+#ifdef M100_LANES_FMA
 #define M100_LANES_NAMESPACE avx
 #elif defined(__SSE2__) || defined(__ARM_NEON)
 #define M100_LANES_NAMESPACE simd
@@ -53,9 +62,10 @@ struct PackOf<double> {
   using Memory = double;
   using Mask = bool;
 };
-template <typename M>
-M100_INLINE bool all_of(M mask) {
-  return mask;
+/// One bit for each lane, the first in the lowest.
+template <typename T>
+M100_INLINE std::uint32_t bits_of(bool mask) {
+  return mask ? 1U : 0U;
 }
 #else
 inline constexpr std::size_t kLanes = kPack;
@@ -71,9 +81,17 @@ struct PackOf<double> {
   using Memory = double __attribute__((vector_size(32), aligned(8), may_alias));
   using Mask = std::int64_t __attribute__((vector_size(32)));
 };
-template <typename M>
-M100_INLINE bool all_of(const M& mask) {
-  return ((mask[0] & mask[1]) & (mask[2] & mask[3])) != 0;
+template <typename T>
+M100_INLINE std::uint32_t bits_of(const typename PackOf<T>::Mask& mask) {
+#ifdef M100_LANES_FMA
+  if constexpr (sizeof(T) == sizeof(double)) {
+    return static_cast<std::uint32_t>(_mm256_movemask_pd(__builtin_bit_cast(__m256d, mask)));
+  } else {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(__builtin_bit_cast(__m128, mask)));
+  }
+#else
+  return static_cast<std::uint32_t>((mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8));
+#endif
 }
 #endif
 
@@ -83,6 +101,7 @@ template <typename T>
 using Mask = typename PackOf<T>::Mask;
 
 inline constexpr std::size_t kColumnPacks = kHorizon / kLanes;
+inline constexpr std::uint32_t kAllLanes = (1U << kLanes) - 1;
 
 template <typename T>
 M100_INLINE Pack<T> load(const T* from) {
@@ -96,8 +115,69 @@ M100_INLINE void store(T* to, const Pack<T>& pack) {
 }
 template <typename T>
 M100_INLINE Pack<T> spread(T value) {
-  return Pack<T>{} + value;
+#ifdef M100_LANES_SCALAR
+  return value;
+#else
+  return Pack<T>{value, value, value, value};  // not Pack{} + value: that addition would stay, for the sake of -0
+#endif
 }
+
+/// a b + c, rounded once.
+M100_INLINE float fused(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+M100_INLINE double fused(double a, double b, double c) { return __builtin_fma(a, b, c); }
+#ifndef M100_LANES_SCALAR
+M100_INLINE Pack<float> fused(const Pack<float>& a, const Pack<float>& b, const Pack<float>& c) {
+#if defined(M100_LANES_FMA)
+  return _mm_fmadd_ps(a, b, c);
+#elif defined(__aarch64__)
+  return vfmaq_f32(c, a, b);
+#else
+  return Pack<float>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]), fused(a[3], b[3], c[3])};
+#endif
+}
+M100_INLINE Pack<double> fused(const Pack<double>& a, const Pack<double>& b, const Pack<double>& c) {
+#if defined(M100_LANES_FMA)
+  return _mm256_fmadd_pd(a, b, c);
+#elif defined(__aarch64__)
+  struct Halves {
+    float64x2_t low, high;
+  };
+  const auto x = __builtin_bit_cast(Halves, a);
+  const auto y = __builtin_bit_cast(Halves, b);
+  const auto z = __builtin_bit_cast(Halves, c);
+  return __builtin_bit_cast(Pack<double>, Halves{vfmaq_f64(z.low, x.low, y.low), vfmaq_f64(z.high, x.high, y.high)});
+#else
+  return Pack<double>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]),
+                      fused(a[3], b[3], c[3])};
+#endif
+}
+#endif
+
+/// The largest lane; not a number only if a lane is not.
+template <typename T>
+M100_INLINE T largest_of(const Pack<T>& pack) {
+#ifdef M100_LANES_SCALAR
+  return pack;
+#else
+  const T a = pack[0] > pack[2] ? pack[0] : pack[2];
+  const T b = pack[1] > pack[3] ? pack[1] : pack[3];
+  return a > b ? a : b;
+#endif
+}
+
+#ifndef M100_LANES_SCALAR
+/// The sum of the lanes of each of four packs, (0 + 2) + (1 + 3).
+template <typename T>
+M100_INLINE Pack<T> sums_of(const Pack<T>& a, const Pack<T>& b, const Pack<T>& c, const Pack<T>& d) {
+  const Pack<T> even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+  const Pack<T> even_cd = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+  const Pack<T> odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+  const Pack<T> odd_cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+  const Pack<T> even = __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5) + __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
+  const Pack<T> odd = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5) + __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+  return even + odd;
+}
+#endif
 
 /// 20 numbers in registers.
 template <typename T>
@@ -105,9 +185,10 @@ struct Column {
   Pack<T> pack[kColumnPacks];  // NOLINT(modernize-avoid-c-arrays): an std::array would not stay in registers at -O1
 
   M100_INLINE void add(const T* column, T factor) {
+    const Pack<T> same = spread(factor);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
-      pack[i] += load(column + i * kLanes) * factor;
+      pack[i] = fused(load(column + i * kLanes), same, pack[i]);
     }
   }
   M100_INLINE void set(const T* column, T factor) {
@@ -140,7 +221,7 @@ __attribute__((noinline)) void add_columns(Column<T>& sum, const T* columns, std
     const T factor = factors[i];
     M100_PRAGMA(GCC unroll 20)
     for (std::size_t j = 0; j < kHorizon; ++j) {
-      in_registers.pack[j] += columns[j] * factor;
+      in_registers.pack[j] = fused(columns[j], factor, in_registers.pack[j]);
     }
     columns += stride;
   }
@@ -150,7 +231,7 @@ __attribute__((noinline)) void add_columns(Column<T>& sum, const T* columns, std
 template <typename T>
 M100_INLINE void add_columns(Column<T>& sum, const T* columns, std::size_t stride, const T* factors,
                              std::size_t count) {
-  M100_UNROLL(5)  // all 20 at once, and the compiler loads ahead until it spills
+  M100_UNROLL(20)
   for (std::size_t i = 0; i < count; ++i) {
     sum.add(columns + i * stride, factors[i]);
   }

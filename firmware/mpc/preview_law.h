@@ -6,20 +6,6 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// More wrong multipliers than this: the kept active set belongs to another problem, start from the empty one.
-inline constexpr unsigned kStale = 8;
-
-template <typename T>
-M100_INLINE void start_over(const GainTable<T>& table, Tableau<T>& tableau) {
-  M100_UNROLL(8)
-  for (std::size_t i = 0; i < kPackedSize; i += kLanes) {
-    store<T>(tableau.swept.data() + i, load(table.inverse_hessian.data() + i));
-  }
-  for (std::size_t i = 0; i < kHorizon; ++i) {
-    tableau.side[i] = T(0);
-  }
-}
-
 /// Writes the clipped unconstrained sequence; a NaN becomes the middle of the range.
 template <typename T>
 M100_INLINE void clip(const T* unconstrained, T low_rad, T high_rad, T* inputs) {
@@ -73,16 +59,9 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, const Problem
   solution.path = Path::kTable;
   solution.changes = 0;
   solution.kkt_residual = T(0);
-  bool free;
-  if (table.states == kMaxStates) {
-    free = problem.constant_targets
-               ? solve_unconstrained<T, kMaxStates, true>(table, problem, low_rad, high_rad, inputs)
-               : solve_unconstrained<T, kMaxStates, false>(table, problem, low_rad, high_rad, inputs);
-  } else {
-    free = problem.constant_targets
-               ? solve_unconstrained<T, kMaxStates - 1, true>(table, problem, low_rad, high_rad, inputs)
-               : solve_unconstrained<T, kMaxStates - 1, false>(table, problem, low_rad, high_rad, inputs);
-  }
+  const bool free = table.states == kMaxStates
+                        ? solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, inputs)
+                        : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, inputs);
   if (free) {
     ++counters.table;
   } else {

@@ -9,13 +9,13 @@ namespace m100::mpc::M100_LANES_NAMESPACE {
 template <typename T>
 M100_INLINE T dot8(const T* row, const T* z) {
 #ifdef M100_LANES_SCALAR
-  const T a = row[0] * z[0] + row[4] * z[4];
-  const T b = row[1] * z[1] + row[5] * z[5];
-  const T c = row[2] * z[2] + row[6] * z[6];
-  const T d = row[3] * z[3] + row[7] * z[7];
+  const T a = fused(row[4], z[4], row[0] * z[0]);
+  const T b = fused(row[5], z[5], row[1] * z[1]);
+  const T c = fused(row[6], z[6], row[2] * z[2]);
+  const T d = fused(row[7], z[7], row[3] * z[3]);
   return (a + c) + (b + d);
 #else
-  const Pack<T> sum = load(row) * load(z) + load(row + kPack) * load(z + kPack);
+  const Pack<T> sum = fused(load(row + kPack), load(z + kPack), load(row) * load(z));
   if constexpr (sizeof(T) == sizeof(double)) {  // the same additions, two at a time
     using Half = double __attribute__((vector_size(16)));
     const Half half = Half{sum[0], sum[1]} + Half{sum[2], sum[3]};
@@ -25,58 +25,88 @@ M100_INLINE T dot8(const T* row, const T* z) {
 #endif
 }
 
+/// Which child of a node z leads to; its three planes are weighed in three lanes, the fourth is not looked at.
+template <typename T>
+class NodeWalk {
+ public:
+  M100_INLINE explicit NodeWalk(const T* z) {
+    M100_UNROLL(6)
+    for (std::size_t i = 0; i < kPlaneNumbers - 1; ++i) {
+      z_[i] = spread(z[i]);
+    }
+  }
+  M100_INLINE std::size_t places(const T* planes) const {
+#ifdef M100_LANES_SCALAR
+    std::size_t found = 0;
+    for (std::size_t plane = 0; plane < kNodePlanes; ++plane) {
+      T sum = planes[plane];
+      for (std::size_t i = 0; i < kPlaneNumbers - 1; ++i) {
+        sum = fused(planes[(i + 1) * kNodePlanes + plane], z_[i], sum);
+      }
+      found |= (sum >= T(0) ? 1U : 0U) << plane;
+    }
+    return found;
+#else
+    Pack<T> sum = load(planes);
+    M100_UNROLL(6)
+    for (std::size_t i = 0; i < kPlaneNumbers - 1; ++i) {
+      sum = fused(load(planes + (i + 1) * kNodePlanes), z_[i], sum);
+    }
+    return bits_of<T>(sum >= spread(T(0))) & 7U;
+#endif
+  }
+
+ private:
+  Pack<T> z_[kPlaneNumbers - 1];  // NOLINT(modernize-avoid-c-arrays): registers
+};
+
 /// The set-point law; see SetpointTree. @returns whether the problem is inside its box; then `input_rad` is u_0.
-/// Cost: at most depth + 1 products of eight numbers.
+/// Cost: at most 3 depth products of six numbers, and two of eight.
 template <typename T>
 bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& input_rad) {
   const SetpointTree<T>& tree = table.setpoint;
-  const T steady = problem.input_ref_rad[0];
+  const T steady = problem.tilt_ref_rad[0] / table.input_gain - problem.input_offset_rad;
   alignas(32) T z[kSetpointStates];  // NOLINT(modernize-avoid-c-arrays): scratch
   z[0] = problem.state[0] - problem.position_ref_m[0];
   z[1] = problem.state[1];
   z[2] = problem.state[2] - problem.tilt_ref_rad[0];
   z[3] = table.states == kMaxStates ? problem.state[3] : T(0);
-  z[5] = problem.tilt_ref_rad[0] / table.input_gain - problem.input_offset_rad;
-  z[4] = problem.previous_input_rad - z[5];
-  for (std::size_t i = 0; i < tree.box.size(); ++i) {
-    if (!((z[i] < T(0) ? -z[i] : z[i]) <= tree.box[i])) {
+  z[4] = problem.previous_input_rad - steady;
+  z[5] = steady;
+  z[6] = fused(table.tilt_sign * table.acceleration_per_tilt, problem.tilt_ref_rad[0], problem.disturbance_m_s2);
+  z[7] = problem.input_ref_rad[0] - steady;
+  T along = z[0] * tree.mirror[0];
+  M100_UNROLL(5)
+  for (std::size_t i = 1; i < kPlaneNumbers - 1; ++i) {
+    along = fused(z[i], tree.mirror[i], along);
+  }
+  const T sign = along < T(0) ? T(-1) : T(1);
+  settle(z);
+  const Pack<T> mirrored = spread(sign);
+  Mask<T> inside = mirrored == mirrored;
+  M100_UNROLL(8)
+  for (std::size_t i = 0; i < kSetpointStates; i += kLanes) {
+    const Pack<T> value = load(z + i);
+    store<T>(z + i, value * mirrored);
+    inside = inside & (value <= load(tree.box.data() + i)) & (-value <= load(tree.box.data() + i));
+  }
+  if (bits_of<T>(inside) != kAllLanes) {
+    return false;
+  }
+  settle(z);
+  const NodeWalk<T> walk(z);
+  std::size_t at = 0;
+  for (std::size_t before = at;; before = at) {  // ends: children stand behind their parents, or the law is refused
+    at = tree.nodes[at].child[walk.places(tree.planes.data() + at * kNodeNumbers)];
+    if (at >= SetpointTree<T>::kLeaf) {
+      break;
+    }
+    if (at <= before) {
       return false;
     }
   }
-  z[6] = T(0);
-  z[7] = T(0);
-  constexpr T kLargestRest = T(2e-5);  // m/s^2 and rad: targets rounded to six decimals
-  T rest_disturbance =
-      problem.disturbance_m_s2 + table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_rad[0];
-  T rest_target = steady - z[5];
-  if (!((rest_disturbance < T(0) ? -rest_disturbance : rest_disturbance) < kLargestRest &&
-        (rest_target < T(0) ? -rest_target : rest_target) < kLargestRest)) {
-    return false;  // not the steady targets of this disturbance
-  }
-  T sign = T(1);
-  if (dot8(tree.planes.data(), z) < T(0)) {
-    sign = T(-1);
-    M100_UNROLL(8)
-    for (std::size_t i = 0; i < 6; ++i) {
-      z[i] = -z[i];
-    }
-    rest_disturbance = -rest_disturbance;
-    rest_target = -rest_target;
-  }
-  z[6] = T(1);
-  settle(z);
-  std::uint16_t at = 0;
-  for (std::uint32_t i = 0; i < tree.depth && (at & SetpointTree<T>::kLeaf) == 0; ++i) {
-    const SetpointNode& node = tree.nodes[at];
-    at = node.child[dot8(tree.planes.data() + node.plane * kSetpointStates, z) >= T(0) ? 1 : 0];
-  }
-  if ((at & SetpointTree<T>::kLeaf) == 0) {
-    return false;  // a depth that does not belong to this tree
-  }
-  const T* law = tree.laws.data() + static_cast<std::size_t>(at - SetpointTree<T>::kLeaf) * kLawStates;
-  z[7] = rest_disturbance;
-  settle(z);
-  const T input = sign * (dot8(law, z) + law[8] * rest_target);
+  const T* law = tree.laws.data() + (at - SetpointTree<T>::kLeaf) * kLawNumbers;
+  const T input = sign * (dot8(law, z) + law[kSetpointStates]);
   input_rad =
       input < table.input_min_rad ? table.input_min_rad : (input > table.input_max_rad ? table.input_max_rad : input);
   return true;

@@ -35,6 +35,7 @@ constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("filter_gain", table.filter_gain);
   visitor("hessian", table.hessian);
   visitor("inverse_hessian", table.inverse_hessian);
+  visitor("clipping_gain", table.clipping_gain);
   visitor("delay.ticks", table.delay.ticks);
   visitor("delay.delay_s", table.delay.delay_s);
   visitor("delay.rest.transition", table.delay.rest.transition);
@@ -48,6 +49,7 @@ constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("delay.lead.jump", table.delay.lead.jump);
   visitor("delay.lead.share", table.delay.lead.share);
   visitor("setpoint.box", table.setpoint.box);
+  visitor("setpoint.mirror", table.setpoint.mirror);
   visitor("setpoint.depth", table.setpoint.depth);
 }
 

@@ -36,11 +36,8 @@ class Reader {
 };
 
 /// Every path through the tree must end, and inside the tables: children stand behind their parents.
-bool tree_is_sound(std::span<const SetpointNode> nodes, std::size_t planes, std::size_t laws) {
+bool tree_is_sound(std::span<const SetpointNode> nodes, std::size_t laws) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i].plane >= planes) {
-      return false;
-    }
     for (const std::uint16_t child : nodes[i].child) {
       const bool leaf = (child & SetpointTree<float>::kLeaf) != 0;
       if (leaf ? (child & ~SetpointTree<float>::kLeaf) >= static_cast<int>(laws)
@@ -59,29 +56,27 @@ bool read_axis(Reader& reader, const core::Sha256Digest& vehicle, Rows& rows, Ga
     number = reader.number();
   }
   table = table_of<T>(list, vehicle);
-  const std::size_t planes = reader.count();
   const std::size_t laws = reader.count();
   const std::size_t nodes = reader.count();
-  reader.count();
-  if (planes > kMaxSetpointPlanes || laws > kMaxSetpointLaws || nodes > kMaxSetpointNodes) {
+  if (laws > kMaxSetpointLaws || nodes > kMaxSetpointNodes) {
     return false;
   }
-  for (std::size_t i = 0; i < planes * kSetpointStates; ++i) {
+  for (std::size_t i = 0; i < nodes * kNodeNumbers; ++i) {
     rows.planes[i] = static_cast<T>(reader.number());
   }
-  for (std::size_t i = 0; i < laws * kLawStates; ++i) {
+  rows.planes[nodes * kNodeNumbers] = T(0);
+  for (std::size_t i = 0; i < laws * kLawNumbers; ++i) {
     rows.laws[i] = static_cast<T>(reader.number());
   }
   for (std::size_t i = 0; i < nodes; ++i) {
-    rows.nodes[i].plane = static_cast<std::uint16_t>(reader.unsigned_number(2));
-    rows.nodes[i].child[0] = static_cast<std::uint16_t>(reader.unsigned_number(2));
-    rows.nodes[i].child[1] = static_cast<std::uint16_t>(reader.unsigned_number(2));
+    for (std::uint16_t& child : rows.nodes[i].child) {
+      child = static_cast<std::uint16_t>(reader.unsigned_number(2));
+    }
   }
-  reader.unsigned_number((8 - nodes * 6 % 8) % 8);
-  table.setpoint.planes = std::span<const T>(rows.planes).first(planes * kSetpointStates);
-  table.setpoint.laws = std::span<const T>(rows.laws).first(laws * kLawStates);
+  table.setpoint.planes = std::span<const T>(rows.planes).first(nodes * kNodeNumbers + 1);
+  table.setpoint.laws = std::span<const T>(rows.laws).first(laws * kLawNumbers);
   table.setpoint.nodes = std::span<const SetpointNode>(rows.nodes).first(nodes);
-  return (table.states == 3 || table.states == 4) && tree_is_sound(table.setpoint.nodes, planes, laws);
+  return (table.states == 3 || table.states == 4) && tree_is_sound(table.setpoint.nodes, laws);
 }
 
 }  // namespace

@@ -14,15 +14,14 @@ namespace m100::mpc {
 
 /// A gain table file, for programs that get their vehicle at run time. Little-endian:
 ///   "M100GAIN" | version u32 | 0 u32 | SHA-256 of the vehicle file | axis x | axis y | SHA-256 of all before
-///   axis: kTableNumbers doubles | planes, laws, nodes u32 each, 0 u32 | rows of 8 doubles | of 12 | nodes of 3 u16,
-///   padded to 8 bytes
+///   axis: kTableNumbers doubles | laws, nodes u32 each | kNodeNumbers doubles per node | rows of 9 doubles per law |
+///   nodes of 8 u16
 inline constexpr std::array<char, 8> kTableFileMagic{'M', '1', '0', '0', 'G', 'A', 'I', 'N'};
-inline constexpr std::uint32_t kTableFileVersion = 1;
-inline constexpr std::size_t kMaxSetpointPlanes = 512;
+inline constexpr std::uint32_t kTableFileVersion = 2;
 inline constexpr std::size_t kMaxSetpointLaws = 256;
-inline constexpr std::size_t kMaxSetpointNodes = 2048;
+inline constexpr std::size_t kMaxSetpointNodes = 1024;
 inline constexpr std::size_t kMaxTableFileBytes =
-    88 + 2 * (8 * kTableNumbers + 16 + 64 * kMaxSetpointPlanes + 96 * kMaxSetpointLaws + 6 * kMaxSetpointNodes + 8);
+    88 + 2 * (8 * kTableNumbers + 8 + 8 * kLawNumbers * kMaxSetpointLaws + 8 * (kNodeNumbers + 2) * kMaxSetpointNodes);
 
 /// Room for the tables of one file. Large: make it static, or once at start-up.
 template <typename T>
@@ -39,8 +38,8 @@ class TableStorage {
 
  private:
   struct Rows {
-    std::array<T, kMaxSetpointPlanes * kSetpointStates> planes;
-    std::array<T, kMaxSetpointLaws * kLawStates> laws;
+    std::array<T, kMaxSetpointNodes * kNodeNumbers + 1> planes;
+    std::array<T, kMaxSetpointLaws * kLawNumbers> laws;
     std::array<SetpointNode, kMaxSetpointNodes> nodes;
   };
   GainTables<T> tables_;

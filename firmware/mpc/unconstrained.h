@@ -5,96 +5,153 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// Room for the taps to run over the end of the horizon, where everything is zero.
-inline constexpr std::size_t kPadded = kHorizon + 2 * kPack;
-
+/// 20 numbers that taps may run over the end of, where everything is zero: `tail` are the last pack and a pack of zeros.
 template <typename T>
-M100_INLINE void zero_tail(T* padded) {
-  for (std::size_t i = kHorizon; i < kHorizon + kMaxStates; ++i) {
-    padded[i] = T(0);
+struct Signal {
+  const T* body;
+  const T* tail;
+};
+inline constexpr std::size_t kBody = kHorizon - kPack;
+
+/// sum += taps[m] * signal[j + m] for all j, first <= m < count.
+template <typename T, std::size_t kFirst, std::size_t kCount>
+M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps) {
+#ifdef M100_LANES_SCALAR
+  add_columns(sum, signal.body + kFirst, 1, taps + kFirst, kCount - kFirst);
+#else
+  M100_UNROLL(8)
+  for (std::size_t m = kFirst; m < kCount; ++m) {
+    const Pack<T> tap = spread(taps[m]);
+    M100_UNROLL(20)
+    for (std::size_t i = 0; i < kBody / kLanes; ++i) {
+      sum.pack[i] = fused(load(signal.body + i * kLanes + m), tap, sum.pack[i]);
+    }
+    M100_UNROLL(4)
+    for (std::size_t i = kBody / kLanes; i < kColumnPacks; ++i) {
+      sum.pack[i] = fused(load(signal.tail + (i * kLanes - kBody) + m), tap, sum.pack[i]);
+    }
   }
+#endif
 }
 
-/// sum += taps[m] * signal[j + m] for all j, m < count.
-template <typename T, std::size_t kCount>
-M100_INLINE void filter(Column<T>& sum, const T* signal, const T* taps) {
-  add_columns(sum, signal, 1, taps, kCount);
+/// The last pack of 20 numbers into `tail`, zeros behind it.
+template <typename T>
+M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
+#ifdef M100_LANES_SCALAR  // body and tail in one piece
+  for (std::size_t i = 0; i < kHorizon + kPack; ++i) {
+    tail[i] = i < kHorizon ? numbers[i] : T(0);
+  }
+  return {tail, tail + kBody};
+#else
+  M100_UNROLL(4)
+  for (std::size_t i = 0; i < kPack; i += kLanes) {
+    store<T>(tail + i, load(numbers + kBody + i));
+    store<T>(tail + kPack + i, spread(T(0)));
+  }
+  return {numbers, tail};
+#endif
+}
+
+/// g_16..g_19 += taps value: what reaches the end of the horizon through the terminal weight.
+template <typename T>
+M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& taps, T value) {
+  static_assert(kMaxStates == kPack);
+  const Pack<T> same = spread(value);
+  M100_UNROLL(4)
+  for (std::size_t i = kBody / kLanes; i < kColumnPacks; ++i) {
+    sum.pack[i] = fused(load(taps.data() + (i * kLanes - kBody)), same, sum.pack[i]);
+  }
 }
 
 /// g of gain_table.h into `filtered`.
 template <typename T, std::size_t kStates, bool kConstantTargets>
 M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& problem, T origin_m, T* filtered) {
-  alignas(32) T padded[kPadded];  // NOLINT(modernize-avoid-c-arrays): scratch, not initialised on purpose
-  Column<T> signal;
+  alignas(32) T near[kHorizon + kPack];  // NOLINT(modernize-avoid-c-arrays): scratch, not initialised on purpose
+  alignas(32) T tail[kHorizon + kPack];  // NOLINT(modernize-avoid-c-arrays)
   Column<T> sum;
-  zero_tail(padded);
-  signal.read(problem.position_ref_m.data());
+  const Pack<T> origin = spread(origin_m);
+  const Pack<T> first_tap = spread(table.position_taps[0]);
   M100_UNROLL(20)
   for (std::size_t i = 0; i < kColumnPacks; ++i) {
-    signal.pack[i] -= origin_m;
+    const Pack<T> position = load(problem.position_ref_m.data() + i * kLanes) - origin;
+    store<T>(near + i * kLanes, position);
+    sum.pack[i] = position * first_tap;
   }
-  signal.write(padded);
-  sum.set(padded, table.position_taps[0]);
-  filter<T, kStates - 1>(sum, padded + 1, table.position_taps.data() + 1);
-
-  signal.read(problem.velocity_ref_m_s.data());
-  signal.write(padded);
-  filter<T, kStates>(sum, padded, table.velocity_taps.data());
-  const T last_velocity_m_s = problem.velocity_ref_m_s[kHorizon - 1];
+  M100_UNROLL(4)
+  for (std::size_t i = 0; i < kPack; i += kLanes) {
+    store<T>(near + kHorizon + i, spread(T(0)));
+  }
+  filter<T, 1, kStates>(sum, {near, near + kBody}, table.position_taps.data());
+  filter<T, 0, kStates>(sum, with_tail(problem.velocity_ref_m_s.data(), tail), table.velocity_taps.data());
+  add_terminal(sum, table.terminal_velocity_taps, problem.velocity_ref_m_s[kHorizon - 1]);
   if constexpr (!kConstantTargets) {
-    signal.read(problem.tilt_ref_rad.data());
-    signal.write(padded);
-    filter<T, kStates>(sum, padded, table.tilt_taps.data());
-    signal.read(problem.input_ref_rad.data());
+    filter<T, 0, kStates>(sum, with_tail(problem.tilt_ref_rad.data(), tail), table.tilt_taps.data());
+    add_terminal(sum, table.terminal_tilt_taps, problem.tilt_ref_rad[kHorizon - 1]);
+    const Pack<T> offset = spread(problem.input_offset_rad);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
-      signal.pack[i] += problem.input_offset_rad;
+      store<T>(near + i * kLanes, load(problem.input_ref_rad.data() + i * kLanes) + offset);
     }
-    signal.write(padded);
-    filter<T, kStates + 1>(sum, padded, table.input_taps.data());
+    filter<T, 0, kStates + 1>(sum, {near, near + kBody}, table.input_taps.data());
   }
   sum.write(filtered);
-  filtered[0] += table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad);
-  M100_UNROLL(4)
-  for (std::size_t m = 0; m < kStates; ++m) {
-    T last = table.terminal_velocity_taps[m] * last_velocity_m_s;
-    if constexpr (!kConstantTargets) {
-      last += table.terminal_tilt_taps[m] * problem.tilt_ref_rad[kHorizon - 1];
-    }
-    filtered[kHorizon - 1 - m] += last;
-  }
+  filtered[0] = fused(table.rate_weight, problem.previous_input_rad + problem.input_offset_rad, filtered[0]);
 }
 
+/// What an optimum without limits is made from; one function each, because in one body the compilers share work between
+/// the branches and spill.
+enum class Shape : std::uint8_t {
+  kMovingTargets,      ///< everything varies over the horizon
+  kConstantTargets,    ///< tilt and input target do not
+  kConstantReference,  ///< nothing does, and the vehicle is to stand still: no reference is left but the origin
+};
+
 /// The optimum without limits, u + input_offset, into `inputs`. @returns whether it keeps the limits.
-/// One function for each shape of problem: in one body the compilers share work between the branches and spill.
-template <typename T, std::size_t kStates, bool kConstantTargets>
+template <typename T, std::size_t kStates, Shape kShape>
 __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad,
                                                    T high_rad, T* inputs) {
   const T origin_m = problem.position_ref_m[kHorizon - 1];
   alignas(32) T filtered[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-  filter_references<T, kStates, kConstantTargets>(table, problem, origin_m, filtered);
-
-  settle(filtered);
+  if constexpr (kShape != Shape::kConstantReference) {
+    filter_references<T, kStates, kShape == Shape::kConstantTargets>(table, problem, origin_m, filtered);
+    settle(filtered);
+  }
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
   add_columns(sum, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1, kStates - 1);
   sum.add(table.disturbance_gain.data(), problem.disturbance_m_s2);
-  if constexpr (kConstantTargets) {
+  if constexpr (kShape != Shape::kMovingTargets) {
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
     sum.add(table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
   }
-  add_columns(sum, table.filter_gain.data(), kHorizon, filtered, kHorizon);
+  if constexpr (kShape == Shape::kConstantReference) {
+    sum.add(table.filter_gain.data(), table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad));
+  } else {
+    add_columns(sum, table.filter_gain.data(), kHorizon, filtered, kHorizon);
+  }
   sum.write(inputs);
 
-  // Two comparisons that hold, not two that fail: a NaN must not pass for free.
-  const Pack<T> low = spread(low_rad);
-  const Pack<T> high = spread(high_rad);
-  Mask<T> inside = (sum.pack[0] >= low) & (sum.pack[0] <= high);
+  // A number that is not finite in the problem makes every element so, the last pack's too, which is compared last and
+  // not lost; comparisons that hold, not such that fail: a NaN must not pass for free.
+  Pack<T> most = sum.pack[0];
+  Pack<T> least = sum.pack[0];
   M100_UNROLL(20)
   for (std::size_t i = 1; i < kColumnPacks; ++i) {
-    inside = inside & (sum.pack[i] >= low) & (sum.pack[i] <= high);
+    most = most > sum.pack[i] ? most : sum.pack[i];
+    least = least < sum.pack[i] ? least : sum.pack[i];
   }
-  return all_of(inside);
+  return bits_of<T>((most <= spread(high_rad)) & (least >= spread(low_rad))) == kAllLanes;
+}
+
+template <typename T, std::size_t kStates>
+M100_INLINE bool solve_unconstrained(const GainTable<T>& table, const Problem<T>& problem, T low_rad, T high_rad,
+                                     T* inputs) {
+  if (!problem.constant_targets) {
+    return solve_unconstrained<T, kStates, Shape::kMovingTargets>(table, problem, low_rad, high_rad, inputs);
+  }
+  return problem.constant_reference
+             ? solve_unconstrained<T, kStates, Shape::kConstantReference>(table, problem, low_rad, high_rad, inputs)
+             : solve_unconstrained<T, kStates, Shape::kConstantTargets>(table, problem, low_rad, high_rad, inputs);
 }
 
 }  // namespace m100::mpc::M100_LANES_NAMESPACE

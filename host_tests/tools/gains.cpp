@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab gains: gain tables of a vehicle file, and what they promise.
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -22,8 +26,41 @@ struct Options {
   std::string table;
   std::string json;
   std::string tuned;
+  std::vector<double> box;
   bool check = false;
 };
+
+/// One line that is written over, when somebody is there to read it.
+gains::SetpointProgress progress_line() {
+  if (isatty(STDERR_FILENO) == 0) {
+    return {};
+  }
+  return [last = std::chrono::steady_clock::time_point{}](std::size_t regions, std::size_t planes,
+                                                          double spent) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last > std::chrono::milliseconds(200)) {
+      last = now;
+      std::fprintf(stderr, "\rset-point law: %zu regions, %zu planes, %.0f %% of the allowance \r", regions, planes,
+                   100.0 * spent);
+    }
+  };
+}
+
+void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
+  if (rows.too_large) {
+    std::printf("%s: the set-point law is too large for a table (given up after %llu linear programs): the preview law "
+                "flies alone, as exactly\n",
+                axis, static_cast<unsigned long long>(rows.programs));
+  } else if (rows.nodes.empty()) {
+    std::printf("%s: no set-point law: its limits are not symmetric or too small\n", axis);
+  } else {
+    std::printf("%s: set-point law of %zu regions in half the box, %zu affine pieces, at most %zu planes in %u nodes of "
+                "%zu, %zu bytes in float, %llu linear programs\n",
+                axis, rows.regions, rows.pieces, rows.borders, rows.depth, rows.nodes.size(),
+                4 * (rows.planes.size() + rows.laws.size()) + sizeof(mpc::SetpointNode) * rows.nodes.size(),
+                static_cast<unsigned long long>(rows.programs));
+  }
+}
 
 std::string margins_text(const char* axis, const gains::Margins& margins) {
   char line[200];
@@ -104,7 +141,13 @@ void run(const Options& options) {
     if (!options.check) {
       report_margins(file.vehicle, options.json);
     }
-    set = gains::make_table_set(file);
+    gains::SetpointBox box = gains::kSetpointBox;
+    std::copy(options.box.begin(), options.box.end(), box.begin());
+    set = gains::make_table_set(file, box, progress_line());
+    if (!options.check) {
+      report_setpoint_law("x", set.x);
+      report_setpoint_law("y", set.y);
+    }
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
   }
@@ -132,6 +175,12 @@ void add_gains(CLI::App& lab) {
   command->add_option("--json", options->json, "margins as JSON");
   command->add_option("--tune", options->tuned,
                       "chooses the input weight, writes this vehicle file and makes the tables from it");
+  command
+      ->add_option("--setpoint-box", options->box,
+                   "where the set-point law holds: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
+                   "previous input [rad], steady input [rad]; 6 4 0.5 2 0.75 0.31 unless told")
+      ->expected(6)
+      ->check(CLI::PositiveNumber);
   command->add_flag("--check", options->check, "compare with the files that are there instead of writing them");
   command->callback([options] { run(*options); });
 }

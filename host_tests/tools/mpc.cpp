@@ -78,8 +78,9 @@ void solve(const gains::InstanceFile& file, bool setpoint) {
              .laws = {rows.laws.begin(), rows.laws.end()},
              .nodes = rows.nodes};
       mpc::SetpointTree<T>& tree = tables.back().setpoint;
-      tree = {.nodes = law.nodes, .planes = law.planes, .laws = law.laws, .box = {}, .depth = rows.depth};
+      tree = {.nodes = law.nodes, .planes = law.planes, .laws = law.laws, .box = {}, .mirror = {}, .depth = rows.depth};
       std::copy(rows.box.begin(), rows.box.end(), tree.box.begin());
+      std::copy(rows.mirror.begin(), rows.mirror.end(), tree.mirror.begin());
     }
   }
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;

@@ -96,6 +96,30 @@ TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
   EXPECT_LE(difference.double_rad, 1e-9);
 }
 
+// In this box regions meet that share no facet: an earlier version split a cell for ever there, or for minutes.
+TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
+  const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
+  const SetpointRows rows = make_setpoint_law(problem, {6.0, 4.0, 0.5, 2.0, 0.6, 0.31, 2e-5, 2e-5});
+  ASSERT_FALSE(rows.too_large);
+  mpc::GainTable<double> table = make_gain_table(problem);
+  const mpc::GainTable<float> table_f = to_float(table);
+  attach(rows, table);
+  EXPECT_LE(compare(table, table_f, false, 100000, 5).double_rad, 1e-9);
+}
+
+// The work is counted, so that it ends at the same place on every machine: in a clean answer, not in a hang.
+TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
+  const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
+  double told = 0.0;
+  for (const Allowance allowance : {Allowance(2000), Allowance(400'000, 1'000'000)}) {
+    const SetpointRows rows = make_setpoint_law(problem, kSetpointBox, allowance,
+                                                [&](std::size_t, std::size_t, double spent) { told = spent; });
+    EXPECT_TRUE(rows.too_large);
+    EXPECT_TRUE(rows.nodes.empty() && rows.planes.empty() && rows.laws.empty());
+    EXPECT_GT(told, 0.0);
+  }
+}
+
 TEST(SetpointLaw, LeavesWhatIsOutsideItsBoxToThePreviewLaw) {
   mpc::HorizontalMpc<double> controller(mpc::generated::kX<double>);
   std::mt19937 random(4);

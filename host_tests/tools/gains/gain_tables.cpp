@@ -39,6 +39,19 @@ Adjoint adjoint(const DiscreteAxis& step) {
   return out;
 }
 
+/// GainTable::clipping_gain from H^-1, by elimination.
+void put_clipping_gain(mpc::GainTable<double>& out, Matrix rest) {
+  std::size_t next = 0;
+  for (Eigen::Index k = 0; k < kN; ++k) {
+    const Vector column = rest.col(k) / rest(k, k);
+    const Eigen::Index first = k - k % static_cast<Eigen::Index>(mpc::kPack);
+    for (Eigen::Index i = first; i < kN; ++i) {
+      out.clipping_gain.at(next++) = i < k ? 0.0 : static_cast<double>(column(i));
+    }
+    rest -= column * rest(k, k) * column.transpose();
+  }
+}
+
 mpc::StepModel<double> step_model(const ContinuousAxis& axis, Real step_s) {
   const DiscreteAxis step = discretise(axis, step_s);
   mpc::StepModel<double> out;
@@ -112,8 +125,9 @@ mpc::GainTable<double> make_gain_table(const AxisProblem& problem) {
   put(out.tilt_taps, a.taps.col(2) * problem.q(2));
   out.input_taps[0] = static_cast<double>(problem.r);
   put(out.input_taps, a.coefficients * problem.r, 1);
-  put(out.terminal_velocity_taps, a.taps * extra * last_velocity);
-  put(out.terminal_tilt_taps, a.taps * extra * last_tilt);
+  const auto behind = static_cast<std::size_t>(mpc::kMaxStates) - static_cast<std::size_t>(n);
+  put(out.terminal_velocity_taps, (a.taps * extra * last_velocity).reverse(), behind);
+  put(out.terminal_tilt_taps, (a.taps * extra * last_tilt).reverse(), behind);
 
   put(out.state_gain, -inverse_h * weighted * condensed.tx);
   put(out.disturbance_gain, -inverse_h * weighted * condensed.td);
@@ -127,6 +141,7 @@ mpc::GainTable<double> make_gain_table(const AxisProblem& problem) {
           static_cast<double>(inverse_h(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
     }
   }
+  put_clipping_gain(out, inverse_h);
   return out;
 }
 

@@ -14,7 +14,8 @@ int column(Eigen::Index i) { return static_cast<int>(i) + 1; }
 
 }  // namespace
 
-Polytope::Polytope(std::size_t dimensions) : program_(glp_create_prob()), dimensions_(dimensions) {
+Polytope::Polytope(std::size_t dimensions, Allowance& allowance)
+    : program_(glp_create_prob()), allowance_(allowance), dimensions_(dimensions) {
   glp_term_out(GLP_OFF);
   glp_set_obj_dir(program_, GLP_MAX);
   glp_add_cols(program_, static_cast<int>(dimensions) + 1);
@@ -50,9 +51,11 @@ void Polytope::drop_last() {
 }
 
 int Polytope::solve(double decision) {
+  allowance_.program();
   glp_smcp settings;
   glp_init_smcp(&settings);
   settings.msg_lev = GLP_MSG_OFF;
+  settings.it_lim = Allowance::kPivots;
   if (glp_simplex(program_, &settings) != 0) {
     glp_std_basis(program_);
     glp_simplex(program_, &settings);
@@ -60,7 +63,9 @@ int Polytope::solve(double decision) {
   if (glp_get_status(program_) == GLP_OPT && std::abs(glp_get_obj_val(program_) - decision) > 1e-8) {
     return GLP_OPT;
   }
-  glp_exact(program_, &settings);
+  if (glp_exact(program_, &settings) == GLP_EITLIM) {
+    throw Allowance::Exhausted{};
+  }
   return glp_get_status(program_);
 }
 

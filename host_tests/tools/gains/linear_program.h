@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "firmware/core/eigen.h"
@@ -16,10 +18,46 @@ struct HalfSpace {
   double b = 0.0;
 };
 
+/// What a construction may still cost. Counted, not timed, so that every machine comes to the same end: an undertaking
+/// that has spent its allowance throws Exhausted.
+class Allowance {
+ public:
+  struct Exhausted {};
+  /// At most kPivots simplex steps each; a comparison is one point on one side of a plane.
+  static constexpr int kPivots = 2000;
+
+  explicit Allowance(std::uint64_t programs = 400'000, std::uint64_t comparisons = 2'000'000'000)
+      : programs_(programs), comparisons_(comparisons) {}
+
+  void program() {
+    if (++programs_spent_ > programs_) {
+      throw Exhausted{};
+    }
+  }
+  void compare(std::uint64_t count) {
+    comparisons_spent_ += count;
+    if (comparisons_spent_ > comparisons_) {
+      throw Exhausted{};
+    }
+  }
+  std::uint64_t programs_spent() const { return programs_spent_; }
+  std::uint64_t comparisons_spent() const { return comparisons_spent_; }
+  /// The larger of both shares.
+  double spent() const {
+    return std::max(static_cast<double>(programs_spent_) / static_cast<double>(programs_),
+                    static_cast<double>(comparisons_spent_) / static_cast<double>(comparisons_));
+  }
+
+ private:
+  std::uint64_t programs_, comparisons_;
+  std::uint64_t programs_spent_ = 0, comparisons_spent_ = 0;
+};
+
 /// A polytope, asked by linear programs. All parameters lie in [-1, 1].
 class Polytope {
  public:
-  explicit Polytope(std::size_t dimensions);
+  /// The allowance must outlive it.
+  Polytope(std::size_t dimensions, Allowance& allowance);
   ~Polytope();
   Polytope(const Polytope&) = delete;
   Polytope& operator=(const Polytope&) = delete;
@@ -28,6 +66,7 @@ class Polytope {
   void drop_last();
   std::size_t size() const { return count_; }
 
+  /// Each of these is one linear program of the allowance.
   /// Largest value of a's and where; -infinity when the polytope is empty. `decision`: when the value is within 1e-8 of
   /// it, the program is solved once more in rational arithmetic.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
@@ -40,6 +79,7 @@ class Polytope {
   int solve(double decision);
 
   glp_prob* program_;
+  Allowance& allowance_;
   std::size_t dimensions_;
   std::size_t count_ = 0;
   std::vector<HalfSpace> rows_;

@@ -6,7 +6,6 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 
 #include "firmware/mpc/horizontal_mpc.h"
@@ -23,6 +22,7 @@ using Eigen::VectorXd;
 using Sides = std::array<std::int8_t, mpc::kHorizon>;
 
 constexpr double kThin = 1e-7;   ///< balls below this radius are boundaries, not regions
+constexpr double kOverlap = 1e-5;  ///< balls below this radius may be rounding where regions overlap
 constexpr double kNudge = 2e-6;  ///< how far across a facet the next region is looked for
 constexpr Index kInputs = static_cast<Index>(mpc::kHorizon);
 
@@ -52,8 +52,9 @@ struct Border {
 /// s.
 class Parametric {
  public:
-  explicit Parametric(const AxisProblem& problem)
-      : table_(make_gain_table(problem)),
+  Parametric(const AxisProblem& problem, const SetpointBox& box)
+      : box_(box),
+        table_(make_gain_table(problem)),
         controller_(table_),
         limit_(static_cast<double>(problem.u_max)),
         inverse_(inverse(condense(problem).h).cast<double>()) {
@@ -69,7 +70,7 @@ class Parametric {
         const double per_parameter = slot < 4    ? table_.state_gain.at(slot * mpc::kHorizon + i)
                                      : slot == 4 ? table_.filter_gain.at(i) * table_.rate_weight
                                                  : 1.0;
-        uu_(static_cast<Index>(i), j) = per_parameter * kSetpointBox.at(slot);
+        uu_(static_cast<Index>(i), j) = per_parameter * box_.at(slot);
       }
     }
   }
@@ -83,7 +84,7 @@ class Parametric {
     std::array<double, 6> z{};
     for (Index j = 0; j < size(); ++j) {
       const auto slot = static_cast<std::size_t>(slots_.at(static_cast<std::size_t>(j)));
-      z.at(slot) = s(j) * kSetpointBox.at(slot);
+      z.at(slot) = s(j) * box_.at(slot);
     }
     mpc::Problem<double> problem;
     problem.state = {z[0], z[1], z[2], z[3]};
@@ -158,8 +159,10 @@ class Parametric {
     return {rows, piece};
   }
   double limit() const { return limit_; }
+  const SetpointBox& box() const { return box_; }
 
  private:
+  SetpointBox box_;
   mpc::GainTable<double> table_;
   mpc::HorizontalMpc<double> controller_;
   double limit_;
@@ -168,15 +171,32 @@ class Parametric {
   std::vector<Index> slots_;
 };
 
-/// All critical regions that meet the unmirrored half of the box.
 /// A vehicle whose law is too large for a table: it flies by the preview law alone.
-struct TooLarge {};
+using TooLarge = Allowance::Exhausted;
 constexpr std::size_t kMostRegions = 4000;
 constexpr std::uint32_t kDeepestTree = 48;
+constexpr std::size_t kMostPlanes = 3000;
 
+/// What the construction may cost, and who is told how far it is.
+class Undertaking {
+ public:
+  Undertaking(Allowance& allowance, const SetpointProgress& progress) : allowance_(allowance), progress_(progress) {}
+  Allowance& allowance() const { return allowance_; }
+  void tell(std::size_t regions, std::size_t planes) const {
+    if (progress_) {
+      progress_(regions, planes, allowance_.spent());
+    }
+  }
+
+ private:
+  Allowance& allowance_;
+  const SetpointProgress& progress_;
+};
+
+/// All critical regions that meet the unmirrored half of the box.
 class Regions {
  public:
-  explicit Regions(Parametric& program) : program_(program) {
+  Regions(Parametric& program, const Undertaking& work) : program_(program), work_(work) {
     const Index n = program.size();
     for (Index i = 0; i < n; ++i) {
       domain_.push_back({VectorXd::Unit(n, i), 1.0});
@@ -191,6 +211,7 @@ class Regions {
       const Sides sides = queue_.front();
       queue_.pop_front();
       explore(sides);
+      work_.tell(regions_.size(), 0);
     }
     join_borders();
   }
@@ -230,7 +251,7 @@ class Regions {
     auto [rows, piece] = program_.region_of(sides);
     const std::size_t own = rows.size();
     rows.insert(rows.end(), domain_.begin(), domain_.end());
-    Polytope polytope(static_cast<std::size_t>(program_.size()));
+    Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
     for (const HalfSpace& row : rows) {
       polytope.add(row);
     }
@@ -290,6 +311,7 @@ class Regions {
   }
 
   Parametric& program_;
+  const Undertaking& work_;
   std::vector<HalfSpace> domain_;
   std::map<Sides, std::size_t> known_;
   std::deque<Sides> queue_;
@@ -302,7 +324,8 @@ class Regions {
 /// The search tree over the regions.
 class Tree {
  public:
-  Tree(const Regions& all, const Parametric& program, SetpointRows& out) : all_(all), program_(program), out_(out) {
+  Tree(const Regions& all, const Parametric& program, const Undertaking& work, SetpointRows& out)
+      : all_(all), program_(program), work_(work), out_(out) {
     std::vector<std::size_t> regions(all.regions().size());
     for (std::size_t i = 0; i < regions.size(); ++i) {
       regions.at(i) = i;
@@ -311,28 +334,117 @@ class Tree {
     for (std::size_t i = 0; i < borders.size(); ++i) {
       borders.at(i) = i;
     }
-    put_plane({program.mirror() / program.mirror().norm(), 0.0});
+    const std::vector<double> mirror = row({program.mirror() / program.mirror().norm(), 0.0});
+    std::copy(mirror.begin() + 1, mirror.end(), out.mirror.begin());
     std::vector<HalfSpace> cell;
-    if (build(cell, regions, borders, 1) != 0) {  // a single leaf: one node that leads to it on both sides
-      out.nodes.push_back({.plane = 0, .child = {mpc::SetpointTree<double>::kLeaf, mpc::SetpointTree<double>::kLeaf}});
-    }
+    pack(build(cell, regions, borders, 1), 1);
+    out.planes.push_back(0.0);
   }
 
  private:
+  static constexpr std::uint16_t kLeaf = mpc::SetpointTree<double>::kLeaf;
+  /// One plane of the search, before planes are put together.
+  struct Binary {
+    std::vector<double> plane;
+    std::array<std::uint16_t, 2> child{};
+  };
+
+  /// How the planes below one are put together so that the longest path has the fewest nodes.
+  struct Plan {
+    std::vector<std::uint16_t> planes;  ///< of the node: a plane, then planes right below one of them
+    std::uint32_t depth = 0;
+    std::size_t nodes = 0;
+  };
+
+  const Plan& plan(std::uint16_t root) {
+    const auto known = plans_.find(root);
+    if (known != plans_.end()) {
+      return known->second;
+    }
+    Plan best;
+    const auto consider = [&](std::vector<std::uint16_t> planes) {
+      Plan tried{std::move(planes), 0, 1};
+      for (const std::uint16_t plane : tried.planes) {
+        for (const std::uint16_t child : binary_.at(plane).child) {
+          if (child < kLeaf && std::find(tried.planes.begin(), tried.planes.end(), child) == tried.planes.end()) {
+            tried.depth = std::max(tried.depth, plan(child).depth);
+            tried.nodes += plan(child).nodes;
+          }
+        }
+      }
+      ++tried.depth;
+      if (best.planes.empty() || std::pair(tried.depth, tried.nodes) < std::pair(best.depth, best.nodes)) {
+        best = std::move(tried);
+      }
+    };
+    const std::array<std::uint16_t, 2> child = binary_.at(root).child;
+    consider({root});
+    for (const std::uint16_t second : child) {
+      if (second < kLeaf) {
+        consider({root, second});
+        for (const std::uint16_t third : {binary_.at(second).child[0], binary_.at(second).child[1]}) {
+          if (third < kLeaf) {
+            consider({root, second, third});
+          }
+        }
+      }
+    }
+    if (child[0] < kLeaf && child[1] < kLeaf) {
+      consider({root, child[0], child[1]});
+    }
+    return plans_[root] = best;
+  }
+
+  /// Puts the planes of `root`'s plan into one node of the table, and all below into others. @returns its number.
+  std::uint16_t pack(std::uint16_t root, std::uint32_t depth) {
+    if (root >= kLeaf && depth > 1) {
+      return root;
+    }
+    if (out_.nodes.size() >= mpc::kMaxSetpointNodes) {
+      throw TooLarge{};
+    }
+    out_.depth = std::max(out_.depth, depth);
+    const std::size_t node = out_.nodes.size();
+    out_.nodes.push_back({});
+    const std::vector<std::uint16_t> planes = root < kLeaf ? plan(root).planes : std::vector<std::uint16_t>{};
+    for (std::size_t i = 0; i < mpc::kPlaneNumbers; ++i) {
+      for (std::size_t p = 0; p < mpc::kNodePlanes; ++p) {
+        out_.planes.push_back(p < planes.size() ? binary_.at(planes.at(p)).plane.at(i) : 0.0);
+      }
+    }
+    std::map<std::uint16_t, std::uint16_t> below;
+    for (std::size_t index = 0; index < out_.nodes.front().child.size(); ++index) {
+      std::uint16_t at = root;
+      for (std::size_t p = 0; p < planes.size(); ++p) {  // a plane stands before those below it
+        at = planes.at(p) == at ? binary_.at(at).child.at(index >> p & 1U) : at;
+      }
+      if (!below.contains(at)) {
+        below[at] = pack(at, depth + 1);
+      }
+      out_.nodes.at(node).child.at(index) = below.at(at);
+    }
+    return static_cast<std::uint16_t>(node);
+  }
+
   std::uint16_t build(std::vector<HalfSpace>& cell, const std::vector<std::size_t>& regions,
                       const std::vector<std::size_t>& borders, std::uint32_t depth) {
     std::size_t piece = 0;
     if (is_leaf(cell, regions, piece)) {
-      return static_cast<std::uint16_t>(mpc::SetpointTree<double>::kLeaf + put_law(piece));
+      return static_cast<std::uint16_t>(kLeaf + put_law(piece));
     }
-    if (out_.nodes.size() >= mpc::kMaxSetpointNodes || depth > kDeepestTree) {
+    if (binary_.size() >= kMostPlanes || depth > kDeepestTree) {
       throw TooLarge{};
     }
-    const HalfSpace plane = best_plane(regions, borders);
-    const auto node = static_cast<std::uint16_t>(out_.nodes.size());
-    bool turned = false;
-    out_.nodes.push_back({.plane = put_plane(plane, &turned), .child = {}});
-    out_.depth = std::max(out_.depth, depth + 1);  // the mirror plane is one more
+    HalfSpace plane;
+    if (!borders.empty()) {
+      plane = best_plane(regions, borders);
+    } else if (!parting_plane(cell, regions, plane)) {
+      return static_cast<std::uint16_t>(kLeaf + put_law(all_.regions().at(only_real_one(cell, regions)).piece));
+    }
+    work_.tell(all_.regions().size(), binary_.size());
+    const auto node = static_cast<std::uint16_t>(binary_.size());
+    binary_.push_back({row(plane), {}});
+    out_.borders = std::max<std::size_t>(out_.borders, depth);
     for (const int side : {0, 1}) {
       const HalfSpace half = side == 0 ? plane : HalfSpace{-plane.a, -plane.b};
       std::vector<std::size_t> kept;
@@ -354,7 +466,7 @@ class Tree {
       cell.push_back(half);
       const std::uint16_t child = build(cell, kept, kept_borders, depth + 1);
       cell.pop_back();
-      out_.nodes.at(node).child.at(static_cast<std::size_t>(turned ? 1 - side : side)) = child;
+      binary_.at(node).child.at(static_cast<std::size_t>(side)) = child;
     }
     return node;
   }
@@ -403,7 +515,7 @@ class Tree {
         return false;  // a witness: no program needed
       }
     }
-    Polytope polytope(static_cast<std::size_t>(program_.size()));
+    Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
     fill(polytope, region, cell);
     return -polytope.maximise(-side * affine.slope, -bound) >= bound - 1e-9;
   }
@@ -418,10 +530,51 @@ class Tree {
   }
 
   bool meets(std::size_t region, const std::vector<HalfSpace>& cell, const HalfSpace& half) const {
-    Polytope polytope(static_cast<std::size_t>(program_.size()));
+    Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
     fill(polytope, region, cell);
     polytope.add(half);
     return polytope.radius() > kThin;
+  }
+
+  /// Regions without a common facet in the cell: the facet of one of them that leaves the fewest on its fuller side.
+  /// @returns false when none parts them.
+  bool parting_plane(const std::vector<HalfSpace>& cell, const std::vector<std::size_t>& regions,
+                     HalfSpace& best) const {
+    std::size_t fewest = regions.size();
+    for (const std::size_t owner : regions) {
+      for (const HalfSpace& row : all_.regions().at(owner).rows) {
+        std::size_t below = 0;
+        std::size_t above = 0;
+        for (const std::size_t region : regions) {
+          below += meets(region, cell, row) ? 1U : 0U;
+          above += meets(region, cell, {-row.a, -row.b}) ? 1U : 0U;
+        }
+        if (std::max(below, above) < fewest) {
+          fewest = std::max(below, above);
+          best = row;
+        }
+      }
+    }
+    return fewest < regions.size();
+  }
+
+  /// Regions that nothing parts overlap by their rounding. @returns the one that is more than that.
+  std::size_t only_real_one(const std::vector<HalfSpace>& cell, const std::vector<std::size_t>& regions) const {
+    std::size_t real = regions.front();
+    double largest = 0.0;
+    double second = 0.0;
+    for (const std::size_t region : regions) {
+      Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
+      fill(polytope, region, cell);
+      const double radius = polytope.radius();
+      second = std::max(second, std::min(radius, largest));
+      real = radius > largest ? region : real;
+      largest = std::max(largest, radius);
+    }
+    if (second > kOverlap) {
+      throw TooLarge{};
+    }
+    return real;
   }
 
   /// The plane of a border that leaves the fewest borders on its fuller side.
@@ -429,19 +582,13 @@ class Tree {
     std::vector<HalfSpace> candidates;
     for (const std::size_t border : borders) {
       const HalfSpace& plane = all_.borders().at(border).plane;
+      work_.allowance().compare(candidates.size());
       const bool known = std::any_of(candidates.begin(), candidates.end(), [&plane](const HalfSpace& other) {
         return ((other.a - plane.a).norm() < 1e-7 && std::abs(other.b - plane.b) < 1e-7) ||
                ((other.a + plane.a).norm() < 1e-7 && std::abs(other.b + plane.b) < 1e-7);
       });
       if (!known) {
         candidates.push_back(plane);
-      }
-    }
-    if (candidates.empty()) {  // regions without a common facet: part them by any facet of theirs
-      for (const std::size_t region : regions) {
-        for (const HalfSpace& row : all_.regions().at(region).rows) {
-          candidates.push_back(row);
-        }
       }
     }
     double best_score = 1e300;
@@ -471,7 +618,8 @@ class Tree {
     }
     return candidates.at(best);
   }
-  static std::pair<bool, bool> sides_of(const HalfSpace& plane, const std::vector<VectorXd>& points) {
+  std::pair<bool, bool> sides_of(const HalfSpace& plane, const std::vector<VectorXd>& points) const {
+    work_.allowance().compare(points.size());
     bool below = false;
     bool above = false;
     for (const VectorXd& point : points) {
@@ -482,31 +630,16 @@ class Tree {
     return {below, above};
   }
 
-  std::vector<double> row(const VectorXd& slope, double constant, std::size_t width) const {
-    std::vector<double> out(width, 0.0);
+  std::size_t slot(Index j) const { return static_cast<std::size_t>(program_.slots().at(static_cast<std::size_t>(j))); }
+
+  /// A plane of the table: positive beyond the half-space.
+  std::vector<double> row(const HalfSpace& plane) const {
+    std::vector<double> out(mpc::kPlaneNumbers, 0.0);
+    out.at(0) = -plane.b;
     for (Index j = 0; j < program_.size(); ++j) {
-      const auto slot = static_cast<std::size_t>(program_.slots().at(static_cast<std::size_t>(j)));
-      out.at(slot) = slope(j) / kSetpointBox.at(slot);
+      out.at(1 + slot(j)) = plane.a(j) / program_.box().at(slot(j));
     }
-    out.at(6) = constant;
     return out;
-  }
-  std::uint16_t put_plane(const HalfSpace& plane, bool* turned = nullptr) {
-    for (std::size_t i = 1; i < planes_.size(); ++i) {
-      const HalfSpace& other = planes_.at(i);
-      const bool same = (other.a - plane.a).norm() < 1e-9 && std::abs(other.b - plane.b) < 1e-9;
-      const bool opposite = (other.a + plane.a).norm() < 1e-9 && std::abs(other.b + plane.b) < 1e-9;
-      if (same || opposite) {
-        if (turned != nullptr) {
-          *turned = opposite;
-        }
-        return static_cast<std::uint16_t>(i);
-      }
-    }
-    planes_.push_back(plane);
-    const std::vector<double> numbers = row(plane.a, -plane.b, mpc::kSetpointStates);
-    out_.planes.insert(out_.planes.end(), numbers.begin(), numbers.end());
-    return static_cast<std::uint16_t>(planes_.size() - 1);
   }
   std::size_t put_law(std::size_t piece) {
     const auto known = laws_.find(piece);
@@ -514,43 +647,53 @@ class Tree {
       return known->second;
     }
     const Piece& p = all_.pieces().at(piece);
-    std::vector<double> numbers = p.side != 0
-                                      ? row(VectorXd::Zero(program_.size()), p.side * program_.limit(), mpc::kLawStates)
-                                      : row(p.slope, p.constant, mpc::kLawStates);
-    numbers.at(7) = p.per_disturbance;
-    numbers.at(8) = p.per_input_target;
+    std::array<double, mpc::kLawNumbers> numbers{};
+    numbers.back() = p.side != 0 ? p.side * program_.limit() : p.constant;
+    for (Index j = 0; j < program_.size() && p.side == 0; ++j) {
+      numbers.at(slot(j)) = p.slope(j) / program_.box().at(slot(j));
+    }
+    numbers.at(6) = p.per_disturbance;
+    numbers.at(7) = p.per_input_target;
+    if (out_.laws.size() / mpc::kLawNumbers >= mpc::kMaxSetpointLaws) {
+      throw TooLarge{};
+    }
     out_.laws.insert(out_.laws.end(), numbers.begin(), numbers.end());
-    laws_[piece] = out_.laws.size() / mpc::kLawStates - 1;
+    laws_[piece] = out_.laws.size() / mpc::kLawNumbers - 1;
     return laws_[piece];
   }
 
   const Regions& all_;
   const Parametric& program_;
+  const Undertaking& work_;
   SetpointRows& out_;
-  std::vector<HalfSpace> planes_;
+  std::vector<Binary> binary_;
+  std::map<std::uint16_t, Plan> plans_;
   std::map<std::size_t, std::size_t> laws_;
 };
 
 }  // namespace
 
-SetpointRows make_setpoint_law(const AxisProblem& problem) {
+SetpointRows make_setpoint_law(const AxisProblem& problem, const SetpointBox& box, Allowance allowance,
+                               const SetpointProgress& progress) {
   SetpointRows out;
-  if (problem.u_min != -problem.u_max || static_cast<double>(problem.u_max) <= kSetpointBox.back()) {
+  if (problem.u_min != -problem.u_max || static_cast<double>(problem.u_max) <= box.at(5)) {
     return out;
   }
-  Parametric program(problem);
-  std::optional<Regions> found;
+  Parametric program(problem, box);
+  const Undertaking work(allowance, progress);
   try {
-    found.emplace(program);
-    const Tree tree(*found, program, out);
+    const Regions regions(program, work);
+    const Tree tree(regions, program, work, out);
+    out.regions = regions.regions().size();
+    out.pieces = static_cast<std::size_t>(std::count_if(regions.pieces().begin(), regions.pieces().end(),
+                                                        [](const Piece& piece) { return piece.side == 0; }));
   } catch (const TooLarge&) {
-    return {};
+    out = {};
+    out.too_large = true;
   }
-  const Regions& regions = *found;
-  out.box = kSetpointBox;
-  out.regions = regions.regions().size();
-  out.pieces = static_cast<std::size_t>(std::count_if(regions.pieces().begin(), regions.pieces().end(),
-                                                      [](const Piece& piece) { return piece.side == 0; }));
+  out.box = box;
+  out.programs = allowance.programs_spent();
+  out.comparisons = allowance.comparisons_spent();
   return out;
 }
 
@@ -559,6 +702,7 @@ void attach(const SetpointRows& rows, mpc::GainTable<double>& table) {
   table.setpoint.planes = rows.planes;
   table.setpoint.laws = rows.laws;
   table.setpoint.box = rows.box;
+  table.setpoint.mirror = rows.mirror;
   table.setpoint.depth = rows.depth;
 }
 

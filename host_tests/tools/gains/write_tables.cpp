@@ -45,18 +45,16 @@ class Bytes {
     list_numbers(table, [this](const char*, std::span<const double> numbers) {
       std::for_each(numbers.begin(), numbers.end(), [this](double value) { number(value); });
     });
-    unsigned_number(rows.planes.size() / mpc::kSetpointStates, 4);
-    unsigned_number(rows.laws.size() / mpc::kLawStates, 4);
+    unsigned_number(rows.laws.size() / mpc::kLawNumbers, 4);
     unsigned_number(rows.nodes.size(), 4);
-    unsigned_number(0, 4);
-    std::for_each(rows.planes.begin(), rows.planes.end(), [this](double value) { number(value); });
+    const auto last = static_cast<std::ptrdiff_t>(rows.nodes.size() * mpc::kNodeNumbers);
+    std::for_each(rows.planes.begin(), rows.planes.begin() + last, [this](double value) { number(value); });
     std::for_each(rows.laws.begin(), rows.laws.end(), [this](double value) { number(value); });
     for (const mpc::SetpointNode& node : rows.nodes) {
-      unsigned_number(node.plane, 2);
-      unsigned_number(node.child[0], 2);
-      unsigned_number(node.child[1], 2);
+      for (const std::uint16_t child : node.child) {
+        unsigned_number(child, 2);
+      }
     }
-    unsigned_number(0, (8 - rows.nodes.size() * 6 % 8) % 8);
   }
   std::vector<std::byte>& all() { return bytes_; }
 
@@ -117,8 +115,11 @@ void put_axis(std::string& out, const std::string& name, const mpc::GainTable<do
   out += "inline constexpr std::array<SetpointNode, " + std::to_string(rows.nodes.size()) + "> kNodes" + name + "{{\n";
   Lines lines(out);
   for (const mpc::SetpointNode& node : rows.nodes) {
-    lines.word("{" + std::to_string(node.plane) + ", {" + std::to_string(node.child[0]) + ", " +
-               std::to_string(node.child[1]) + "}}");
+    std::string children;
+    for (const std::uint16_t child : node.child) {
+      children += (children.empty() ? "" : ", ") + std::to_string(child);
+    }
+    lines.word("{{" + children + "}}");
   }
   lines.flush();
   out += "}};\n";
@@ -267,15 +268,13 @@ std::string table_text(const std::string& name) {
 
 }  // namespace
 
-TableSet make_table_set(const app::VehicleFile& file) {
+TableSet make_table_set(const app::VehicleFile& file, const SetpointBox& box, const SetpointProgress& progress) {
   TableSet set{.tables = make_gain_tables(file.vehicle, file.digest),
-               .x = make_setpoint_law(axis_problem(file.vehicle, Axis::kX)),
-               .y = make_setpoint_law(axis_problem(file.vehicle, Axis::kY))};
-  if (set.x.nodes.size() > mpc::kMaxSetpointNodes || set.y.nodes.size() > mpc::kMaxSetpointNodes) {
-    throw std::domain_error("the set-point law is too large for a table file");
-  }
+               .x = make_setpoint_law(axis_problem(file.vehicle, Axis::kX), box, Allowance(), progress),
+               .y = make_setpoint_law(axis_problem(file.vehicle, Axis::kY), box, Allowance(), progress)};
   for (const auto& [table, rows] : {std::pair{&set.tables.x, &set.x}, {&set.tables.y, &set.y}}) {
     table->setpoint.box = rows->box;
+    table->setpoint.mirror = rows->mirror;
     table->setpoint.depth = rows->depth;
   }
   return set;

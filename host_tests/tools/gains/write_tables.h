@@ -19,7 +19,8 @@ struct TableSet {
 };
 
 /// All tables of a vehicle file. Throws std::domain_error when the model cannot be controlled.
-TableSet make_table_set(const app::VehicleFile& file);
+TableSet make_table_set(const app::VehicleFile& file, const SetpointBox& box = kSetpointBox,
+                        const SetpointProgress& progress = {});
 
 /// The bytes of a gain table file (firmware/mpc/table_file.h).
 std::vector<std::byte> to_file(const TableSet& set);

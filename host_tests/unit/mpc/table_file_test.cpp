@@ -17,10 +17,11 @@ using tools::gains::to_file;
 TableSet made_from(const app::VehicleFile& file) {
   TableSet set;
   set.tables = tools::gains::make_gain_tables(file.vehicle, file.digest);
-  set.x.planes.assign(16, 0.5);
-  set.x.laws.assign(36, -2.0);
+  set.x.planes.assign(2 * kNodeNumbers + 1, 0.5);
+  set.x.laws.assign(3 * kLawNumbers, -2.0);
   constexpr auto kLeaf = SetpointTree<double>::kLeaf;
-  set.x.nodes = {{.plane = 0, .child = {kLeaf, 1}}, {.plane = 1, .child = {kLeaf + 1, kLeaf + 2}}};
+  set.x.nodes = {{{kLeaf, 1, 1, 1, 1, 1, 1, 1}},
+                 {{kLeaf + 1, kLeaf + 2, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf}}};
   return set;
 }
 
@@ -40,7 +41,7 @@ TEST_F(TableFile, ComesBackToTheLastBit) {
   EXPECT_EQ(tables.x.vehicle, file.digest);
   ASSERT_EQ(tables.x.setpoint.nodes.size(), 2U);
   EXPECT_EQ(tables.x.setpoint.nodes[1].child[1], SetpointTree<double>::kLeaf + 2);
-  EXPECT_EQ(tables.x.setpoint.laws[35], -2.0);
+  EXPECT_EQ(tables.x.setpoint.laws[26], -2.0);
   EXPECT_TRUE(tables.y.setpoint.nodes.empty());
 }
 
@@ -111,9 +112,9 @@ TEST_F(TableFile, OfAnyOtherLengthIsRefused) {
 
 // Whoever can compute a SHA-256 could still write a tree that never ends or points outside.
 TEST_F(TableFile, WithATreeThatWouldNotEndIsRefused) {
-  for (const SetpointNode& bad :
-       {SetpointNode{.plane = 0, .child = {0, 1}}, SetpointNode{.plane = 2, .child = {0x8000, 0x8000}},
-        SetpointNode{.plane = 0, .child = {0x8003, 1}}, SetpointNode{.plane = 0, .child = {0x8000, 2}}}) {
+  for (const SetpointNode& bad : {SetpointNode{{0, 1, 1, 1, 1, 1, 1, 1}}, SetpointNode{{1, 1, 1, 1, 1, 1, 1, 0}},
+                                  SetpointNode{{0x8003, 1, 1, 1, 1, 1, 1, 1}},
+                                  SetpointNode{{0x8000, 1, 2, 1, 1, 1, 1, 1}}}) {
     TableSet wrong = made_from(file);
     wrong.x.nodes[0] = bad;
     EXPECT_EQ(storage->load(to_file(wrong), file.digest), Status::kInvalidArgument);
