@@ -26,7 +26,7 @@ struct Tolerance<float> {
 };
 
 /// From so many wrong places on, a guess is nearer to the answer than the kept active set.
-inline constexpr int kStale = 4;
+inline constexpr int kStale = 7;
 
 template <typename T>
 M100_INLINE void start_over(const GainTable<T>& table, Tableau<T>& tableau) {
@@ -114,9 +114,14 @@ class ActiveSet {
   /// Column k of the symmetric tableau into pivot_: row k up to the diagonal, then down the rows.
   M100_INLINE void gather(std::size_t k) {
 #ifdef M100_LANES_SCALAR
-    const T* swept = tableau_.swept.data();
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      pivot_[i] = i <= k ? swept[packed_row(k) + i] : swept[packed_row(i) + k];
+    const T* row = tableau_.swept.data() + packed_row(k);
+    for (std::size_t i = 0; i <= k; ++i) {
+      pivot_[i] = row[i];
+    }
+    const T* at = row + k;
+    for (std::size_t i = k + 1; i < kHorizon; ++i) {
+      at += padded_row(i - 1);
+      pivot_[i] = *at;
     }
 #else
     switch (k / kPack) {  // so that every address is a constant and k
@@ -154,8 +159,10 @@ class ActiveSet {
   /// Zeros below the diagonal of column k.
   M100_INLINE void clear_below(std::size_t k) {
 #ifdef M100_LANES_SCALAR
+    T* at = tableau_.swept.data() + packed_row(k) + k;
     for (std::size_t i = k + 1; i < kHorizon; ++i) {
-      tableau_.swept[packed_row(i) + k] = T(0);
+      at += padded_row(i - 1);
+      *at = T(0);
     }
 #else
     switch (k / kPack) {
@@ -196,14 +203,31 @@ class ActiveSet {
     const T* swept = tableau_.swept.data();
 #ifdef M100_LANES_SCALAR
     T row_part[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+    const T* row = swept;
     for (std::size_t i = 0; i < kHorizon; ++i) {
-      const T* row = swept + packed_row(i);
       T lanes[kPack] = {};  // NOLINT(modernize-avoid-c-arrays): scratch
-      for (std::size_t j = 0; j < (i / kPack + 1) * kPack; ++j) {
-        lanes[j % kPack] = fused(j < i ? row[j] : T(0), e[j], lanes[j % kPack]);
-        column_[j] = fused(j <= i ? row[j] : T(0), e[i], column_[j]);
+      const T same = e[i];
+      std::size_t j = 0;
+      for (; j + kPack <= i; j += kPack) {
+        M100_PRAGMA(GCC unroll 4)
+        for (std::size_t l = 0; l < kPack; ++l) {
+          lanes[l] = fused(row[j + l], e[j + l], lanes[l]);
+        }
+        if (same != T(0)) {  // nothing in column_ is -0, so that adding 0 changes no bit
+          M100_PRAGMA(GCC unroll 4)
+          for (std::size_t l = 0; l < kPack; ++l) {
+            column_[j + l] = fused(row[j + l], same, column_[j + l]);
+          }
+        }
+      }
+      M100_PRAGMA(GCC unroll 4)
+      for (std::size_t l = 0; l < kPack; ++l) {
+        const T part = row[j + l];
+        lanes[l] = fused(j + l < i ? part : T(0), e[j + l], lanes[l]);
+        column_[j + l] = fused(j + l <= i ? part : T(0), same, column_[j + l]);
       }
       row_part[i] = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+      row += padded_row(i);
     }
     for (std::size_t i = 0; i < kHorizon; ++i) {
       column_[i] += row_part[i];
@@ -255,7 +279,7 @@ class ActiveSet {
       const Pack<T> optimum = load(unconstrained_ + b * kLanes);
       const Mask<T> is_free = side == zero;
       const Pack<T> away = (side > zero ? high : low) - optimum;
-      store<T>(column_ + b * kLanes, is_free ? optimum : zero);
+      store<T>(column_ + b * kLanes, is_free ? optimum + zero : zero);
       store<T>(pivot_ + b * kLanes, is_free ? zero : away);
     }
     settle(pivot_);
@@ -274,6 +298,20 @@ class ActiveSet {
     scaled_[k] = sign;
     clear_below(k);
     settle(scaled_);
+#ifdef M100_LANES_SCALAR
+    for (std::size_t b = 0; b < kHorizon; b += kPack) {  // four columns: their factors stay in registers
+      const T in_registers[kPack] = {scaled_[b], scaled_[b + 1], scaled_[b + 2], scaled_[b + 3]};  // NOLINT
+      T* part = swept + packed_row(b) + b;
+      for (std::size_t i = b; i < kHorizon; ++i) {
+        const T factor = pivot_[i];
+        M100_PRAGMA(GCC unroll 4)
+        for (std::size_t l = 0; l < kPack; ++l) {
+          part[l] = fused(in_registers[l], factor, part[l]);
+        }
+        part += padded_row(i);
+      }
+    }
+#else
     scaled.read(scaled_);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kHorizon; ++i) {
@@ -284,6 +322,7 @@ class ActiveSet {
         store<T>(row + b * kLanes, fused(scaled.pack[b], factor, load(row + b * kLanes)));
       }
     }
+#endif
     T* row = swept + packed_row(k);
     const Pack<T> same = spread(sign);
     M100_UNROLL(20)

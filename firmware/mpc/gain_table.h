@@ -18,6 +18,8 @@ constexpr std::size_t packed_row(std::size_t row) {
   const std::size_t block = row / kPack;
   return kPack * (block + 1) * (2 * block + row % kPack);
 }
+/// How far row + 1 is from row.
+constexpr std::size_t padded_row(std::size_t row) { return kPack * (row / kPack + 1); }
 inline constexpr std::size_t kPackedSize = packed_row(kHorizon);
 
 /// The linear model of one axis between two ticks, for the prediction through the transport delay.

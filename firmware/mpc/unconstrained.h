@@ -119,7 +119,7 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
   add_columns(sum, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1, kStates - 1);
-  sum.add(table.disturbance_gain.data(), problem.disturbance_m_s2);
+  add_columns(sum, table.disturbance_gain.data(), kHorizon, &problem.disturbance_m_s2, 1);
   if constexpr (kShape != Shape::kMovingTargets) {
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
     sum.add(table.input_target_gain.data(), problem.input_ref_rad[0] + problem.input_offset_rad);
@@ -131,6 +131,14 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   }
   sum.write(inputs);
 
+#ifdef M100_LANES_SCALAR
+  for (const T input : sum.pack) {
+    if (!(input >= low_rad && input <= high_rad)) {
+      return false;
+    }
+  }
+  return true;
+#else
   // A number that is not finite in the problem makes every element so, the last pack's too, which is compared last and
   // not lost; comparisons that hold, not such that fail: a NaN must not pass for free.
   Pack<T> most = sum.pack[0];
@@ -141,6 +149,7 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
     least = least < sum.pack[i] ? least : sum.pack[i];
   }
   return bits_of<T>((most <= spread(high_rad)) & (least >= spread(low_rad))) == kAllLanes;
+#endif
 }
 
 template <typename T, std::size_t kStates>
