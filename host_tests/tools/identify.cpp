@@ -16,6 +16,7 @@
 #include "host_tests/tools/identify/to_vehicle.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/logs/flight_log.h"
+#include "host_tests/tools/option_words.h"
 #include "host_tests/tools/subcommands.h"
 
 namespace m100::tools {
@@ -30,24 +31,6 @@ struct Options {
   std::size_t draws = 200;
   std::uint64_t seed = 1;
 };
-
-std::vector<std::string> parts(const std::string& text, char between) {
-  std::vector<std::string> out;
-  std::stringstream stream(text);
-  for (std::string part; std::getline(stream, part, between);) {
-    out.push_back(part);
-  }
-  return out;
-}
-
-double number(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) {
-    throw InputError(option, 0, text, "not a number");
-  }
-  return value;
-}
 
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log) {
   std::vector<Range> out;

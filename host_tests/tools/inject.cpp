@@ -11,6 +11,7 @@
 #include "host_tests/tools/identify/request.h"
 #include "host_tests/tools/input_error.h"
 #include "host_tests/tools/logs/write_csv.h"
+#include "host_tests/tools/option_words.h"
 #include "host_tests/tools/subcommands.h"
 
 namespace m100::tools {
@@ -19,24 +20,6 @@ namespace {
 struct Options {
   std::string log, columns, axis, declare, train, effect, out, map;
 };
-
-std::vector<std::string> parts(const std::string& text, char between) {
-  std::vector<std::string> out;
-  std::stringstream stream(text);
-  for (std::string part; std::getline(stream, part, between);) {
-    out.push_back(part);
-  }
-  return out;
-}
-
-double number(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) {
-    throw InputError(option, 0, text, "not a number");
-  }
-  return value;
-}
 
 hidden::Hidden effects_of(const std::string& text) {
   static const std::vector<std::string> kKnown{"transport_delay", "lead_zero",      "dead_zone",      "saturation",

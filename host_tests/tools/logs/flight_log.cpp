@@ -100,15 +100,15 @@ class Loader {
       throw InputError(raw_.file(), 0, map_.time.column, "has only " + std::to_string(tidy.values.size()) + " samples");
     }
     log_.start_s = tidy.time_s.front();
-    const double typical_s = (tidy.time_s.back() - log_.start_s) / static_cast<double>(tidy.values.size());
-    if (typical_s > kSlowestSample_s) {
-      throw InputError(raw_.file(), 0, map_.time.column,
-                       "has " + std::to_string(typical_s) + " s between samples: is its unit really seconds?");
-    }
     const double samples = (tidy.time_s.back() - log_.start_s) / log_.period_s;
     constexpr double kMostSamples = 1e8;
     if (samples > kMostSamples) {
       throw InputError(raw_.file(), 0, map_.time.column, "spans more than 10 days: is its unit really seconds?");
+    }
+    const double typical_s = (tidy.time_s.back() - log_.start_s) / static_cast<double>(tidy.values.size());
+    if (typical_s > kSlowestSample_s) {
+      throw InputError(raw_.file(), 0, map_.time.column,
+                       "has " + std::to_string(typical_s) + " s between samples: is its unit really seconds?");
     }
     log_.size = static_cast<std::size_t>(std::floor(samples + 1e-6)) + 1;
     if (log_.size < kFewestSamples) {
