@@ -126,6 +126,9 @@ TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
           "translation needs velocity, position or force, all three axes of it");
   has_thrust = thrust_from == Thrust::kSetPoint;
   axes = has_thrust ? 3 : 2;
+  if (thrust_from == Thrust::kVertical) {
+    shown = has_force ? Shown::kAcross : Shown::kOffPlumb;
+  }
   has_yaw = log.has(Signal::kAttitudeYaw);
   if (has_yaw) {
     yaw_rad = log.of(Signal::kAttitudeYaw);

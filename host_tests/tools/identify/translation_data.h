@@ -19,6 +19,13 @@ enum class Thrust {
   kTangents  ///< the same with roll and pitch apart, g tan(pitch) forward and -g tan(roll) to the left: the paper's way
 };
 
+/// A thrust that is measured has taken in its share of every outer force u, and the residual lacks that share.
+enum class Shown {
+  kWhole,     ///< u: the thrust comes from elsewhere
+  kAcross,    ///< u - (u . b3) b3: the accelerometer's body z is what the thrust was taken from
+  kOffPlumb,  ///< u - u_z / b3_z b3: the vertical acceleration is
+};
+
 /// What a log says about translation, at the log's own rate. World frame, z up.
 ///
 /// Rigid body: a = T b3 - g e3, where b3 is the body's z axis and T the thrust over mass. T is the logged thrust set
@@ -40,6 +47,7 @@ struct TranslationData {
   double period_s = 0.01;
   std::size_t axes = 2;                          ///< 3 with a thrust set point
   bool has_thrust = false;                       ///< T is a set point, and gain and lag of thrust mean something
+  Shown shown = Shown::kWhole;                   ///< how much of an outer force the difference to the rigid body shows
   bool has_velocity = false;                     ///< drag means something
   bool has_yaw = false;                          ///< body and world can be told apart
   std::string source;                            ///< of a: "velocity", "position" or "force"

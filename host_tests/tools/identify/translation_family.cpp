@@ -210,6 +210,22 @@ class Regression {
     }
   }
 
+  /// Fills rows with what the log shows of an outer acceleration u(axis, sample).
+  template <typename Column, typename Acceleration>
+  void fill_outer(Column&& out, Acceleration&& u) const {
+    if (data_.shown == Shown::kWhole) {
+      fill(out, u);
+      return;
+    }
+    constexpr double kSteepest = 0.3;
+    fill(out, [&](std::size_t c, std::size_t i) {
+      const double taken = data_.shown == Shown::kAcross
+                               ? u(0, i) * axis_[0][i] + u(1, i) * axis_[1][i] + u(2, i) * axis_[2][i]
+                               : u(2, i) / std::max(kSteepest, axis_[2][i]);
+      return u(c, i) - taken * axis_[c][i];
+    });
+  }
+
   double air_speed(std::size_t c, std::size_t i) const {
     const double wind = c == 0 ? searched_.wind_x_m_s : (c == 1 ? searched_.wind_y_m_s : 0.0);
     return data_.velocity[c][i] - wind;
@@ -219,19 +235,20 @@ class Regression {
     const auto horizontal = [](std::size_t c, double value) { return c < 2 ? value : 0.0; };
     if (name == "steady_wind" && linear_count(structure_, name) > 0) {
       for (std::size_t n = 0; n < 2; ++n) {
-        each_row(n, [&](Eigen::Index row, std::size_t) { columns(row, at + static_cast<Eigen::Index>(n)) = 1.0; });
+        fill_outer(columns.col(at + static_cast<Eigen::Index>(n)),
+                   [n](std::size_t c, std::size_t) { return c == n ? 1.0 : 0.0; });
       }
     } else if (name == "body_bias") {
-      fill(columns.col(at), [&](std::size_t c, std::size_t i) {
+      fill_outer(columns.col(at), [&](std::size_t c, std::size_t i) {
         return c == 0 ? std::cos(data_.yaw_rad[i]) : horizontal(c, std::sin(data_.yaw_rad[i]));
       });
-      fill(columns.col(at + 1), [&](std::size_t c, std::size_t i) {
+      fill_outer(columns.col(at + 1), [&](std::size_t c, std::size_t i) {
         return c == 0 ? -std::sin(data_.yaw_rad[i]) : horizontal(c, std::cos(data_.yaw_rad[i]));
       });
     } else if (name == "linear_drag") {
-      fill(columns.col(at), [&](std::size_t c, std::size_t i) { return -air_speed(c, i); });
+      fill_outer(columns.col(at), [&](std::size_t c, std::size_t i) { return -air_speed(c, i); });
     } else if (name == "quadratic_drag") {
-      fill(columns.col(at), [&](std::size_t c, std::size_t i) {
+      fill_outer(columns.col(at), [&](std::size_t c, std::size_t i) {
         const double speed = std::hypot(air_speed(0, i), air_speed(1, i), air_speed(2, i));
         return -speed * air_speed(c, i);
       });
@@ -255,10 +272,11 @@ class Regression {
   void add_periodic(Eigen::Index at) {
     const double omega = 2.0 * std::numbers::pi * searched_.frequency_hz;
     for (std::size_t n = 0; n < 2; ++n) {
-      each_row(n, [&](Eigen::Index row, std::size_t i) {
-        columns(row, at + 2 * static_cast<Eigen::Index>(n)) = std::cos(omega * data_.time_s(i));
-        columns(row, at + 2 * static_cast<Eigen::Index>(n) + 1) = std::sin(omega * data_.time_s(i));
-      });
+      const Eigen::Index column = at + 2 * static_cast<Eigen::Index>(n);
+      fill_outer(columns.col(column),
+                 [&](std::size_t c, std::size_t i) { return c == n ? std::cos(omega * data_.time_s(i)) : 0.0; });
+      fill_outer(columns.col(column + 1),
+                 [&](std::size_t c, std::size_t i) { return c == n ? std::sin(omega * data_.time_s(i)) : 0.0; });
     }
   }
 
