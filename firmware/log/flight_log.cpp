@@ -104,6 +104,17 @@ void FlightLog::append(const TickRecord& record) {
   static_cast<void>(data(kTickId, std::as_bytes(std::span(&record, 1))));  // a drop is counted by the ring
 }
 
+void FlightLog::append(core::TimePoint now, std::string_view text) {
+  constexpr auto kInfo = std::uint8_t{'6'};
+  const auto timestamp = static_cast<std::uint64_t>(now.time_since_epoch().count());
+  Head head;
+  head.put(kInfo);
+  for (unsigned shift = 0; shift < 64; shift += 8) {
+    head.put(static_cast<std::uint8_t>((timestamp >> shift) & 0xFFU));
+  }
+  static_cast<void>(message('L', head.span(), bytes_of(text.substr(0, 60000))));
+}
+
 void FlightLog::append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     BytesRecord record;

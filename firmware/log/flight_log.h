@@ -33,6 +33,9 @@ class FlightLog {
   void append(const TickRecord& record);
   void append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes);
 
+  /// A line of text with its time (ULog's logged string, level info), at most 60 000 bytes; readers list them.
+  void append(core::TimePoint now, std::string_view text);
+
   std::uint32_t dropped() const { return ring_.dropped(); }
 
  private:

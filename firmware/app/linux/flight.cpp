@@ -139,8 +139,15 @@ bool fly_course(const FlyOptions& options, const LinkConfig& link, hal::SerialPo
   const core::AssertionHandler former = core::set_assertion_handler(&say_farewell);
   ask_for_real_time();
   Pilotage pilotage(options, *controller);
+  constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);
+  core::TimePoint health_logged_at{};
+  HealthText health_text{};
   for (core::TimePoint now = clock.now();; now = clock.next()) {
     (void)controller->tick(now);  // what became of the command stands in the log
+    if (log && now - health_logged_at >= kHealthPeriod) {
+      log->log().append(now, health_line(controller->link().health(), health_text));
+      health_logged_at = now;
+    }
     if (!pilotage.tick(now)) {
       break;
     }

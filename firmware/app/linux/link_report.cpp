@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/linux/link_report.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <iomanip>
 #include <sstream>
@@ -56,9 +58,43 @@ std::string to_json(const LinkHealth& health) {
   return out.str();
 }
 
+std::string_view health_line(const LinkHealth& health, HealthText& space) {
+  std::size_t used = 0;
+  const auto add = [&](const char* format, const auto... values) {
+    const int wanted = std::snprintf(space.data() + used, space.size() - used, format, values...);
+    used = std::min(space.size() - 1, used + static_cast<std::size_t>(std::max(wanted, 0)));
+  };
+  add("link_health {\"telemetry_rate_hz\":%.4g,\"telemetry_age_s\":%.4g,\"longest_gap_s\":%.4g",
+      health.telemetry_rate_hz, core::seconds<double>(health.telemetry_age), core::seconds<double>(health.longest_gap));
+  add(",\"receive_share\":%.4g,\"send_share\":%.4g", health.receive_share, health.send_share);
+  for (std::size_t bin = 0; bin < health.jitter_histogram.size(); ++bin) {
+    add("%s%u", bin == 0 ? ",\"jitter_histogram\":[" : ",", health.jitter_histogram[bin]);
+  }
+  const protocol::ParserStats& parser = health.parser;
+  const auto count = [&](const char* name, std::uint64_t value) {
+    add(",\"%s\":%llu", name, static_cast<unsigned long long>(value));
+  };
+  add("]");
+  count("frames", parser.frames);
+  count("crc16_errors", parser.crc16_errors);
+  count("crc32_errors", parser.crc32_errors);
+  count("resyncs", parser.resyncs);
+  count("bytes_dropped", parser.bytes_dropped);
+  count("session_repeats", health.sessions.repeats);
+  count("session_failures", health.sessions.failures);
+  count("bad_packages", health.bad_packages);
+  count("commands_sent", health.commands_sent);
+  count("commands_dropped", health.commands_dropped);
+  count("outages", health.outages);
+  count("restarts", health.restarts);
+  add("}");
+  return {space.data(), used};
+}
+
 void print(std::ostream& out, const LinkHealth& health) {
   out << std::fixed << std::setprecision(1) << "  telemetry  " << health.telemetry_rate_hz << " packages/s, "
-      << health.packages << " in all, longest gap " << milliseconds(health.longest_gap) << " ms\n"
+      << health.packages << " in all, last " << milliseconds(health.telemetry_age) << " ms ago, longest gap "
+      << milliseconds(health.longest_gap) << " ms\n"
       << "  line       receiving " << 100.0 * health.receive_share << " %, sending " << 100.0 * health.send_share
       << " % of its capacity\n"
       << "  errors     " << health.parser.crc16_errors << " CRC16, " << health.parser.crc32_errors << " CRC32, "

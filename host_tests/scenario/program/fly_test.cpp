@@ -43,6 +43,17 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
   const app::RecordedFlight flown = app::read_flight(log.string());
   ASSERT_GT(flown.ticks.size(), 200U);
   ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
+  const std::string file = text_of(log);  // a line a second of what the link was like
+  std::size_t lines = 0;
+  for (std::size_t at = file.find("link_health {"); at != std::string::npos; at = file.find("link_health {", at + 1)) {
+    const json health = json::parse(file.substr(at + 12, file.find('}', at) - at - 11));
+    for (const char* const key : {"telemetry_rate_hz", "telemetry_age_s", "jitter_histogram", "crc16_errors",
+                                  "crc32_errors", "resyncs", "bytes_dropped", "session_failures", "receive_share"}) {
+      EXPECT_TRUE(health.contains(key)) << key;
+    }
+    ++lines;
+  }
+  EXPECT_GE(lines, flown.ticks.size() / 150);
   const fs::path said = folder / "said.txt";
   const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
                              (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
