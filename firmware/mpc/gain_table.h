@@ -58,8 +58,8 @@ inline constexpr std::size_t kNodePlanes = 3;      ///< per node of the tree
 inline constexpr std::size_t kPlaneNumbers = 7;    ///< per plane: a constant, and one for each of the first six
 inline constexpr std::size_t kNodeNumbers = kNodePlanes * kPlaneNumbers;
 
-/// Up to three planes of the search at once: where z leads that is not on the negative side of plane i for each bit i of
-/// the index.
+/// Up to three planes of the search at once: where z leads that is not on the negative side of plane i for each bit i
+/// of the index.
 struct SetpointNode {
   std::array<std::uint16_t, 1U << kNodePlanes> child;  ///< see SetpointTree::kLeaf
 };
@@ -67,14 +67,15 @@ struct SetpointNode {
 /// The explicit law for a constant reference: a search tree over planes, then one affine law, clipped. Parameters
 ///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, rd, rs):
 /// steady input = target / input_gain - input_offset; rd, rs are what is left of disturbance and input target when the
-/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. Where mirror' z is negative, z
-/// and the answer are mirrored.
+/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. Where mirror' z is negative,
+/// z and the answer are mirrored.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
   std::span<const SetpointNode> nodes{};          ///< empty: there is no set-point law
-  std::span<const T> planes{};  ///< kNodeNumbers per node: the three constants, the three factors of z_0, ...; one 0 more
-  std::span<const T> laws{};    ///< rows of kLawNumbers: u_0 before clipping
+  std::span<const T>
+      planes{};               ///< kNodeNumbers per node: the three constants, the three factors of z_0, ...; one 0 more
+  std::span<const T> laws{};  ///< rows of kLawNumbers: u_0 before clipping
   std::array<T, kSetpointStates> box{};  ///< the law holds where |z_i| <= box_i
   std::array<T, kPlaneNumbers - 1> mirror{};
   std::uint32_t depth = 0;  ///< most nodes on any path

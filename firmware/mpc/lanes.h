@@ -132,7 +132,8 @@ M100_INLINE Pack<float> fused(const Pack<float>& a, const Pack<float>& b, const 
 #elif defined(__aarch64__)
   return vfmaq_f32(c, a, b);
 #else
-  return Pack<float>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]), fused(a[3], b[3], c[3])};
+  return Pack<float>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]),
+                     fused(a[3], b[3], c[3])};
 #endif
 }
 M100_INLINE Pack<double> fused(const Pack<double>& a, const Pack<double>& b, const Pack<double>& c) {
@@ -173,8 +174,10 @@ M100_INLINE Pack<T> sums_of(const Pack<T>& a, const Pack<T>& b, const Pack<T>& c
   const Pack<T> even_cd = __builtin_shufflevector(c, d, 0, 4, 2, 6);
   const Pack<T> odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
   const Pack<T> odd_cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  const Pack<T> even = __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5) + __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
-  const Pack<T> odd = __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5) + __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+  const Pack<T> even =
+      __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5) + __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
+  const Pack<T> odd =
+      __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5) + __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
   return even + odd;
 }
 #endif

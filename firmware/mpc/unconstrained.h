@@ -5,7 +5,8 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// 20 numbers that taps may run over the end of, where everything is zero: `tail` are the last pack and a pack of zeros.
+/// 20 numbers that taps may run over the end of, where everything is zero: `tail` are the last pack and a pack of
+/// zeros.
 template <typename T>
 struct Signal {
   const T* body;

@@ -35,30 +35,32 @@ gains::SetpointProgress progress_line() {
   if (isatty(STDERR_FILENO) == 0) {
     return {};
   }
-  return [last = std::chrono::steady_clock::time_point{}](std::size_t regions, std::size_t planes,
-                                                          double spent) mutable {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - last > std::chrono::milliseconds(200)) {
-      last = now;
-      std::fprintf(stderr, "\rset-point law: %zu regions, %zu planes, %.0f %% of the allowance \r", regions, planes,
-                   100.0 * spent);
-    }
-  };
+  return
+      [last = std::chrono::steady_clock::time_point{}](std::size_t regions, std::size_t planes, double spent) mutable {
+        const auto now = std::chrono::steady_clock::now();
+        if (now - last > std::chrono::milliseconds(200)) {
+          last = now;
+          std::fprintf(stderr, "\rset-point law: %zu regions, %zu planes, %.0f %% of the allowance \r", regions, planes,
+                       100.0 * spent);
+        }
+      };
 }
 
 void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
   if (rows.too_large) {
-    std::printf("%s: the set-point law is too large for a table (given up after %llu linear programs): the preview law "
-                "flies alone, as exactly\n",
-                axis, static_cast<unsigned long long>(rows.programs));
+    std::printf(
+        "%s: the set-point law is too large for a table (given up after %llu linear programs): the preview law "
+        "flies alone, as exactly\n",
+        axis, static_cast<unsigned long long>(rows.programs));
   } else if (rows.nodes.empty()) {
     std::printf("%s: no set-point law: its limits are not symmetric or too small\n", axis);
   } else {
-    std::printf("%s: set-point law of %zu regions in half the box, %zu affine pieces, at most %zu planes in %u nodes of "
-                "%zu, %zu bytes in float, %llu linear programs\n",
-                axis, rows.regions, rows.pieces, rows.borders, rows.depth, rows.nodes.size(),
-                4 * (rows.planes.size() + rows.laws.size()) + sizeof(mpc::SetpointNode) * rows.nodes.size(),
-                static_cast<unsigned long long>(rows.programs));
+    std::printf(
+        "%s: set-point law of %zu regions in half the box, %zu affine pieces, at most %zu planes in %u nodes of "
+        "%zu, %zu bytes in float, %llu linear programs\n",
+        axis, rows.regions, rows.pieces, rows.borders, rows.depth, rows.nodes.size(),
+        4 * (rows.planes.size() + rows.laws.size()) + sizeof(mpc::SetpointNode) * rows.nodes.size(),
+        static_cast<unsigned long long>(rows.programs));
   }
 }
 

@@ -21,9 +21,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Sides = std::array<std::int8_t, mpc::kHorizon>;
 
-constexpr double kThin = 1e-7;   ///< balls below this radius are boundaries, not regions
+constexpr double kThin = 1e-7;     ///< balls below this radius are boundaries, not regions
 constexpr double kOverlap = 1e-5;  ///< balls below this radius may be rounding where regions overlap
-constexpr double kNudge = 2e-6;  ///< how far across a facet the next region is looked for
+constexpr double kNudge = 2e-6;    ///< how far across a facet the next region is looked for
 constexpr Index kInputs = static_cast<Index>(mpc::kHorizon);
 
 /// The first input of a region: at a limit, or an affine function of the scaled parameters and the two residuals.

@@ -20,10 +20,10 @@ struct SetpointRows {
   std::array<double, mpc::kSetpointStates> box{};
   std::array<double, mpc::kPlaneNumbers - 1> mirror{};
   std::uint32_t depth = 0;
-  std::size_t regions = 0;  ///< critical regions in the half of the box that is not mirrored
-  std::size_t pieces = 0;   ///< affine functions among them
-  std::size_t borders = 0;  ///< planes on the longest path
-  bool too_large = false;   ///< the law has no table: everything above is empty
+  std::size_t regions = 0;                      ///< critical regions in the half of the box that is not mirrored
+  std::size_t pieces = 0;                       ///< affine functions among them
+  std::size_t borders = 0;                      ///< planes on the longest path
+  bool too_large = false;                       ///< the law has no table: everything above is empty
   std::uint64_t programs = 0, comparisons = 0;  ///< what the construction cost
 };
 
@@ -35,8 +35,8 @@ inline constexpr SetpointBox kSetpointBox{6.0, 4.0, 0.5, 2.0, 0.75, 0.31, 2e-5, 
 /// The explicit optimum of one axis for a constant reference. The critical regions (active sets) are found by walking
 /// over every facet, each facet decided by a linear program (GLPK, in rational arithmetic where floating point leaves
 /// it open); the tree is split along facets until the regions that meet a leaf, again by linear programs, all follow
-/// from one clipped affine law. Empty where the limits are not symmetric. Takes seconds; too_large when the allowance is
-/// spent, or the table file would not hold it.
+/// from one clipped affine law. Empty where the limits are not symmetric. Takes seconds; too_large when the allowance
+/// is spent, or the table file would not hold it.
 using SetpointProgress = std::function<void(std::size_t regions, std::size_t planes, double allowance_spent)>;
 SetpointRows make_setpoint_law(const AxisProblem& problem, const SetpointBox& box = kSetpointBox,
                                Allowance allowance = Allowance(), const SetpointProgress& progress = {});

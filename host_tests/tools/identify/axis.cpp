@@ -223,7 +223,8 @@ class AxisIdentification {
         continue;
       }
       const Fit plain = family.fit(reduced, all, &fit);
-      if (validation_.blocks.rmse(family.model(fit)) < validation_.blocks.rmse(family.model(plain))) {
+      if (validation_.blocks.rmse(family.model(fit)) <
+          most_in_validation(selection.steps[at]) * validation_.blocks.rmse(family.model(plain))) {
         continue;
       }
       result.findings.push_back(name + " fits the training part but makes the validation part no better: withdrawn");

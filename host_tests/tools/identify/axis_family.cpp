@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace m100::tools::identify {
 namespace {
@@ -247,8 +248,46 @@ Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) con
   return start;
 }
 
+double AxisFamily::sum_of_squares(const Fit& fit, std::span<const int> weights) const {
+  std::size_t rows = 0;
+  for (std::size_t block = 0; block < training_.size(); ++block) {
+    rows += weights[block] > 0 ? samples_in(block) : 0;
+  }
+  std::vector<double> out(rows);
+  training_.error(model(fit), weights, out);
+  return std::inner_product(out.begin(), out.end(), out.begin(), 0.0);
+}
+
+Fit AxisFamily::with_jump(Fit fit, std::span<const int> weights) const {
+  constexpr double kWidest = 0.6;
+  constexpr double kStep = 0.02;
+  constexpr double kFineStep = 0.002;
+  const std::vector<const Parameter*> parameters = parameters_of(fit.structure);
+  const auto width = std::find_if(parameters.begin(), parameters.end(),
+                                  [](const Parameter* p) { return p->member == &Model::dead_zone_counts; });
+  const auto at = static_cast<std::size_t>(width - parameters.begin());
+  fit.shape += has_token(fit.shape, "jump") ? "" : "jump";
+  const auto scan = [&](double from, double to, double step) {
+    Fit best = fit;
+    best.sum_of_squares = 0.0;
+    for (double value = from; value <= to; value += step) {
+      fit.parameters[at] = to_fitted(**width, value);
+      fit.sum_of_squares = sum_of_squares(fit, weights);
+      best = best.sum_of_squares > 0.0 && best.sum_of_squares <= fit.sum_of_squares ? best : fit;
+    }
+    return best;
+  };
+  fit = run(scan(kStep, kWidest, kStep), weights, 10);
+  const double found = from_fitted(**width, fit.parameters[at]);
+  return run(scan(std::max(kFineStep, found - kStep), found + kStep, kFineStep), weights, 15);
+}
+
 Fit AxisFamily::polish(const Fit& fit, std::span<const int> weights) const {
   Fit best = run(fit, weights, 15);
+  if (has(fit.structure, "dead_zone")) {
+    const Fit jump = with_jump(best, weights);
+    best = cost(jump) < cost(best) ? jump : best;
+  }
   const std::vector<const Parameter*> parameters = parameters_of(fit.structure);
   for (const std::string& effect : fit.structure) {
     const Starts& table = starts_of(effect);
@@ -338,7 +377,12 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
       best = tried;
     }
   }
-  return run(best, weights, 25);
+  best = run(best, weights, 25);
+  if (has(structure, "dead_zone") && (warm == nullptr || !has(warm->structure, "dead_zone"))) {
+    const Fit jump = with_jump(best, weights);
+    return cost(jump) < cost(best) ? jump : best;
+  }
+  return best;
 }
 
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {

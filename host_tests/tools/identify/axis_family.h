@@ -53,6 +53,10 @@ class AxisFamily final : public Family {
 
  private:
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
+  /// The fit with a jump at the dead zone's edge. Its width is scanned: the error is flat in it between two stick
+  /// positions, so that steps along a gradient leave it where it began.
+  Fit with_jump(Fit fit, std::span<const int> weights) const;
+  double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;
   AxisScale scale_;
 };

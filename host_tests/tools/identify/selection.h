@@ -117,6 +117,15 @@ struct Step {
   bool alias_of_rival = false;
 };
 
+/// The most that the error of the validation part may grow by an effect that stays. Weak evidence must make it smaller.
+/// Strong evidence stands where the validation part is indifferent: it may not exercise the effect at all.
+constexpr double most_in_validation(const Step& step) {
+  constexpr double kStrongGain = 0.15;
+  constexpr double kStrongCriterion = 15.0;
+  constexpr double kIndifferent = 1.05;
+  return step.cv_gain > kStrongGain && step.delta_bic > kStrongCriterion ? kIndifferent : 1.0;
+}
+
 struct Selection {
   Judged declared;
   Judged final_model;

@@ -241,7 +241,7 @@ class TranslationIdentification {
       const std::string name = steps[at].name;
       const Fit plain = family_.fit(family_.without(fit.structure, name), all, nullptr);
       if (validation_.rmse(TranslationFamily::prediction(validation_.blocks, fit)) <
-          validation_.rmse(TranslationFamily::prediction(validation_.blocks, plain))) {
+          most_in_validation(steps[at]) * validation_.rmse(TranslationFamily::prediction(validation_.blocks, plain))) {
         continue;
       }
       result.findings.push_back(name + " fits the training part but makes the validation part no better: withdrawn");

@@ -20,8 +20,7 @@ TableSet made_from(const app::VehicleFile& file) {
   set.x.planes.assign(2 * kNodeNumbers + 1, 0.5);
   set.x.laws.assign(3 * kLawNumbers, -2.0);
   constexpr auto kLeaf = SetpointTree<double>::kLeaf;
-  set.x.nodes = {{{kLeaf, 1, 1, 1, 1, 1, 1, 1}},
-                 {{kLeaf + 1, kLeaf + 2, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf}}};
+  set.x.nodes = {{{kLeaf, 1, 1, 1, 1, 1, 1, 1}}, {{kLeaf + 1, kLeaf + 2, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf, kLeaf}}};
   return set;
 }
 
@@ -112,9 +111,9 @@ TEST_F(TableFile, OfAnyOtherLengthIsRefused) {
 
 // Whoever can compute a SHA-256 could still write a tree that never ends or points outside.
 TEST_F(TableFile, WithATreeThatWouldNotEndIsRefused) {
-  for (const SetpointNode& bad : {SetpointNode{{0, 1, 1, 1, 1, 1, 1, 1}}, SetpointNode{{1, 1, 1, 1, 1, 1, 1, 0}},
-                                  SetpointNode{{0x8003, 1, 1, 1, 1, 1, 1, 1}},
-                                  SetpointNode{{0x8000, 1, 2, 1, 1, 1, 1, 1}}}) {
+  for (const SetpointNode& bad :
+       {SetpointNode{{0, 1, 1, 1, 1, 1, 1, 1}}, SetpointNode{{1, 1, 1, 1, 1, 1, 1, 0}},
+        SetpointNode{{0x8003, 1, 1, 1, 1, 1, 1, 1}}, SetpointNode{{0x8000, 1, 2, 1, 1, 1, 1, 1}}}) {
     TableSet wrong = made_from(file);
     wrong.x.nodes[0] = bad;
     EXPECT_EQ(storage->load(to_file(wrong), file.digest), Status::kInvalidArgument);
