@@ -46,6 +46,7 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
       residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod)),
+      trim_(vehicle),
       log_(log),
       config_(config) {}
 
@@ -123,6 +124,7 @@ void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
 template <typename T, typename S>
 void FlightController<T, S>::watch_residual() {
   const bool flies_sticks = config_.link.channel.channel == Channel::kVirtualRc && link_.authority().in_control;
+  trim_.update(estimate_, flies_sticks && reference_.constant, core::seconds<T>(elapsed_));
   if (!flies_sticks || !measured_.attitude.is_new || elapsed_ > kStall) {
     residual_.interrupt();
     return;
@@ -176,9 +178,11 @@ safety::Facts FlightController<T, S>::facts(core::TimePoint now) {
           .mode_f = link_.authority().mode_f,
           .operator_engages = now < order_until_,
           .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
-          .left_model = {
-              residual_.report(sysid::Channel::kRoll).departed, residual_.report(sysid::Channel::kPitch).departed,
-              residual_.report(sysid::Channel::kYawRate).departed, residual_.report(sysid::Channel::kClimb).departed}};
+          .left_model = {residual_.report(sysid::Channel::kRoll).departed,
+                         residual_.report(sysid::Channel::kPitch).departed,
+                         residual_.report(sysid::Channel::kYawRate).departed,
+                         residual_.report(sysid::Channel::kClimb).departed},
+          .trim_drifted = trim_.report().drifted};
 }
 
 template <typename T, typename S>

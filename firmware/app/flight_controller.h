@@ -9,6 +9,7 @@
 #include "firmware/app/serial_link.h"
 #include "firmware/ctl/flight_law.h"
 #include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/trim_watch.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/mpc/gain_table.h"
@@ -75,6 +76,8 @@ class FlightController {
   const ctl::FlightLaw<T>& law() const { return law_; }
   /// Whether the aircraft still answers its sticks as the vehicle file says; Virtual RC only.
   const sysid::ResidualMonitor<T>& residual() const { return residual_; }
+  /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
+  const est::TrimReport<T>& trim() const { return trim_.report(); }
   const TickStats& stats() const { return stats_; }
   /// When the ladder last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
@@ -104,6 +107,7 @@ class FlightController {
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;
   sysid::ResidualMonitor<T> residual_;
+  est::TrimWatch<T> trim_;
   log::FlightLog* log_;
   FlightConfig config_;
 

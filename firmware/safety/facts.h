@@ -20,6 +20,7 @@ struct Facts {
   bool operator_engages = false;                        ///< the operator asks (again) for automatic flight, this tick
   bool operator_releases = false;                       ///< the operator gives control back, this tick
   std::array<bool, 4> left_model{};                     ///< roll, pitch, yaw rate, climb: reality left the model
+  bool trim_drifted = false;                            ///< a balancing point is not where the vehicle file has it
 };
 
 /// The named timers and counts of the ladder.

@@ -33,6 +33,7 @@ enum class Sign : std::uint16_t {
   kPitchLeftModel = 1U << 12U,  ///< in the order of sysid::Channel
   kYawRateLeftModel = 1U << 13U,
   kClimbLeftModel = 1U << 14U,
+  kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimWatch
 };
 constexpr Sign operator|(Sign a, Sign b) {
   return static_cast<Sign>(static_cast<std::uint16_t>(a) | static_cast<std::uint16_t>(b));

@@ -38,6 +38,7 @@ Sign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Facts& facts) {
   add(facts.left_model[1], Sign::kPitchLeftModel);
   add(facts.left_model[2], Sign::kYawRateLeftModel);
   add(facts.left_model[3], Sign::kClimbLeftModel);
+  add(facts.trim_drifted, Sign::kTrimDrifted);
   return set;
 }
 
