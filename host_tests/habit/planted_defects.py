@@ -16,9 +16,11 @@ import sys
 DEFECTS = [
     ("crc32_seed", "protocol/crc.h", "0x00003AA3", "0x00003AA1", r"protocol"),
     ("parser_accepts_short_length", "protocol/frame_parser.cpp",
-     "header_.length_bytes < kFrameOverheadBytes &&", "header_.length_bytes < 1 &&", r"protocol"),
-    ("parser_skips_a_byte_too_many", "protocol/frame_parser.cpp", "  drop(1);\n", "  drop(2);\n", r"protocol"),
-    ("absurd_padding_passes", "protocol/frame_parser.cpp", "if (!padding_makes_sense(header_))", "if (false)", r"protocol"),
+     "length < kFrameOverheadBytes && length != kHeaderBytes", "length < 1 && length != kHeaderBytes", r"protocol"),
+    ("parser_skips_a_byte_too_many", "protocol/frame_parser.cpp", "        ++at;\n        continue;",
+     "        at += 2;\n        continue;", r"protocol"),
+    ("absurd_padding_passes", "protocol/frame_parser.cpp", "if (!padding_makes_sense(at, length)) {",
+     "if (!padding_makes_sense(at, length) && length == 0) {", r"protocol"),
     ("repeat_executes_twice", "protocol/session.cpp",
      "if (!slot.used || slot.sequence != header.sequence) {", "if (true) {", r"protocol"),
     ("one_try_too_many", "protocol/session.cpp", "if (late.sent >= late.transmissions)",
@@ -46,6 +48,12 @@ DEFECTS = [
      "if (!absent && !(value >= low && value <= high)) {", "if (!absent && value < low - 1e9) {", r"vehicle_file"),
     ("digest_of_half_the_file", "firmware/app/vehicle_file.cpp",
      "std::span(text.data(), text.size())", "std::span(text.data(), text.size() / 2)", r"vehicle_file"),
+    ("trim_of_one_axis_only", "firmware/est/trim_watch.h",
+     "(beyond(report_.roll_counts) || beyond(report_.pitch_counts))", "beyond(report_.pitch_counts)", r"TrimWatch"),
+    ("trim_to_the_wrong_side", "firmware/est/trim_watch.h", "(-roll_rad * roll", "(roll_rad * roll", r"TrimWatch"),
+    ("shape_of_the_dead_zone_lost", "host_tests/tools/identify/to_vehicle.cpp",
+     'if (result.final_model.dead_zone_shape == "jump") {', 'if (result.final_model.dead_zone_shape == "none") {',
+     r"ToVehicle"),
 ]
 
 
