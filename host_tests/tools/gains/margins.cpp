@@ -48,7 +48,7 @@ struct Observer {
   Dense c;
   Dense gain;
 };
-Observer observer(const model::Vehicle& vehicle, Axis axis) {
+Observer observer(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age_ticks) {
   const SampledAxis plant = sampled(vehicle, axis);
   const model::EstimatorNoise& noise = vehicle.estimator;
   const double zero = attitude_of(vehicle, axis).lead_zero_s;
@@ -64,7 +64,10 @@ Observer observer(const model::Vehicle& vehicle, Axis axis) {
   out.late.head(n) = plant.late;
   const bool rate_seen = n == 4 && zero == 0.0;
   out.c = Dense::Zero(rate_seen ? 3 : 2, n + 2);
-  out.c(0, 0) = 1.0;
+  const double age_s = static_cast<double>(pose_age_ticks) * kTick_s;
+  out.c(0, 0) = 1.0;  // the position as it was: est/delayed_pose.h
+  out.c(0, 1) = -age_s;
+  out.c(0, n) = 0.5 * age_s * age_s;
   out.c(1, 2) = 1.0;
   if (n == 4) {
     out.c(1, 3) = zero;
@@ -118,17 +121,18 @@ FirstInput first_input(const mpc::GainTable<double>& table) {
 /// The opened loop as one linear system: what the vehicle is commanded in, what the controller commands out.
 class OpenLoop {
  public:
-  OpenLoop(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis)
+  OpenLoop(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, std::size_t pose_age_ticks)
       : plant_(sampled(truth, axis)),
-        observer_(observer(believed, axis)),
+        observer_(observer(believed, axis, pose_age_ticks)),
         table_(make_gain_tables(believed)),
         law_(first_input(axis == Axis::kX ? table_.x : table_.y)),
         delay_(make_delay_model(believed, axis)),
         truth_states_(plant_.a.rows()),
         truth_zero_s_(attitude_of(truth, axis).lead_zero_s),
-        states_(static_cast<Eigen::Index>(delay_.ticks) + 1) {
+        states_(static_cast<Eigen::Index>(delay_.ticks) + 1),
+        age_(static_cast<Eigen::Index>(pose_age_ticks)) {
     const Eigen::Index size =
-        truth_states_ + static_cast<Eigen::Index>(plant_.ticks) + 1 + observer_.a.rows() + states_;
+        truth_states_ + static_cast<Eigen::Index>(plant_.ticks) + 1 + observer_.a.rows() + states_ + 2 * age_;
     a_.resize(size, size);
     c_.resize(size);
     for (Eigen::Index i = 0; i < size; ++i) {
@@ -183,17 +187,25 @@ class OpenLoop {
   }
 
   /// One tick. State: vehicle, its last inputs (newest first), filter after its update of the last tick, controller's
-  /// last inputs (newest first).
+  /// last inputs, the vehicle's last positions, the filter's last accelerations (newest first).
   double step(Column& state, double vehicle_input) const {
     const Eigen::Index line = static_cast<Eigen::Index>(plant_.ticks) + 1;
     const Eigen::Index full = observer_.a.rows();
     auto vehicle = state.head(truth_states_);
     auto line_inputs = state.segment(truth_states_, line);
     auto filter = state.segment(truth_states_ + line, full);
-    auto sent = state.tail(states_);
+    auto sent = state.segment(truth_states_ + line + full, states_);
+    auto positions = state.segment(truth_states_ + line + full + states_, age_);
+    auto accelerations = state.tail(age_);
 
     // The filter's step from the last tick to this one was left for now, when its inputs are all known.
-    const Column seen = measured(vehicle);
+    Column seen = measured(vehicle);
+    if (age_ > 0) {
+      seen(0) = positions(age_ - 1);
+      for (Eigen::Index j = 0; j < age_; ++j) {
+        seen(0) -= kTick_s * kTick_s * (static_cast<double>(age_ - j) - 0.5) * accelerations(j);
+      }
+    }
     Column estimate = filter;
     estimate += observer_.gain * (seen - observer_.c * estimate);
     Column predicted = estimate.head(full - 2);
@@ -218,6 +230,11 @@ class OpenLoop {
       sent(i) = sent(i - 1);
     }
     sent(0) = commanded;
+    for (Eigen::Index i = age_ - 1; i >= 0; --i) {
+      positions(i) = i > 0 ? positions(i - 1) : vehicle(0);
+      accelerations(i) = i > 0 ? accelerations(i - 1)
+                               : (filter_next(1) - estimate(1) - observer_.a(1, full - 2) * disturbance) / kTick_s;
+    }
     vehicle = vehicle_next;
     filter = filter_next;
     return commanded;
@@ -250,6 +267,7 @@ class OpenLoop {
   Eigen::Index truth_states_;
   double truth_zero_s_;  ///< what the attitude sensor sees is chi + zero chi' (axis_model.h)
   Eigen::Index states_;
+  Eigen::Index age_;  ///< of the pose, ticks
   Dense a_;
   Column b_;
   Column c_;
@@ -258,8 +276,8 @@ class OpenLoop {
 
 }  // namespace
 
-Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis) {
-  const OpenLoop loop(believed, truth, axis);
+Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, std::size_t pose_age_ticks) {
+  const OpenLoop loop(believed, truth, axis, pose_age_ticks);
   Margins out;
   out.stable = loop.closed_is_stable();
   out.gain_margin = std::numeric_limits<double>::infinity();

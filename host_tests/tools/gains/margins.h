@@ -7,7 +7,8 @@ namespace m100::tools::gains {
 
 /// What the sampled loop of one axis stands, opened at the attitude command, 100 Hz; the axis as the vehicle file
 /// states it, steady observer (position, tilt, tilt rate measured; disturbance and input offset estimated), prediction
-/// through the delay and unconstrained MPC included. Age of the pose and limits are not.
+/// through the delay, unconstrained MPC and a pose whose age the observer knows (est/delayed_pose.h) included. Limits
+/// are not.
 struct Margins {
   bool stable = false;
   double peak_sensitivity = 0.0;
@@ -21,8 +22,12 @@ inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
 
 /// Margins of the controller that `believed` gives, on an axis that really is `truth` (the same axis of two vehicles).
-Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis);
-inline Margins margins_of(const model::Vehicle& vehicle, Axis axis) { return margins_of(vehicle, vehicle, axis); }
+/// @param pose_age_ticks age of every pose, in ticks of 10 ms; the paper's wireless link and motion capture: 1 to 8.
+Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
+                   std::size_t pose_age_ticks = 0);
+inline Margins margins_of(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age_ticks = 0) {
+  return margins_of(vehicle, vehicle, axis, pose_age_ticks);
+}
 inline bool is_robust(const Margins& margins) {
   return margins.stable && margins.peak_sensitivity <= kLargestPeakSensitivity &&
          margins.delay_margin_s >= kSmallestDelayMargin_s;

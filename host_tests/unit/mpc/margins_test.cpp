@@ -72,6 +72,25 @@ TEST(Margins, TheDelayMarginIsWhereTheLoopReallyBreaks) {
   EXPECT_FALSE(margins_of(vehicle, late, Axis::kY).stable);
 }
 
+// An old pose is known to be old: it costs something, more with age, and the loop still breaks where the margin says.
+TEST(Margins, AnOldPoseCostsALittle) {
+  model::Vehicle vehicle = second_order();
+  double before = 0.0;
+  for (const std::size_t age : {0U, 2U, 5U, 8U}) {
+    const Margins margins = margins_of(vehicle, Axis::kY, age);
+    EXPECT_TRUE(margins.stable) << age;
+    EXPECT_GE(margins.peak_sensitivity, before - 0.005) << age;
+    EXPECT_LE(margins.peak_sensitivity, kLargestPeakSensitivity) << age;
+    before = margins.peak_sensitivity;
+  }
+  const Margins old = margins_of(vehicle, Axis::kY, 8);
+  model::Vehicle late = vehicle;
+  late.roll.transport_delay_s += 0.97 * old.delay_margin_s;
+  EXPECT_TRUE(margins_of(vehicle, late, Axis::kY, 8).stable);
+  late.roll.transport_delay_s = vehicle.roll.transport_delay_s + 1.03 * old.delay_margin_s;
+  EXPECT_FALSE(margins_of(vehicle, late, Axis::kY, 8).stable);
+}
+
 TEST(Margins, NotKnowingTheDelayCostsThem) {
   const model::Vehicle truth = first_order();
   model::Vehicle blind = truth;
