@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 
+#include "firmware/core/assert.h"
 #include "protocol/bytes.h"
 #include "protocol/crc_kernels.h"
 
@@ -164,22 +165,10 @@ bool FrameParser::search(const std::byte* at) {
   std::size_t length = needed_ > kHeaderBytes ? needed_ : 0;  // of the header at `at`, if there is one
   for (;;) {                                                  // each turn ends the search or goes on a byte at least
     if (length == 0) {
-      if (last - at < kHeader || !fixed_bits_hold(at)) {
-        at = next_candidate(at, last);
-      }
-      if (last - at < kHeader) {
-        move_to(at, at == last ? 1 : kHeaderBytes);
-        return false;
-      }
-      length = judge_header(at, stats_, outside_delivered(at));
-      if (length == 0) {
-        ++at;
-        continue;
-      }
-      if (static_cast<std::size_t>(last - at) < length) {
-        move_to(at, length);
-        return false;
-      }
+      length = find_header(at, last);
+    }
+    if (length == 0) {
+      return false;
     }
     const auto begin = static_cast<std::size_t>(at - buffer_.data());
     if (length == kHeaderBytes || frame_checksum_holds(buffer_.data(), running_.data(), running_last_, begin, length)) {
@@ -191,33 +180,56 @@ bool FrameParser::search(const std::byte* at) {
   }
 }
 
+inline std::size_t FrameParser::find_header(const std::byte*& at, const std::byte* last) {
+  for (;;) {  // each turn ends the search or goes on a byte at least
+    if (last - at < kHeader || !fixed_bits_hold(at)) {
+      at = next_candidate(at, last);
+    }
+    if (last - at < kHeader) {
+      move_to(at, at == last ? 1 : kHeaderBytes);
+      return 0;
+    }
+    const std::size_t length = judge_header(at, stats_, outside_delivered(at));
+    if (static_cast<std::size_t>(last - at) < length) {
+      move_to(at, length);
+      return 0;
+    }
+    if (length != 0) {
+      return length;
+    }
+    ++at;
+  }
+}
+
 const std::byte* FrameParser::next_candidate(const std::byte* at, const std::byte* last) {
   const std::byte* const edge = buffer_.data() + delivered_;
   while (last - at >= kHeader && !fixed_bits_hold(at)) {
-    if (last - at < kRoomForWord || at <= edge) {
-      if (*at == kStartByte) {
-        refuse_start(at);
-      }
-      at = find_start_byte(at + 1, last);
+    if (last - at >= kRoomForWord && at > edge) {
+      at = after_word(at, last);
       continue;
     }
-    const std::uint64_t starts = zero_bytes(load<std::uint64_t>(at) ^ kStartBytes);
-    if (starts == 0) {
-      at += kWord;
-      if (last - at >= kRoomForWord && zero_bytes(load<std::uint64_t>(at) ^ kStartBytes) == 0) {
-        at = find_start_byte(at + kWord, last);
-      }
-      continue;
+    if (*at == kStartByte) {
+      refuse_start(at);
     }
-    // The place itself has been judged; of the others, those can be headers whose last zero is in its place.
-    const std::uint64_t possible = starts & zero_bytes(load<std::uint64_t>(at + kLastZero)) & kNotFirst;
-    const std::uint64_t refused = possible != 0 ? starts & (possible - 1) & ~possible : starts;
-    if (refused != 0) {
-      stats_.crc16_errors += (refused >> 7U) * kOnes >> 56U;
-    }
-    at += possible != 0 ? std::countr_zero(possible) / 8 : kWord;
+    at = find_start_byte(at + 1, last);
   }
   return last - at >= kHeader ? at : find_start_byte(at, last);
+}
+
+inline const std::byte* FrameParser::after_word(const std::byte* at, const std::byte* last) {
+  const std::uint64_t starts = zero_bytes(load<std::uint64_t>(at) ^ kStartBytes);
+  if (starts == 0) {
+    at += kWord;
+    const bool next_too = last - at >= kRoomForWord && zero_bytes(load<std::uint64_t>(at) ^ kStartBytes) == 0;
+    return next_too ? find_start_byte(at + kWord, last) : at;
+  }
+  // The place itself has been judged; of the others, those can be headers whose last zero is in its place.
+  const std::uint64_t possible = starts & zero_bytes(load<std::uint64_t>(at + kLastZero)) & kNotFirst;
+  const std::uint64_t refused = possible != 0 ? starts & (possible - 1) & ~possible : starts;
+  if (refused != 0) {
+    stats_.crc16_errors += (refused >> 7U) * kOnes >> 56U;
+  }
+  return at + (possible != 0 ? std::countr_zero(possible) / 8 : kWord);
 }
 
 void FrameParser::refuse_start(const std::byte* at) {
@@ -283,6 +295,7 @@ void FrameParser::move_to(const std::byte* at, std::size_t needed) {
 
 FrameView FrameParser::deliver() {
   const std::size_t length = needed_;
+  M100_ASSERT(length >= kHeaderBytes && begin_ + length <= end_);
   const std::span<const std::byte> bytes = std::span<const std::byte>(buffer_).subspan(begin_, length);
   const FrameView frame{.header = read_header(buffer_.data() + begin_),
                         .bytes = bytes,

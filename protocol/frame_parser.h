@@ -68,6 +68,11 @@ class FrameParser {
   /// silent in the middle of a frame: what comes next is not its rest. poll() afterwards.
   void abandon_candidate();
 
+  /// LEN of the header whose frame is being waited for; 0: no header is.
+  std::size_t claimed_bytes() const { return needed_ > kHeaderBytes ? needed_ : 0; }
+  /// Where in the stream that header begins.
+  std::uint64_t candidate_offset() const { return base_ + begin_; }
+
   const ParserStats& stats() const { return stats_; }
   /// Bytes taken that are neither delivered nor dropped yet.
   std::size_t pending_bytes() const { return end_ - (begin_ > delivered_ ? begin_ : delivered_); }
@@ -79,9 +84,14 @@ class FrameParser {
   /// Searches from a position on for a frame whose bytes are all there. Moves the window to it (true), or to what must
   /// be waited for (false).
   bool search(const std::byte* at);
+  /// Goes on to the next header that may be a frame's. @returns the length of that frame, whose bytes are all there; 0:
+  ///   the window has been moved to what must be waited for.
+  std::size_t find_header(const std::byte*& at, const std::byte* last);
   /// @returns the first start byte in at..last that the fixed bits of a header do not rule out, or that is too near the
   ///   end to judge, or last.
   const std::byte* next_candidate(const std::byte* at, const std::byte* last);
+  /// Judges the eight bytes from `at` on at once, of which the first is no header. @returns where to go on.
+  const std::byte* after_word(const std::byte* at, const std::byte* last);
   /// Counts a start byte where no header begins.
   void refuse_start(const std::byte* at);
   /// Counts a false frame. @returns where to search on.

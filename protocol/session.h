@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 
+#include "firmware/core/assert.h"
 #include "firmware/core/expected.h"
 #include "firmware/core/time.h"
 #include "protocol/catalogue.h"
@@ -127,7 +128,10 @@ class RequestSessions {
 
   core::Expected<Outgoing> open_slot(std::uint8_t session, MessageId id, std::span<const std::byte> value,
                                      const RequestOptions& options, core::TimePoint now);
-  Slot& slot(std::uint8_t session) { return slots_[session - kTolerantSession]; }
+  Slot& slot(std::uint8_t session) {
+    M100_ASSERT(session >= kTolerantSession && session < kPastReliableSessions);
+    return slots_[session - kTolerantSession];
+  }
 
   std::array<Slot, kReliableSessions + 1> slots_{};  ///< of sessions 1 and up
   std::array<std::byte, kMaxFrameBytes> unanswered_{};

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "protocol/mavlink/frame.h"
+
+#include <algorithm>
+
+#include "protocol/mavlink/messages.h"
+
+namespace m100::mavlink {
+namespace {
+
+/// Messages that others send and that nobody here reads: with their checksums known, their frames are passed over
+/// whole.
+constexpr std::array kOnlyPassedOver{
+    MessageInfo{.id = 1, .crc_extra = 124, .least_bytes = 31, .full_bytes = 43},    // SYS_STATUS
+    MessageInfo{.id = 2, .crc_extra = 137, .least_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
+    MessageInfo{.id = 4, .crc_extra = 237, .least_bytes = 14, .full_bytes = 14},    // PING
+    MessageInfo{.id = 23, .crc_extra = 168, .least_bytes = 23, .full_bytes = 23},   // PARAM_SET
+    MessageInfo{.id = 30, .crc_extra = 39, .least_bytes = 28, .full_bytes = 28},    // ATTITUDE
+    MessageInfo{.id = 85, .crc_extra = 140, .least_bytes = 51, .full_bytes = 51},   // POSITION_TARGET_LOCAL_NED
+    MessageInfo{.id = 148, .crc_extra = 178, .least_bytes = 60, .full_bytes = 78},  // AUTOPILOT_VERSION
+    MessageInfo{.id = 241, .crc_extra = 90, .least_bytes = 32, .full_bytes = 32},   // VIBRATION
+    MessageInfo{.id = 245, .crc_extra = 130, .least_bytes = 2, .full_bytes = 2},    // EXTENDED_SYS_STATE
+    MessageInfo{.id = 256, .crc_extra = 71, .least_bytes = 42, .full_bytes = 42},   // SETUP_SIGNING
+};
+
+constexpr auto kKnown = [] {
+  std::array<MessageInfo, std::tuple_size_v<Messages> + kOnlyPassedOver.size()> all{};
+  std::size_t count = 0;
+  for_each_message([&]<typename Message>() { all[count++] = Message::kInfo; });
+  for (const MessageInfo& info : kOnlyPassedOver) {
+    all[count++] = info;
+  }
+  std::sort(all.begin(), all.end(), [](const MessageInfo& a, const MessageInfo& b) { return a.id < b.id; });
+  return all;
+}();
+static_assert(std::adjacent_find(kKnown.begin(), kKnown.end(),
+                                 [](const MessageInfo& a, const MessageInfo& b) { return a.id == b.id; }) ==
+                  kKnown.end(),
+              "a message has one row");
+
+}  // namespace
+
+std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state) {
+  unsigned crc = state;
+  for (const std::byte value : bytes) {
+    unsigned low = (std::to_integer<unsigned>(value) ^ crc) & 0xFFU;
+    low = (low ^ (low << 4U)) & 0xFFU;
+    crc = (crc >> 8U) ^ (low << 8U) ^ (low << 3U) ^ (low >> 4U);
+  }
+  return static_cast<std::uint16_t>(crc & 0xFFFFU);
+}
+
+const MessageInfo* find_message(std::uint32_t id) {
+  const auto* const at = std::lower_bound(
+      kKnown.begin(), kKnown.end(), id, [](const MessageInfo& info, std::uint32_t wanted) { return info.id < wanted; });
+  return at != kKnown.end() && at->id == id ? at : nullptr;
+}
+
+Frame make_frame(const MessageInfo& info, std::span<const std::byte> payload, Address from, std::uint8_t sequence) {
+  M100_ASSERT(payload.size() == info.full_bytes);
+  while (payload.size() > 1 && payload.back() == std::byte{0}) {
+    payload = payload.first(payload.size() - 1);
+  }
+  Frame frame;
+  protocol::ByteWriter writer(frame.space);
+  const auto put = [&writer](std::uint32_t value) { writer.put(static_cast<std::uint8_t>(value & 0xFFU)); };
+  writer.put(std::span(&kStart2, 1));
+  put(static_cast<std::uint32_t>(payload.size()));
+  put(0);  // incompatibility flags
+  put(0);  // compatibility flags
+  put(sequence);
+  put(from.system);
+  put(from.component);
+  put(info.id);
+  put(info.id >> 8U);
+  put(info.id >> 16U);
+  writer.put(payload);
+  const std::byte extra{info.crc_extra};
+  writer.put(checksum(std::span(&extra, 1), checksum(writer.written().subspan(1))));
+  frame.size = writer.size();
+  return frame;
+}
+
+}  // namespace m100::mavlink

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "protocol/bytes.h"
+
+namespace m100::mavlink {
+
+/// What a frame of one type of message looks like from outside.
+struct MessageInfo {
+  std::uint32_t id = 0;
+  std::uint8_t crc_extra = 0;    ///< enters the frame's checksum: both sides mean the same layout
+  std::uint8_t least_bytes = 0;  ///< payload without extension fields: that of MAVLink 1
+  std::uint8_t full_bytes = 0;   ///< payload with them
+};
+
+/// One field: its name in the message definition, and where it is kept.
+template <typename Message, typename Value>
+struct Field {
+  std::string_view name;
+  Value Message::*member;
+};
+
+template <typename Message, typename Value>
+constexpr Field<Message, Value> field(std::string_view name, Value Message::*member) {
+  return {name, member};
+}
+
+/// The fields of a message in the order of the wire; one row for each message in messages.h.
+template <typename Message>
+inline constexpr auto kFields = std::tuple<>{};
+
+/// Calls use(field) for each field in the order of the wire.
+template <typename Message, typename Use>
+constexpr void for_each_field(Use&& use) {
+  std::apply([&use](const auto&... one) { (use(one), ...); }, kFields<Message>);
+}
+
+template <typename Message>
+constexpr std::size_t wire_bytes() {
+  std::size_t bytes = 0;
+  for_each_field<Message>([&bytes](const auto& one) { bytes += sizeof(std::declval<Message>().*(one.member)); });
+  return bytes;
+}
+
+/// Writes all fields, the extensions too: full_bytes bytes. @returns what was written.
+template <typename Message>
+std::span<std::byte> encode_payload(const Message& message, std::span<std::byte> space) {
+  static_assert(wire_bytes<Message>() == Message::kInfo.full_bytes, "the fields are not those of the definition");
+  protocol::ByteWriter writer(space);
+  for_each_field<Message>([&](const auto& one) { writer.put(message.*(one.member)); });
+  return writer.written();
+}
+
+/// Takes the next number from a payload whose end may be missing: what is missing is zero.
+template <typename Value>
+void take_padded(std::span<const std::byte>& rest, Value& value) {
+  std::array<std::byte, sizeof(Value)> whole{};
+  const std::size_t count = rest.size() < whole.size() ? rest.size() : whole.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    whole[i] = rest[i];
+  }
+  value = protocol::load<Value>(whole.data());
+  rest = rest.subspan(count);
+}
+
+template <typename Value, std::size_t kCount>
+void take_padded(std::span<const std::byte>& rest, std::array<Value, kCount>& values) {
+  for (Value& value : values) {
+    take_padded(rest, value);
+  }
+}
+
+/// Reads a payload whose trailing zeros may be missing (MAVLink 2 leaves them out), or that is longer than we know.
+template <typename Message>
+Message decode_payload(std::span<const std::byte> payload) {
+  static_assert(wire_bytes<Message>() == Message::kInfo.full_bytes, "the fields are not those of the definition");
+  Message message;
+  for_each_field<Message>([&](const auto& one) { take_padded(payload, message.*(one.member)); });
+  return message;
+}
+
+}  // namespace m100::mavlink

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <tuple>
+#include <type_traits>
+
+#include "protocol/mavlink/mission_messages.h"
+#include "protocol/mavlink/order_messages.h"
+#include "protocol/mavlink/pose_messages.h"
+#include "protocol/mavlink/state_messages.h"
+
+namespace m100::mavlink {
+
+/// All messages that we read or write.
+using Messages =
+    std::tuple<AttPosMocap, VisionPositionEstimate, Odometry, Timesync, SetPositionTargetLocalNed, CommandLong,
+               CommandAck, ParamRequestRead, ParamRequestList, ParamValue, MissionRequestList, MissionCount,
+               MissionRequestInt, MissionItemInt, MissionAck, MissionClearAll, MissionCurrent, MissionItemReached,
+               Heartbeat, AttitudeQuaternion, LocalPositionNed, EstimatorStatus, BatteryStatus, StatusText>;
+
+/// Calls use.template operator()<Message>() for each of them.
+template <typename Use>
+constexpr void for_each_message(Use&& use) {
+  [&use]<typename... Message>(std::type_identity<std::tuple<Message...>>) {
+    (use.template operator()<Message>(), ...);
+  }(std::type_identity<Messages>{});
+}
+
+}  // namespace m100::mavlink
