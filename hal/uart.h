@@ -2,11 +2,23 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 #include "firmware/core/expected.h"
 
 namespace m100::hal {
+
+/// What a receiver has seen go wrong on its line, counted since the port was first opened; each count wraps. A wrong
+/// baud rate breaks the frames of many bytes; noise breaks those of a few; a line that is held low is one long break.
+struct LineErrors {
+  std::uint32_t framing = 0;  ///< bytes without a stop bit where one must be
+  std::uint32_t parity = 0;   ///< bytes whose parity is wrong (0 at 8N1, unless the other side sends a parity bit)
+  std::uint32_t overrun = 0;  ///< bytes that came before there was room for them
+  std::uint32_t breaks = 0;   ///< times that the line was low for longer than a byte
+
+  friend bool operator==(const LineErrors&, const LineErrors&) = default;
+};
 
 /// A byte stream to another machine: 8 data bits, no parity, 1 stop bit, no flow control, both directions independent.
 ///
@@ -27,6 +39,11 @@ class Uart {
   ///   still the caller's.
   ///   kUnavailable: the device is gone; nothing was taken.
   virtual core::Expected<std::size_t> write(std::span<const std::byte> source) = 0;
+
+  /// What has gone wrong on the line. Costs a system call where there is an operating system: not for every tick.
+  /// @returns the counts; a kind that the device cannot notice stays 0.
+  ///   kUnavailable: this device counts nothing (a pseudo-terminal, a recorded flight), or it is gone.
+  virtual core::Expected<LineErrors> line_errors() const { return core::Status::kUnavailable; }
 
  protected:
   Uart() = default;

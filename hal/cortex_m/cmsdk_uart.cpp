@@ -6,6 +6,7 @@ namespace {
 
 constexpr std::uint32_t kTransmitterFull = 1U << 0U;
 constexpr std::uint32_t kReceiverFull = 1U << 1U;
+constexpr std::uint32_t kReceiverOverran = 1U << 3U;
 constexpr std::uint32_t kAllOn = 0xFU;
 constexpr std::uint32_t kTransmitInterrupt = 1U << 0U;
 constexpr std::uint32_t kReceiveInterrupt = 1U << 1U;
@@ -36,6 +37,11 @@ core::Expected<std::size_t> CmsdkUart::write(std::span<const std::byte> source) 
   return taken;
 }
 
+core::Expected<LineErrors> CmsdkUart::line_errors() const {
+  return LineErrors{
+      .framing = 0, .parity = 0, .overrun = overruns_.load(std::memory_order_acquire) + lost(), .breaks = 0};
+}
+
 bool CmsdkUart::send_now(std::byte value) {
   constexpr std::uint32_t kPatience = 5000000;
   for (std::uint32_t visit = 0; visit < kPatience; ++visit) {
@@ -59,7 +65,12 @@ void CmsdkUart::write_without_interrupts(std::span<const std::byte> source) {
 
 void CmsdkUart::on_receive() {
   registers_.interrupt = kReceiveInterrupt;  // before the read: a byte that follows at once asks again
-  if ((registers_.state & kReceiverFull) != 0U) {
+  const std::uint32_t state = registers_.state;
+  if ((state & kReceiverOverran) != 0U) {
+    registers_.state = kReceiverOverran;
+    overruns_.store(overruns_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+  if ((state & kReceiverFull) != 0U) {
     incoming_.push(static_cast<std::byte>(registers_.data & 0xFFU));
     received_.store(received_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }

@@ -13,8 +13,8 @@ namespace m100::hal {
 /// Registers of the Arm CMSDK APB UART: one byte deep each way, 8N1.
 struct CmsdkUartRegisters {
   volatile std::uint32_t data;
-  volatile std::uint32_t state;      ///< bit 0: transmitter full, bit 1: receiver full
-  volatile std::uint32_t control;    ///< bit 0, 1: transmitter, receiver on; bit 2, 3: their interrupts on
+  volatile std::uint32_t state;    ///< bit 0, 1: transmitter, receiver full; bit 2, 3: theirs overran, write 1 to clear
+  volatile std::uint32_t control;  ///< bit 0, 1: transmitter, receiver on; bit 2, 3: their interrupts on
   volatile std::uint32_t interrupt;  ///< bit 0, 1: transmit, receive interrupt; write 1 to clear
   volatile std::uint32_t divider;    ///< peripheral clock over baud rate, at least 16
 };
@@ -36,6 +36,9 @@ class CmsdkUart final : public Uart {
 
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
+
+  /// Overruns only, of the data register and of the ring: this device notices neither a wrong stop bit nor a break.
+  core::Expected<LineErrors> line_errors() const override;
 
   /// Sends what waits, then these bytes, without interrupts (which must be off): for last words. Gives up on a line
   /// that takes nothing for about a second.
@@ -61,6 +64,7 @@ class CmsdkUart final : public Uart {
   core::SpscRing<std::byte, kReceiveBytes> incoming_;
   core::SpscRing<std::byte, kTransmitBytes> outgoing_;
   std::atomic<std::uint32_t> received_{0};
+  std::atomic<std::uint32_t> overruns_{0};
   std::uint32_t accepted_ = 0;
 };
 

@@ -9,6 +9,8 @@ inline constexpr int kExitOfFault = 70;
 inline constexpr int kExitOfAssertion = 71;
 /// After abort() or a pure virtual call.
 inline constexpr int kExitOfAbort = 72;
+/// After the watchdog's interrupt, when the program has said its last words.
+inline constexpr int kExitOfWatchdog = 73;
 
 /// For core::set_assertion_handler: says which assertion failed and ends the emulation.
 [[noreturn]] void fail_assertion(const char* file, int line);

@@ -9,8 +9,9 @@ namespace m100::hal {
 // read its own clock would miss its periods. So the peer says over UART0 what time it is and how much it has sent, the
 // board waits for those bytes, runs one tick and says how much it has sent. Little-endian words, no padding.
 
-/// kBreak: an assertion fails, for the test of what comes then; there is no report after it.
-enum class LockstepOrder : std::uint32_t { kNone = 0, kEngage = 1, kRelease = 2, kEnd = 3, kBreak = 4 };
+/// kBreak: an assertion fails; kHang: the watchdog is started and the program hangs. Both are for the test of what
+/// comes then, and no report comes after them.
+enum class LockstepOrder : std::uint32_t { kNone = 0, kEngage = 1, kRelease = 2, kEnd = 3, kBreak = 4, kHang = 5 };
 
 /// Peer to board, before each tick.
 struct LockstepStep {

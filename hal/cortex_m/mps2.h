@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/cmsdk_watchdog.h"
 #include "hal/cortex_m/systick_clock.h"
 
 // Addresses of Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board is another header
@@ -19,6 +20,10 @@ inline CmsdkUartRegisters& uart(std::uint32_t number) {
 
 inline SysTickRegisters& systick() { return *reinterpret_cast<SysTickRegisters*>(0xE000E010U); }
 
+/// Its interrupt is the NMI. It counts the system clock.
+inline CmsdkWatchdogRegisters& watchdog() { return *reinterpret_cast<CmsdkWatchdogRegisters*>(0x40008000U); }
+inline volatile std::uint32_t& watchdog_lock() { return *reinterpret_cast<volatile std::uint32_t*>(0x40008C00U); }
+
 /// The NVIC's registers for interrupts 0 to 31.
 inline volatile std::uint32_t& set_enabled() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E100U); }
 inline volatile std::uint32_t& set_pending() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E200U); }
@@ -28,3 +33,7 @@ constexpr std::uint32_t transmit_mask(std::uint32_t uart_number) { return 1U << 
 inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
 
 }  // namespace m100::hal::mps2
+
+namespace m100::hal {
+namespace board = mps2;  // for what is built for any board: includes M100_BOARD_HEADER, says board::
+}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From reset to main() and the vector table. The symbols in capitals and __lower come from linker/mps2_an500.ld.
+// From reset to main(), on any Cortex-M7. The symbols in __lower come from the board's linker script, and the board's
+// vector table names what is called here.
 #include <array>
 #include <cstdint>
 
@@ -134,29 +135,6 @@ void Reset_Handler() {
       "b m100_unhandled\n"
       ".ltorg");
 }
-
-// A program defines the handlers it needs; the others end in Default_Handler.
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void SysTick_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart0Rx_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart0Tx_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart1Rx_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart1Tx_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart2Rx_Handler();
-[[gnu::weak, gnu::nothrow, gnu::alias("Default_Handler")]] void Uart2Tx_Handler();
-
-struct VectorTable {
-  const std::uint32_t* initial_stack;
-  std::array<void (*)(), 15> system;      // reset, NMI, faults, ..., SysTick
-  std::array<void (*)(), 16> interrupts;  // IRQ 0 ...
-};
-
-[[gnu::section(".vectors"), gnu::used]] const VectorTable vector_table{
-    &__stack_top,
-    {Reset_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, nullptr,
-     nullptr, nullptr, nullptr, Default_Handler, Default_Handler, nullptr, Default_Handler, SysTick_Handler},
-    {Uart0Rx_Handler, Uart0Tx_Handler, Uart1Rx_Handler, Uart1Tx_Handler, Uart2Rx_Handler, Uart2Tx_Handler,
-     Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler, Default_Handler,
-     Default_Handler, Default_Handler, Default_Handler, Default_Handler}};
 
 // What the C++ run time asks of a machine, without a heap and without an end of the program.
 void* __dso_handle = nullptr;

@@ -25,6 +25,7 @@ core::Status FileStorage::open() {
   if (descriptor_ >= 0) {
     return core::Status::kOk;
   }
+  last_error_ = errno;
   return errno == EEXIST || errno == EACCES || errno == EROFS ? core::Status::kRefused : core::Status::kUnavailable;
 }
 
@@ -39,11 +40,16 @@ core::Expected<std::size_t> FileStorage::append(std::span<const std::byte> sourc
   if (errno == EINTR || errno == EAGAIN) {
     return std::size_t{0};
   }
+  last_error_ = errno;
   return errno == ENOSPC || errno == EDQUOT ? core::Status::kResourceExhausted : core::Status::kUnavailable;
 }
 
 core::Status FileStorage::sync() {
-  return descriptor_ >= 0 && fdatasync(descriptor_) == 0 ? core::Status::kOk : core::Status::kUnavailable;
+  if (descriptor_ >= 0 && fdatasync(descriptor_) == 0) {
+    return core::Status::kOk;
+  }
+  last_error_ = descriptor_ >= 0 ? errno : EBADF;
+  return core::Status::kUnavailable;
 }
 
 }  // namespace m100::hal

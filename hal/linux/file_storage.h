@@ -19,11 +19,14 @@ class FileStorage final : public Storage {
   core::Expected<std::size_t> append(std::span<const std::byte> source) override;
   core::Status sync() override;
   const std::string& path() const { return path_; }
+  /// errno of the open(), append() or sync() that failed last; 0: none has.
+  int last_error() const { return last_error_; }
 
  private:
   std::string path_;
   const SystemCalls* calls_;
   int descriptor_ = -1;
+  int last_error_ = 0;
 };
 
 }  // namespace m100::hal

@@ -18,7 +18,7 @@ core::Duration since_boot() {
 
 }  // namespace
 
-MonotonicClock::MonotonicClock() : start_(since_boot()) {}
+MonotonicClock::MonotonicClock(const SystemCalls& calls) : calls_(&calls), start_(since_boot()) {}
 
 core::TimePoint MonotonicClock::now() { return core::TimePoint{since_boot() - start_}; }
 
@@ -30,7 +30,7 @@ void MonotonicClock::sleep_until(core::TimePoint deadline) {
   timespec wake{};
   wake.tv_sec = static_cast<time_t>(wake_us / kMicrosPerSecond);
   wake.tv_nsec = static_cast<long>(wake_us % kMicrosPerSecond) * 1000;
-  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr) == EINTR) {
+  while (calls_->sleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr) == EINTR) {
   }
 }
 

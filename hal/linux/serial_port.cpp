@@ -6,7 +6,6 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
@@ -32,12 +31,6 @@ const Speed* find_speed(std::uint32_t baud) {
   return nullptr;
 }
 
-std::int64_t monotonic_us() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1000000 + now.tv_nsec / 1000;
-}
-
 /// An interrupted call is tried again; one that is interrupted this often is left for the next tick.
 constexpr int kInterruptions = 8;
 
@@ -57,15 +50,10 @@ bool means_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || 
 
 }  // namespace
 
-const SystemCalls& real_system_calls() {
-  static constexpr SystemCalls kReal{&::read, &::write};
-  return kReal;
-}
-
 bool is_supported_baud(std::uint32_t baud) { return find_speed(baud) != nullptr; }
 
 SerialPort::SerialPort(std::string path, std::uint32_t baud, const SystemCalls& calls)
-    : path_(std::move(path)), baud_(baud), calls_(&calls) {}
+    : path_(std::move(path)), baud_(baud), calls_(&calls), clock_(path_) {}
 
 SerialPort::~SerialPort() { close(); }
 
@@ -74,16 +62,17 @@ core::Status SerialPort::open() {
   if (find_speed(baud_) == nullptr) {
     return core::Status::kInvalidArgument;
   }
-  descriptor_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  descriptor_ = is_simulated(path_) ? open_simulated(path_, baud_) : calls_->open(path_.c_str());
   if (descriptor_ < 0) {
     const bool not_ours = errno == EACCES || errno == EPERM || errno == EBUSY;
     return not_ours ? core::Status::kRefused : core::Status::kUnavailable;
   }
+  at_opening_ = driver_counts().value_or(LineErrors{});
   if (isatty(descriptor_) == 1 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {  // TIOCEXCL does not stop root
     close();
     return core::Status::kRefused;
   }
-  if (!configure()) {
+  if (!is_simulated(path_) && !configure()) {
     close();
     return core::Status::kUnavailable;
   }
@@ -117,8 +106,32 @@ bool SerialPort::configure() {
   return true;
 }
 
+core::Expected<LineErrors> SerialPort::driver_counts() const {
+  serial_icounter_struct counts{};
+  if (descriptor_ < 0 || calls_->line_counters(descriptor_, &counts) != 0) {
+    return core::Status::kUnavailable;
+  }
+  const auto unsigned_of = [](int count) { return static_cast<std::uint32_t>(count); };
+  return LineErrors{.framing = unsigned_of(counts.frame),
+                    .parity = unsigned_of(counts.parity),
+                    .overrun = unsigned_of(counts.overrun) + unsigned_of(counts.buf_overrun),
+                    .breaks = unsigned_of(counts.brk)};
+}
+
+core::Expected<LineErrors> SerialPort::line_errors() const {
+  const core::Expected<LineErrors> now = driver_counts();
+  if (!now) {
+    return now.status();
+  }
+  return LineErrors{.framing = before_.framing + now->framing - at_opening_.framing,
+                    .parity = before_.parity + now->parity - at_opening_.parity,
+                    .overrun = before_.overrun + now->overrun - at_opening_.overrun,
+                    .breaks = before_.breaks + now->breaks - at_opening_.breaks};
+}
+
 void SerialPort::close() {
   if (descriptor_ >= 0) {
+    before_ = line_errors().value_or(before_);
     ioctl(descriptor_, TIOCNXCL);
     ::close(descriptor_);
     descriptor_ = -1;
@@ -129,11 +142,11 @@ bool SerialPort::ensure_open() {
   if (descriptor_ >= 0) {
     return true;
   }
-  const std::int64_t now_us = monotonic_us();
-  if (now_us < next_attempt_us_) {
+  const core::TimePoint now = clock_.now();
+  if (now < next_attempt_) {
     return false;
   }
-  next_attempt_us_ = now_us + kReopenInterval.count();
+  next_attempt_ = now + kReopenInterval;
   return open() == core::Status::kOk;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "firmware/core/time.h"
+#include "hal/linux/simulated_port.h"
 #include "hal/linux/system_calls.h"
 #include "hal/uart.h"
 
@@ -15,6 +16,7 @@ namespace m100::hal {
 /// The port may vanish and come back, also as another device under the same name: read() and write() then report
 /// kUnavailable and try to open the name again, at most every kReopenInterval. Input that was waiting in the driver
 /// when the port is opened is thrown away: it is older than the program. Allocates in the constructor only.
+/// A name that begins with "sim:" is a simulated port (simulated_port.h).
 class SerialPort final : public Uart {
  public:
   static constexpr core::Duration kReopenInterval = std::chrono::milliseconds(200);
@@ -29,9 +31,14 @@ class SerialPort final : public Uart {
   core::Status open();
   void close();
   bool is_open() const { return descriptor_ >= 0; }
+  int descriptor() const { return descriptor_; }  ///< -1: closed
 
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
+
+  /// The driver's counts, less what stood in them when the port was opened. What a device counted before it vanished is
+  /// lost with it. kUnavailable as well where the driver counts nothing: a pseudo-terminal, some USB adapters.
+  core::Expected<LineErrors> line_errors() const override;
 
   /// How often the name has been opened with success: more than 1 means that the port was gone in between.
   std::uint32_t openings() const { return openings_; }
@@ -41,13 +48,17 @@ class SerialPort final : public Uart {
   bool ensure_open();
   bool configure();
   bool hung_up() const;
+  core::Expected<LineErrors> driver_counts() const;
 
   std::string path_;
   std::uint32_t baud_;
   const SystemCalls* calls_;
   int descriptor_ = -1;
   std::uint32_t openings_ = 0;
-  std::int64_t next_attempt_us_ = 0;  ///< CLOCK_MONOTONIC
+  LineErrors before_;      ///< of earlier openings
+  LineErrors at_opening_;  ///< the driver's counts when the port was opened
+  PortClock clock_;
+  core::TimePoint next_attempt_{};
 };
 
 /// True for the rates a SerialPort can be set to.

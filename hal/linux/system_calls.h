@@ -1,16 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <linux/serial.h>
 #include <sys/types.h>
+#include <time.h>
+#include <unistd.h>
 
 #include <cstddef>
 
 namespace m100::hal {
 
-/// The calls whose rare answers (EINTR, EIO, short counts) a test wants to choose. Everything else is called directly.
+/// Opens a device for reading and writing without blocking. @returns the descriptor; -1: errno says why.
+int open_device(const char* path);
+
+/// The driver's counts of the line (TIOCGICOUNT). @returns 0; -1: errno says why.
+int read_line_counters(int descriptor, serial_icounter_struct* counters);
+
+/// The calls whose rare answers (EINTR, EIO, short counts, broken lines) a test wants to choose, and those that a test
+/// wants to see asked. Everything else is called directly.
 struct SystemCalls {
-  ssize_t (*read)(int descriptor, void* destination, std::size_t size);
-  ssize_t (*write)(int descriptor, const void* source, std::size_t size);
+  ssize_t (*read)(int descriptor, void* destination, std::size_t size) = &::read;
+  ssize_t (*write)(int descriptor, const void* source, std::size_t size) = &::write;
+  int (*open)(const char* path) = &open_device;
+  int (*line_counters)(int descriptor, serial_icounter_struct* counters) = &read_line_counters;
+  int (*sleep)(clockid_t clock, int flags, const timespec* until, timespec* remaining) = &::clock_nanosleep;
 };
 
 /// The operating system's own.

@@ -61,17 +61,25 @@ void Line::settle() {
       queue_[(head_ + i) % queue_.size()] = queue_[(head_ + i + 1) % queue_.size()];
     }
     --size_;
-    ++stats_.overruns;
+    lose_newest();
   }
+}
+
+void Line::lose_newest() {
+  ++stats_.overruns;
+  ++errors_.overrun;
 }
 
 void Line::enqueue(std::byte value, core::Duration delay) {
   line_free_ns_ = std::max(line_free_ns_, nanos(clock_.now())) + byte_time_ns_;
   if (size_ == queue_.size()) {
-    ++stats_.overruns;
+    lose_newest();
     return;
   }
   core::TimePoint arrival = time_of(line_free_ns_) + delay;
+  if (const core::Duration chunk = faults().chunk; chunk > core::Duration{0}) {
+    arrival = core::TimePoint(chunk * ((arrival.time_since_epoch() + chunk - core::Duration{1}) / chunk));
+  }
   if (size_ > 0) {
     arrival = std::max(arrival, queue_[(head_ + size_ - 1) % queue_.size()].arrival);
   }
@@ -100,6 +108,11 @@ void Line::carry_byte(std::byte value, const LineFaults& faults) {
       }
     }
   }
+  if (chance(faults.framing_error_per_byte)) {
+    value = static_cast<std::byte>(random() >> 56U);
+    ++errors_.framing;
+  }
+  errors_.parity += chance(faults.parity_error_per_byte) ? 1U : 0U;
   enqueue(value, faults.delay);
   if (chance(faults.duplicate_per_byte)) {
     enqueue(value, faults.delay);
@@ -136,6 +149,11 @@ core::Expected<std::size_t> Line::write(std::span<const std::byte> source) {
   }
   if (chance(now.burst_per_write)) {
     add_noise(now.burst_bytes);
+  }
+  if (chance(now.break_per_write)) {
+    enqueue(std::byte{0}, now.delay);
+    ++stats_.bytes_added;
+    ++errors_.breaks;
   }
   if (held_.empty() && chance(now.swap_per_write)) {
     held_.assign(taken.begin(), taken.end());

@@ -15,6 +15,9 @@ namespace m100::hal {
 struct LineFaults {
   double drop_per_byte = 0.0;
   double flip_per_bit = 0.0;
+  double framing_error_per_byte = 0.0;  ///< its stop bit is missing: it arrives as any byte, and the receiver counts it
+  double parity_error_per_byte = 0.0;   ///< arrives as it is, and the receiver counts it
+  double break_per_write = 0.0;         ///< the line goes low in front of the write: a zero byte arrives and is counted
   double duplicate_per_byte = 0.0;
   double drop_per_write = 0.0;
   double duplicate_per_write = 0.0;
@@ -22,6 +25,7 @@ struct LineFaults {
   double burst_per_write = 0.0;      ///< noise in front of the write
   std::size_t burst_bytes = 0;       ///< length of a burst of noise
   core::Duration delay{0};           ///< added to the arrival of each byte
+  core::Duration chunk{0};           ///< bytes arrive at the next multiple of this, as from an adapter's latency timer
   std::size_t longest_read = 4096;   ///< 1: one-byte reads
   std::size_t longest_write = 4096;  ///< small: short writes
   bool unplugged = false;            ///< reads and writes report kUnavailable; what was on the line is lost
@@ -64,6 +68,8 @@ class Line {
     std::uint64_t writes_dropped = 0;
   };
   const Stats& stats() const { return stats_; }
+  /// What the receiver at its end has noticed: bytes count when they are sent, overruns when they are lost.
+  LineErrors errors() const { return errors_; }
 
  private:
   struct Travelling {
@@ -73,6 +79,7 @@ class Line {
 
   const LineFaults& faults() const;
   void settle();
+  void lose_newest();
   void carry(std::span<const std::byte> source, const LineFaults& faults);
   void carry_byte(std::byte value, const LineFaults& faults);
   void add_noise(std::size_t count);
@@ -93,6 +100,7 @@ class Line {
   std::size_t arrived_ = 0;
   std::vector<std::byte> held_;  ///< a write that a swap holds back
   Stats stats_;
+  LineErrors errors_;
 };
 
 /// Two ends of a serial cable, for one thread. What a writes b reads, and the other way round.
@@ -116,6 +124,7 @@ class UartPair {
     End(Line& out, Line& in) : out_(out), in_(in) {}
     core::Expected<std::size_t> read(std::span<std::byte> destination) override { return in_.read(destination); }
     core::Expected<std::size_t> write(std::span<const std::byte> source) override { return out_.write(source); }
+    core::Expected<LineErrors> line_errors() const override { return in_.errors(); }
 
    private:
     Line& out_;

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/service_watchdog.h"
+
+#include <unistd.h>
+
+#include <cinttypes>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace m100::hal {
+namespace {
+
+constexpr unsigned kCallsPerWord = 10;  ///< of feed(): ten words a second where it is fed every tick
+
+}  // namespace
+
+ServiceWatchdog::ServiceWatchdog() {
+  const char* const path = std::getenv("NOTIFY_SOCKET");
+  const std::size_t size = path == nullptr ? 0 : std::strlen(path);
+  if (size == 0 || size >= sizeof manager_.sun_path) {
+    return;
+  }
+  manager_.sun_family = AF_UNIX;
+  std::memcpy(manager_.sun_path, path, size);
+  if (path[0] == '@') {  // a name without a file
+    manager_.sun_path[0] = '\0';
+  }
+  length_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + size);
+  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+}
+
+ServiceWatchdog::~ServiceWatchdog() {
+  if (socket_ >= 0) {
+    ::close(socket_);
+  }
+}
+
+void ServiceWatchdog::tell(const char* words) const {
+  if (socket_ >= 0) {  // a manager that does not listen now is asked again in 0.1 s
+    (void)::sendto(socket_, words, std::strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL,
+                   reinterpret_cast<const sockaddr*>(&manager_), length_);
+  }
+}
+
+void ServiceWatchdog::start(core::Duration patience) {
+  char words[64];
+  std::snprintf(words, sizeof words, "READY=1\nWATCHDOG_USEC=%" PRId64 "\nWATCHDOG=1",
+                static_cast<std::int64_t>(patience.count()));
+  tell(words);
+}
+
+void ServiceWatchdog::feed() {
+  if (++calls_ % kCallsPerWord == 0) {
+    tell("WATCHDOG=1");
+  }
+}
+
+}  // namespace m100::hal
