@@ -145,6 +145,19 @@ LongAngle first_octant(double small, double large) {
   return {.high = high, .low = rest - (high - base)};
 }
 
+/// The angle from the x axis, 0 to pi, of a vector whose angle from the nearer axis is `octant`.
+/// @param steep nearer to the y axis @param behind x is negative
+double in_half_plane(const LongAngle& octant, bool steep, bool behind) {
+  constexpr double kHalfPi = 1.57079632679489655800e+00;
+  constexpr double kHalfPiLow = 6.12323399573676603587e-17;
+  if (steep) {
+    const double turned = behind ? -octant.high : octant.high;
+    const double turned_low = behind ? -octant.low : octant.low;
+    return kHalfPi - ((turned - kHalfPiLow) + turned_low);
+  }
+  return behind ? kPi - ((octant.high - 2.0 * kHalfPiLow) + octant.low) : octant.high;
+}
+
 double arc_tangent(double y, double x) {
   constexpr double kLargest = std::numeric_limits<double>::max();
   if (!within(y, kLargest) || !within(x, kLargest)) {
@@ -162,16 +175,7 @@ double arc_tangent(double y, double x) {
   rise *= scale;
   run *= scale;
   const LongAngle octant = steep ? first_octant(run, rise) : first_octant(rise, run);
-  constexpr double kHalfPi = 1.57079632679489655800e+00;
-  constexpr double kHalfPiLow = 6.12323399573676603587e-17;
-  double angle = octant.high;
-  if (steep) {
-    const double turned = x < 0.0 ? -octant.high : octant.high;
-    const double turned_low = x < 0.0 ? -octant.low : octant.low;
-    angle = kHalfPi - ((turned - kHalfPiLow) + turned_low);
-  } else if (x < 0.0) {
-    angle = kPi - ((octant.high - 2.0 * kHalfPiLow) + octant.low);
-  }
+  const double angle = in_half_plane(octant, steep, x < 0.0);
   return y < 0.0 ? -angle : angle;
 }
 

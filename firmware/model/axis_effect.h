@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <initializer_list>
+#include <string_view>
+
+#include "firmware/model/in_flight.h"
+#include "firmware/model/stick_axis.h"
+
+namespace m100::model {
+
+// What one row of the table of axis effects (axis_effects.h) may say.
+
+/// Decides the names of three keys of a vehicle file and some ranges.
+enum class AxisUnit : std::uint8_t { kTilt_rad, kYawRate_rad_s, kClimb_m_s };
+
+struct Interval {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// At most kMost of something, in the order given.
+template <typename T, std::size_t kMost>
+struct Few {
+  std::array<T, kMost> items{};
+  std::size_t count = 0;
+  constexpr Few(std::initializer_list<T> list) {
+    for (const T& item : list) {
+      items[count++] = item;
+    }
+  }
+  constexpr const T* begin() const { return items.data(); }
+  constexpr const T* end() const { return items.data() + count; }
+  constexpr std::size_t size() const { return count; }
+  constexpr const T& operator[](std::size_t at) const { return items[at]; }
+};
+
+/// The place of a number in vehicle and plant files. Sections keep the order that they have had from the beginning, so
+/// that their text and digest stay; a number that joined later (kLate) stands last and is written only where it is set.
+struct FileEntry {
+  static constexpr int kLate = 100;
+  std::array<std::string_view, 3> key{};  ///< by AxisUnit; empty: a section of that axis has no such key
+  std::array<Interval, 3> range{};        ///< by AxisUnit
+  int place = kLate;                      ///< in roll and pitch
+  int place_of_rates = kLate;             ///< in yaw rate and climb
+  constexpr bool exists(AxisUnit unit) const { return !key[static_cast<std::size_t>(unit)].empty(); }
+};
+constexpr FileEntry everywhere(std::string_view key, Interval range, int place = FileEntry::kLate,
+                               int place_of_rates = FileEntry::kLate) {
+  return {{key, key, key}, {range, range, range}, place, place_of_rates};
+}
+
+/// One number of an effect. Fits work in units of what the data show (FitUnit), so that bounds suit any aircraft.
+struct AxisNumber {
+  enum class FitUnit : std::uint8_t {
+    kPlain,    ///< the number's own unit
+    kStick,    ///< largest stick of the log
+    kCommand,  ///< largest response
+    kRate,     ///< largest slope of the response
+    kGain,     ///< first guess of the scale
+  };
+  std::string_view parameter;  ///< name in reports and JSON
+  double StickAxis::*member = nullptr;
+  std::string_view field{};  ///< name of the member where the key of roll and pitch is another
+  FileEntry file{};
+  FitUnit unit = FitUnit::kPlain;
+  Interval fit{};            ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
+  bool logarithmic = false;  ///< fitted as its logarithm
+  double step = 2e-4;        ///< of the derivative: small against what matters, large against kinks
+  double least = 0.0;        ///< distance from `neutral` that means something (of a logarithm where it is one)
+  double neutral = 0.0;
+  bool must_exceed_air = false;  ///< nothing below the air's own mean over the flight
+  constexpr std::string_view field_name() const { return field.empty() ? file.key[0] : field; }
+};
+
+/// A medium size of the effect's first number, for forecasts and additions to measured flights.
+struct Typical {
+  enum class Of : std::uint8_t { kAlone, kBesideOwn, kLargestResponse, kFastestResponse };
+  double size = 0.0;  ///< 0: the effect is not made this way
+  Of of = Of::kAlone;
+};
+
+struct AxisEffect {
+  std::string_view name;
+  Few<AxisNumber, 3> numbers{};
+  Few<std::array<double, 3>, 3> starts{};  ///< of a fit, in the units of the numbers; one row per start
+  std::string_view variant{};              ///< a second form of the effect, fitted too
+  std::string_view needs{};                ///< without this effect it cannot be
+  std::string_view not_beside{};           ///< this effect contains it
+  bool needs_other_stick = false;
+  Typical typical{};
+  InFlight in_flight = InFlight::kLeftToTheObserver;
+  std::string_view sentence{};  ///< what it means for the flight
+};
+
+}  // namespace m100::model

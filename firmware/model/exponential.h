@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/core/assert.h"
+
+namespace m100::model {
+
+/// A square matrix that is small and of fixed size, row-major: entry (row, col) is [row * kSize + col].
+template <typename Real, std::size_t kSize>
+using SquareMatrix = std::array<Real, kSize * kSize>;
+
+template <std::size_t kSize, typename Matrix>
+constexpr Matrix matrix_product(const Matrix& left, const Matrix& right) {
+  Matrix out{};
+  for (std::size_t row = 0; row < kSize; ++row) {
+    for (std::size_t inner = 0; inner < kSize; ++inner) {
+      for (std::size_t col = 0; col < kSize; ++col) {
+        out[row * kSize + col] += left[row * kSize + inner] * right[inner * kSize + col];
+      }
+    }
+  }
+  return out;
+}
+
+/// The largest sum of the sizes of a row's entries.
+template <std::size_t kSize, typename Matrix>
+constexpr typename Matrix::value_type row_sum_norm(const Matrix& matrix) {
+  using Real = typename Matrix::value_type;
+  Real most(0);
+  for (std::size_t row = 0; row < kSize; ++row) {
+    Real sum(0);
+    for (std::size_t col = 0; col < kSize; ++col) {
+      const Real entry = matrix[row * kSize + col];
+      sum += entry < Real(0) ? -entry : entry;
+    }
+    most = sum > most ? sum : most;
+  }
+  return most;
+}
+
+inline constexpr int kMostHalvings = 24;
+/// 1 / 24! is 2e-24, below the last bit of every sum, long double's included.
+inline constexpr int kExponentialTerms = 24;
+
+/// e^matrix: the Taylor series of the matrix halved until its row sums are at most `series_norm`, then squared as
+/// often. The only matrix exponential of the project: the observer, the residual monitor and the tables of the MPC
+/// discretise with it, on the target in double, where tables are made in long double. By + - * / alone, hence alike on
+/// every machine (promise R6). Requires row sums of at most 2^kMostHalvings times series_norm. Any series_norm up to 1
+/// gives the same number but for its last bits. Cost: kExponentialTerms products of kSize x kSize and one for each
+/// halving; before the first tick only.
+template <std::size_t kSize, typename Real>
+constexpr SquareMatrix<Real, kSize> exponential(SquareMatrix<Real, kSize> matrix, Real series_norm = Real(1)) {
+  M100_ASSERT(series_norm > Real(0) && series_norm <= Real(1));
+  int halvings = 0;
+  for (Real norm = row_sum_norm<kSize>(matrix); norm > series_norm && halvings < kMostHalvings; norm /= Real(2)) {
+    ++halvings;
+    for (Real& entry : matrix) {
+      entry /= Real(2);
+    }
+  }
+  M100_ASSERT(row_sum_norm<kSize>(matrix) <= series_norm);  // neither too large nor without a value
+  SquareMatrix<Real, kSize> term{};
+  for (std::size_t i = 0; i < kSize; ++i) {
+    term[i * kSize + i] = Real(1);
+  }
+  SquareMatrix<Real, kSize> sum = term;
+  for (int n = 1; n <= kExponentialTerms; ++n) {
+    term = matrix_product<kSize>(term, matrix);
+    for (std::size_t i = 0; i < term.size(); ++i) {
+      term[i] /= static_cast<Real>(n);
+      sum[i] += term[i];
+    }
+  }
+  for (int i = 0; i < halvings; ++i) {
+    sum = matrix_product<kSize>(sum, sum);
+  }
+  return sum;
+}
+
+}  // namespace m100::model

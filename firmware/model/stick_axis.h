@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/maths.h"
+#include "firmware/model/paper.h"
+
+namespace m100::model {
+
+/// How a dead zone passes what is outside of it.
+enum class DeadZoneShape : std::uint8_t {
+  kContinuous,  ///< counted from the edge: f(u) = sign(u) (|u| - w) for |u| > w
+  kJump,        ///< f(u) = u for |u| > w
+};
+
+/// One axis of the autopilot as it answers to its stick: what the controller believes, what the simulated world has,
+/// and what identification fits. The unit of the axis is rad (roll, pitch), rad/s (yaw rate) or m/s (climb speed).
+///
+/// Stick to command: StickLaw. Command a to response y:
+///   second order: y'' = w^2 (a + lead_zero a' - y) - 2 z w y', a the command of transport_delay_s ago
+///   first order : y'  = (a - y) / time_constant_s
+/// An axis is of first order if and only if time_constant_s > 0. A number at its default is an effect that is absent.
+struct StickAxis {
+  double scale_per_count = 0.0;  ///< unit of the axis per count
+  double time_constant_s = 0.0;
+  double natural_frequency_rad_s = 0.0;
+  double damping_ratio = 0.0;
+  double transport_delay_s = 0.0;
+  double lead_zero_s = 0.0;
+  double dead_zone_counts = 0.0;  ///< half width
+  DeadZoneShape dead_zone_shape = DeadZoneShape::kContinuous;
+  double saturation = 0.0;             ///< |a| limit, unit of the axis
+  double tilt_limit = 0.0;             ///< limit of the vector of both axes' commands, unit of the axis
+  double other_scale_per_count = 0.0;  ///< scale of the other axis, for the tilt limit; 0: the same as this one's
+  double rate_limit_per_s = 0.0;       ///< |y'| limit
+  double command_slew_per_s = 0.0;     ///< |a'| limit: the other place where a rate may be limited
+  double gain_asymmetry = 1.0;         ///< gain for positive over gain for negative sticks; their mean is the scale
+  double trim_counts = 0.0;            ///< balancing point minus 1024; taken from the stick before the dead zone
+  double stick_exponent = 1.0;         ///< f(u) = sign(u) 660 (|u| / 660)^exponent
+  double backlash_counts = 0.0;        ///< half width of the stick's play
+  double gain_drift_per_minute = 0.0;
+  double cross_axis = 0.0;  ///< share of the other axis' stick that arrives here
+
+  constexpr bool is_first_order() const { return time_constant_s > 0.0; }
+  constexpr bool is_identified() const { return time_constant_s > 0.0 || natural_frequency_rad_s > 0.0; }
+};
+
+/// x^exponent for 0 <= x <= 8, 0.1 <= exponent <= 10, by + - * / alone (promise R6). Relative error below 1e-12.
+template <typename Real>
+Real power(Real x, Real exponent);
+
+/// Stick counts to command in the unit of the axis: everything before delay and dynamics, one function for each part of
+/// the way. The residual monitor and identification take command(), sample by sample; the simulated aircraft takes the
+/// parts, because its delay lies between them.
+///
+///   v = moved(u)                                            u stick in counts from neutral
+///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
+///   a = limited(c)
+/// Cost: some 30 flops, one power where there is a stick curve.
+template <typename Real>
+class StickLaw {
+ public:
+  /// @param sample_period_s  of command(); for the slew of the command only
+  StickLaw(const StickAxis& axis, Real sample_period_s)
+      : scale_per_count_(real(axis.scale_per_count)),
+        dead_zone_counts_(real(axis.dead_zone_counts)),
+        jumps_(axis.dead_zone_shape == DeadZoneShape::kJump),
+        trim_counts_(real(axis.trim_counts)),
+        stick_exponent_(real(axis.stick_exponent)),
+        positive_gain_(scale_per_count_ * Real(2) * real(axis.gain_asymmetry) / (Real(1) + real(axis.gain_asymmetry))),
+        negative_gain_(scale_per_count_ * Real(2) / (Real(1) + real(axis.gain_asymmetry))),
+        backlash_counts_(real(axis.backlash_counts)),
+        drift_per_s_(real(axis.gain_drift_per_minute / 60.0)),
+        leak_per_count_(scale_per_count_ * real(axis.cross_axis)),
+        tilt_limit_(real(axis.tilt_limit)),
+        other_scale_per_count_(axis.other_scale_per_count > 0.0 ? real(axis.other_scale_per_count) : scale_per_count_),
+        saturation_(real(axis.saturation)),
+        slew_per_sample_(real(axis.command_slew_per_s) * sample_period_s) {}
+
+  /// The whole law: the command of the next sample. Sticks are counts from neutral.
+  Real command(Real stick_counts, Real other_counts, Real t_s) {
+    const Real counts = moved(stick_counts);
+    Real command = drifted(shaped(counts) + leak_per_count_ * other_counts, t_s);
+    if (tilt_limit_ > Real(0)) {
+      const Real other = other_scale_per_count_ * dead_zone_and_curve(other_counts);
+      const Real size = core::sqrt(command * command + other * other);
+      if (size > tilt_limit_) {
+        command *= tilt_limit_ / size;
+      }
+    }
+    command = limited(command);
+    if (slew_per_sample_ > Real(0)) {
+      slewed_ = slewing_ ? slewed_ + core::clamp(command - slewed_, -slew_per_sample_, slew_per_sample_) : command;
+      slewing_ = true;
+      command = slewed_;
+    }
+    return command;
+  }
+
+  /// Forgets the past: the stick has always been at `stick_counts`.
+  void rest_at(Real stick_counts) {
+    play_counts_ = stick_counts;
+    started_ = true;
+  }
+  /// What keeps a memory of the stick's motion. @returns counts that go on.
+  Real moved(Real stick_counts) {
+    if (!started_) {
+      rest_at(stick_counts);
+    }
+    if (backlash_counts_ > Real(0)) {
+      play_counts_ = core::clamp(play_counts_, stick_counts - backlash_counts_, stick_counts + backlash_counts_);
+      return play_counts_;
+    }
+    return stick_counts;
+  }
+  /// What has no memory. @returns the command without drift and leak.
+  Real shaped(Real counts) const {
+    const Real shaped_counts = dead_zone_and_curve(counts - trim_counts_);
+    return shaped_counts * (shaped_counts < Real(0) ? negative_gain_ : positive_gain_);
+  }
+  Real drifted(Real command, Real t_s) const { return command * (Real(1) + drift_per_s_ * t_s); }
+  Real limited(Real command) const {
+    return saturation_ > Real(0) ? core::clamp(command, -saturation_, saturation_) : command;
+  }
+
+ private:
+  static Real real(double value) { return static_cast<Real>(value); }
+  Real dead_zone_and_curve(Real counts) const {
+    Real size = counts < Real(0) ? -counts : counts;
+    if (dead_zone_counts_ > Real(0)) {
+      if (size <= dead_zone_counts_) {
+        return Real(0);
+      }
+      if (!jumps_) {
+        size -= dead_zone_counts_;
+      }
+    }
+    if (stick_exponent_ != Real(1)) {
+      constexpr Real kTravel = static_cast<Real>(paper::kTravel_vrc);
+      size = kTravel * power(size / kTravel, stick_exponent_);
+    }
+    return counts < Real(0) ? -size : size;
+  }
+
+  Real scale_per_count_;
+  Real dead_zone_counts_;
+  bool jumps_;
+  Real trim_counts_;
+  Real stick_exponent_;
+  Real positive_gain_;
+  Real negative_gain_;
+  Real backlash_counts_;
+  Real drift_per_s_;
+  Real leak_per_count_;
+  Real tilt_limit_;
+  Real other_scale_per_count_;
+  Real saturation_;
+  Real slew_per_sample_;
+  Real play_counts_ = Real(0);
+  Real slewed_ = Real(0);
+  bool slewing_ = false;
+  bool started_ = false;
+};
+
+}  // namespace m100::model

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/model/translation_effect.h"
+
+namespace m100::model::translation {
+
+/// A constant acceleration in the world. The wind's acceleration of a vehicle at rest is what is reported, also where
+/// its speed had to be searched beside a progressive drag.
+struct SteadyWind {
+  static Acceleration column(std::size_t which, const Moment&, double) {
+    return {which == 0 ? 1.0 : 0.0, which == 1 ? 1.0 : 0.0, 0.0};
+  }
+  static constexpr SearchedParameter kSpeedX{.low = -40.0,
+                                             .high = 40.0,
+                                             .first_step = 1.0,
+                                             .last_step = 0.5,
+                                             .repeated_step = 0.3,
+                                             .turn = 40,
+                                             .start = Start::kWindSpeed};
+  static constexpr SearchedParameter kSpeedY{.low = -40.0,
+                                             .high = 40.0,
+                                             .first_step = 1.0,
+                                             .last_step = 0.5,
+                                             .repeated_step = 0.3,
+                                             .turn = 41,
+                                             .start = Start::kWindSpeed};
+
+  static constexpr TranslationEffect kEffect{
+      .name = "steady_wind",
+      .place = 10,
+      .parameters = {{{.name = "accel_x_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2},
+                      {.name = "accel_y_m_s2", .low = -kMostAcceleration_m_s2, .high = kMostAcceleration_m_s2}}},
+      .least = 0.06,
+      .size = length_of_two,
+      .columns = 2,
+      .column = column,
+      .searched = {{kSpeedX, kSpeedY}},
+      .twin = "body_bias",
+      .in_flight = InFlight::kLeftToTheObserver,
+      .sentence = "A constant acceleration in the world: the observer carries it to the controller.",
+      .homeless = "is the air of that flight: the observer estimates it in every flight anew"};
+};
+
+}  // namespace m100::model::translation
