@@ -122,7 +122,6 @@ Verdict AxisFilter<S>::correct_attitude(S tilt, S rate, const Age<S>& age) {
   constexpr double kTiltGate_rad = 0.35;
   constexpr double kRateGate = 5.0 * kTimeUnit_s;
   if (!(limited(tilt_error, kTiltGate_rad) == tilt_error) || !(limited(rate_error, kRateGate) == rate_error)) {
-    ++attitude_refusals_;
     return Verdict::kRefused;
   }
   h[kRate] = a.narrow(-a.product(age.units, c_.tilt_rate));
@@ -137,17 +136,19 @@ Verdict AxisFilter<S>::correct_attitude(S tilt, S rate, const Age<S>& age) {
 }
 
 template <typename S>
-typename AxisFilter<S>::PoseTest AxisFilter<S>::test_pose(S position, const Age<S>& age, S unseen_m) {
+typename AxisFilter<S>::PoseTest AxisFilter<S>::test_pose(S position, const Age<S>& age, S unseen_m, float told_m2) {
   auto& a = covariance_.arithmetic();
   PoseTest test;
   typename ScaledCovariance<S, kStates>::Column h{};
   h[kV] = a.narrow(-a.product(age.units, c_.pose_rate));
   h[kD] = a.narrow(a.product(age.half_square, c_.pose_d));
-  test.projection = covariance_.template project<MeasuresPose>(h, c_.pose_variance);
+  test.projection =
+      covariance_.template project<MeasuresPose>(h, larger_variance(c_.pose_variance, told_m2, scales_[kP]));
   const auto expected = a.widen(x_[kP]) - a.product(age.units, x_[kV]) + a.product(age.half_square, x_[kD]) +
                         a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(position) - expected);
-  test.inside = inside_gate(a, test.innovation, test.projection.s, scales_[kP], unseen_m);
+  test.scale = scales_[kP];
+  test.inside = inside_gate(a, test.innovation, test.projection.s, test.scale, unseen_m);
   return test;
 }
 

@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "firmware/core/fixed_point.h"
-#include "firmware/est/attitude_step.h"
 #include "firmware/est/delayed_pose.h"
 #include "firmware/est/filter_parts.h"
 #include "firmware/est/scaled_covariance.h"
@@ -16,9 +15,8 @@ namespace m100::est {
 
 /// One horizontal axis as the filter believes it to be.
 struct AxisModel {
-  ResponseModel attitude;
-  double transport_delay_s = 0.0;
-  double tilt_sign = 1.0;  ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
+  model::StickAxis attitude;  ///< its dynamics and its delay; what the stick does is inverted before
+  double tilt_sign = 1.0;     ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
   double tilt_gain = 1.0;
   double linear_drag_per_s = 0.0;
   double quadratic_drag_per_m = 0.0;
@@ -34,7 +32,7 @@ enum class Verdict : std::uint8_t { kUsed, kRefused };
 /// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; inside, time counts in 0.64 s.
 ///   p'    = v
 ///   v'    = +-tilt_gain g tan(tilt) - c v - c2 |v| v + d
-///   tilt  : AttitudeStep of (u + m), u the command of transport_delay ago
+///   tilt  : model::AxisStep of (u + m), u the command of attitude.transport_delay_s ago
 ///   d' = 0, m' = 0 (random walks; paper, Eq. (2): d_{k+1} = d_k)
 /// d is what acts as an acceleration (wind); m what acts at the input (trim, command gain, offset of the attitude
 /// loop). Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each scalar on its own.
@@ -65,9 +63,17 @@ class AxisFilter {
   struct PoseTest {
     typename ScaledCovariance<S, kStates>::Projection projection;
     S innovation{};
+    int scale = 0;  ///< of the variance in the projection
     bool inside = false;
+    /// Innovation squared over its variance, expected 1.
+    float normalised_square() const {
+      using Number = core::Arithmetic<S>;
+      const auto scaled = Number::template real<float>(innovation) * static_cast<float>(power_of_two(-scale));
+      return scaled * scaled / Number::template real<float>(projection.s);
+    }
   };
-  PoseTest test_pose(S position, const Age<S>& age, S unseen_m);
+  /// @param told_m2 the variance that the sender of the pose claims; 0: none
+  PoseTest test_pose(S position, const Age<S>& age, S unseen_m, float told_m2);
   void correct_pose(const PoseTest& test);
   /// Takes position (of `age` ago) and velocity from outside and forgets how they came about; d and m stay.
   void reanchor(S position, S velocity, const Age<S>& age);
@@ -77,7 +83,6 @@ class AxisFilter {
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }
   const Scales& scales() const { return scales_; }
   CovarianceHealth health() const { return covariance_.health(); }
-  std::uint32_t attitude_refusals() const { return attitude_refusals_; }
   /// All states are numbers and inside their ranges (by construction unless a float overflowed).
   bool is_sane() const;
 
@@ -104,7 +109,6 @@ class AxisFilter {
   Scales scales_{};
   ScaledCovariance<S, kStates> covariance_;
   AccelerationHistory<S> history_;
-  std::uint32_t attitude_refusals_ = 0;
 };
 
 /// Exponents of two nearest above the steady-state sigmas (units of the filter), from 5 s of the filter with poses 20

@@ -26,7 +26,7 @@ AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales
   const auto ratio = [&](int from, int to) {  // scaled entry = entry * 2^(e_from - e_to)
     return power_of_two(scales_[static_cast<std::size_t>(from)] - scales_[static_cast<std::size_t>(to)]);
   };
-  const AttitudeStep step = discretise(model.attitude, kTick_s);
+  const model::AxisStep step = tick_of(model.attitude);
   const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
   const double r_m = (step.r_u + step.r_next) * kTimeUnit_s;
   const double tick = power_of_two(kTickExponent);
@@ -91,7 +91,7 @@ typename AxisFilter<S>::Scales steady_scales(const AxisModel& model) {
   for (int tick = 0; tick < 500; ++tick) {
     filter.predict({});
     filter.correct_attitude(S{}, S{}, attitude_age);
-    filter.correct_pose(filter.test_pose(S{}, pose_age, S{}));
+    filter.correct_pose(filter.test_pose(S{}, pose_age, S{}, 0.F));
   }
   typename Filter::Scales scales{};
   for (int i = 0; i < Filter::kStates; ++i) {

@@ -12,6 +12,8 @@ namespace m100::est {
 /// How old a pose may be and still be used: older ones say too little about now.
 inline constexpr double kMaxPoseAge_s = 0.25;
 inline constexpr std::size_t kHistoryTicks = 32;
+static_assert(kMaxPoseAge_s <= static_cast<double>(kHistoryTicks) * kTick_s,
+              "the history reaches back to the oldest pose");
 
 /// Age of a measurement in the filter's words, clamped to [0, kMaxPoseAge_s].
 template <typename S>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/est/disturbance_ekf.h"
 
+#include <type_traits>
+
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
@@ -15,6 +17,7 @@ using std::chrono::milliseconds;
 constexpr double kLargestAttitude_rad = 1.2;
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
+constexpr double kLearns_s = 0.15;                // one over the bandwidth by which poses teach the observer a push
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kAttitudeLost = milliseconds(100);
@@ -32,16 +35,22 @@ CovarianceHealth operator+(const CovarianceHealth& a, const CovarianceHealth& b)
   return {a.floors + b.floors, a.ceilings + b.ceilings, a.repairs + b.repairs, a.saturations + b.saturations};
 }
 
-template <typename Axis>
-ResponseModel response_of(const Axis& axis) {
-  ResponseModel response;
-  response.time_constant_s = axis.time_constant_s;
-  response.natural_frequency_rad_s = axis.natural_frequency_rad_s;
-  response.damping_ratio = axis.damping_ratio;
-  if constexpr (requires { axis.lead_zero_s; }) {
-    response.lead_zero_s = axis.lead_zero_s;
-  }
-  return response;
+/// What the gate says of a pose, on the axis that is farthest beyond it.
+template <typename Real, typename... Tests>
+Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) {
+  Refusal<Real> worst{.turned_rad = turned_rad < Real(0) ? -turned_rad : turned_rad};
+  const auto look = [&](const auto& test) {
+    using S = std::remove_cvref_t<decltype(test.innovation)>;
+    const Real innovation_m = core::Arithmetic<S>::template real<Real>(test.innovation);
+    const Real distance_m = innovation_m < Real(0) ? -innovation_m : innovation_m;
+    const Real allowed_m = gate_m<Real>(test.projection.s, test.scale, unseen_m);
+    if (distance_m * worst.allowed_m >= worst.distance_m * allowed_m) {
+      worst.distance_m = distance_m;
+      worst.allowed_m = allowed_m;
+    }
+  };
+  (look(tests), ...);
+  return worst;
 }
 
 }  // namespace
@@ -63,10 +72,9 @@ std::string_view name(Recovery recovery) {
 }
 
 template <typename S, typename Real>
-AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, const model::AttitudeAxis& axis,
+AxisModel DisturbanceEkf<S, Real>::axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis,
                                               double sign) {
-  return {.attitude = response_of(axis),
-          .transport_delay_s = axis.transport_delay_s,
+  return {.attitude = axis,
           .tilt_sign = sign,
           .tilt_gain = vehicle.translation.tilt_gain,
           .linear_drag_per_s = vehicle.translation.linear_drag_per_s,
@@ -88,15 +96,19 @@ template <typename S, typename Real>
 DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
     : x_(axis_model(vehicle, vehicle.pitch, 1.0)),
       y_(axis_model(vehicle, vehicle.roll, -1.0)),
-      height_(response_of(vehicle.climb), vehicle.estimator.pose_position_sigma_m),
+      height_(vehicle.climb, vehicle.estimator.pose_position_sigma_m),
       yaw_(vehicle.estimator.attitude_sigma_rad),
       delay_x_(delay_of(vehicle.pitch.transport_delay_s)),
       delay_y_(delay_of(vehicle.roll.transport_delay_s)),
-      delay_climb_(delay_of(vehicle.climb.transport_delay_s)) {}
+      delay_climb_(delay_of(vehicle.climb.transport_delay_s)),
+      pose_variance_m2_(
+          static_cast<Real>(vehicle.estimator.pose_position_sigma_m * vehicle.estimator.pose_position_sigma_m)) {}
 
 template <typename S, typename Real>
 Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured, const ctl::Command<Real>& in_force,
                                                core::Duration elapsed) {
+  M100_ASSERT(elapsed >= core::Duration(0));
+  now_ = measured.now;
   const auto rounded = (elapsed + core::kTickPeriod / 2) / core::kTickPeriod;
   const int ticks = rounded < 1 ? 1 : (rounded > kMaxTicks ? kMaxTicks : static_cast<int>(rounded));
   for (int tick = 0; tick < ticks; ++tick) {
@@ -213,14 +225,22 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
 }
 
 template <typename S, typename Real>
-void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& pose) {
+float DisturbanceEkf<S, Real>::pose_variance_m2(Real told_m2, Real time_sigma_s, Real speed_m_s) const {
+  const Real way_m = speed_m_s * time_sigma_s;
+  const Real claimed_m2 = told_m2 > pose_variance_m2_ ? told_m2 : pose_variance_m2_;
+  return static_cast<float>(claimed_m2 + way_m * way_m);
+}
+
+template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;
   if (!finite(pose.position_w_m.x()) || !finite(pose.position_w_m.y()) || !finite(pose.position_w_m.z()) ||
       !finite(pose.yaw_rad)) {
     ++counters_.not_finite;
     return;
   }
-  const double age_s = core::seconds<double>(pose.age);
+  const core::Duration pose_age = pose.age(now_);
+  const double age_s = core::seconds<double>(pose_age);
   if (age_s > kMaxPoseAge_s || age_s < 0.0) {
     ++counters_.poses_stale;
     return;
@@ -229,24 +249,32 @@ void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& p
   const S position_x = Number::template number<Real>(pose.position_w_m.x());
   const S position_y = Number::template number<Real>(pose.position_w_m.y());
   const S position_z = Number::template number<Real>(pose.position_w_m.z());
-  const S yaw = Number::template number<Real>(wrapped_yaw(pose));
   if (!started_) {
     begin(pose);
     return;
   }
   const double dropout_s = core::seconds<double>(since_pose_);
-  const double unseen = 0.5 * kUnseenAcceleration_m_s2 * dropout_s * dropout_s;
+  const double unseen = 0.5 * kUnseenAcceleration_m_s2 * (dropout_s * dropout_s + kLearns_s * kLearns_s);
   // After a long dropout the covariance has met its ceiling and a large innovation would be shared out wrongly: what is
   // not inside the sigmas goes to judge_refused().
   const bool long_dropout = since_pose_ > kDropout;
   const S unseen_m = Number::template number<double>(long_dropout ? 0.0 : unseen);
-  const auto x = x_.test_pose(position_x, age, unseen_m);
-  const auto y = y_.test_pose(position_y, age, unseen_m);
-  const auto z = height_.test_pose(position_z, age, unseen_m);
-  const S turned = yaw_.innovation(yaw, age);
+  const core::Vector<Real, 3>& told_m2 = pose.position_variance_m2;
+  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
+  const auto speed_m_s = [](S per_unit) { return Number::template real<Real>(per_unit) * kPerUnit; };
+  const Real sigma_s = pose.time_sigma_s;
+  const auto x = x_.test_pose(position_x, age, unseen_m,
+                              pose_variance_m2(told_m2.x(), sigma_s, speed_m_s(x_.state(AxisFilter<S>::kV))));
+  const auto y = y_.test_pose(position_y, age, unseen_m,
+                              pose_variance_m2(told_m2.y(), sigma_s, speed_m_s(y_.state(AxisFilter<S>::kV))));
+  const auto z =
+      height_.test_pose(position_z, age, unseen_m,
+                        pose_variance_m2(told_m2.z(), sigma_s, speed_m_s(height_.state(HeightFilter<S>::kClimb))));
+  const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
   const S yaw_gate = Number::template number<double>(kYawGate_rad);
   const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
   if (x.inside && y.inside && z.inside && turned <= yaw_gate && turned >= minus_yaw_gate) {
+    counters_.nis_sum += x.normalised_square() + y.normalised_square();
     x_.correct_pose(x);
     y_.correct_pose(y);
     height_.correct_pose(z);
@@ -255,31 +283,49 @@ void DisturbanceEkf<S, Real>::use_pose(const typename Measurement<Real>::Pose& p
     refused_in_a_row_ = 0;
     agreeing_ = 0;
     since_pose_ = core::Duration(0);
-    pose_age_ = pose.age;
+    pose_age_ = pose_age;
+    time_sigma_s_ = sigma_s;
     return;
   }
   ++counters_.poses_refused;
   ++refused_in_a_row_;
+  refusal_ = refusal_of(Number::template real<Real>(turned), Number::template real<Real>(unseen_m), x, y, z);
   judge_refused(pose, age);
 }
 
 template <typename S, typename Real>
-Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
+AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f) const {
   using Filter = AxisFilter<S>;
   constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
   constexpr Real kPerUnitSquared = static_cast<Real>(1.0 / (kTimeUnit_s * kTimeUnit_s));
   const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
-  const auto axis = [&](const Filter& f) {
-    return AxisEstimate<Real>{.position_m = real(f.state(Filter::kP)),
-                              .velocity_m_s = real(f.state(Filter::kV)) * kPerUnit,
-                              .tilt_rad = real(f.state(Filter::kTilt)),
-                              .tilt_rate_rad_s = real(f.state(Filter::kRate)) * kPerUnit,
-                              .disturbance_m_s2 = real(f.state(Filter::kD)) * kPerUnitSquared,
-                              .input_offset_rad = real(f.state(Filter::kM))};
+  const auto covariance = [&](int row, int col) {
+    const int scale = f.scales()[static_cast<std::size_t>(row)] + f.scales()[static_cast<std::size_t>(col)];
+    return real(f.scaled_covariance(row, col)) * static_cast<Real>(power_of_two(scale));
   };
+  const Real tilt_rad = real(f.state(Filter::kTilt));
+  const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
+  // The poses' time is wrong by the same amount for long: position by velocity times that, velocity by acceleration.
+  const Real way_m = velocity_m_s * time_sigma_s_;
+  const Real gained_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
+  return {.position_m = real(f.state(Filter::kP)),
+          .velocity_m_s = velocity_m_s,
+          .tilt_rad = tilt_rad,
+          .tilt_rate_rad_s = real(f.state(Filter::kRate)) * kPerUnit,
+          .disturbance_m_s2 = real(f.state(Filter::kD)) * kPerUnitSquared,
+          .input_offset_rad = real(f.state(Filter::kM)),
+          .position_variance_m2 = covariance(Filter::kP, Filter::kP) + way_m * way_m,
+          .position_velocity_m2_s = covariance(Filter::kV, Filter::kP) * kPerUnit,
+          .velocity_variance_m2_s2 = covariance(Filter::kV, Filter::kV) * kPerUnitSquared + gained_m_s * gained_m_s};
+}
+
+template <typename S, typename Real>
+Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
+  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
+  const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
   Estimate<Real> e;
-  e.x = axis(x_);
-  e.y = axis(y_);
+  e.x = estimate_of(x_);
+  e.y = estimate_of(y_);
   e.height_m = real(height_.state(HeightFilter<S>::kZ));
   e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
   e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
@@ -287,7 +333,10 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
   e.pose_age = pose_age_;
   e.refused_poses = refused_in_a_row_;
-  e.healthy = started_ && since_start_ >= kSettling && since_attitude_ <= kAttitudeLost && since_pose_ <= kPoseLost;
+  e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? now_ - agreeing_since_ : core::Duration{0};
+  e.refusal = refusal_;
+  e.predicts = started_ && since_start_ >= kSettling && since_attitude_ <= kAttitudeLost;
+  e.healthy = e.predicts && since_pose_ <= kPoseLost;
   return e;
 }
 

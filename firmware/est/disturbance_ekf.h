@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "firmware/core/assert.h"
 #include "firmware/core/fixed_point.h"
 #include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
@@ -38,6 +39,9 @@ struct EkfCounters {
   std::uint32_t not_finite = 0;         ///< measurements or commands that were not numbers, dropped
   std::uint32_t recoveries = 0;
   Recovery last_recovery = Recovery::kNone;
+  /// Normalised squares of the innovations (NIS) of all poses that were used, both horizontal axes: 2 for each is
+  /// right.
+  float nis_sum = 0.F;
   CovarianceHealth covariance;  ///< of all parts together
 };
 
@@ -48,10 +52,11 @@ struct EkfCounters {
 /// age. A measurement or command that is not a number is dropped and counted; a state that is not one lives for one
 /// call at most.
 ///
-/// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; after a dropout of t < 0.5 s what wind
-/// can have done meanwhile (1.5 m/s^2 t^2) is let through. Way back: 20 refused poses in a row that follow from each
-/// other (at most once in 2 s), or 3 after a dropout of more than 0.5 s, are taken as position and, by their difference
-/// over at least 0.1 s, as velocity; disturbance and offset stay. The reason is in the counters. S: double, float or
+/// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas have in them how far the
+/// aircraft flies in the uncertainty of the time of capture. After a dropout of t < 0.5 s what wind can have done
+/// meanwhile (1.5 m/s^2 t^2) is let through. Way back: refused poses that follow from each other for 0.5 s (at most
+/// once in 2 s), or 3 of them after a dropout of more than 0.5 s, are taken as position and, by their difference over
+/// at least 0.1 s, as velocity; disturbance and offset stay. The reason is in the counters. S: double, float or
 /// core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; at most kMaxTicks ticks are caught up
 /// after a stall.
 template <typename S, typename Real>
@@ -78,23 +83,29 @@ class DisturbanceEkf {
   static constexpr std::size_t kSentCapacity = 64;
 
   static Delay delay_of(double delay_s);
-  static AxisModel axis_model(const model::Vehicle& vehicle, const model::AttitudeAxis& axis, double sign);
-  const Sent& sent(std::size_t ago) const { return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity]; }
+  static AxisModel axis_model(const model::Vehicle& vehicle, const model::StickAxis& axis, double sign);
+  const Sent& sent(std::size_t ago) const {
+    M100_ASSERT(ago < kSentCapacity);
+    return sent_[(newest_ + kSentCapacity - ago) % kSentCapacity];
+  }
   void note_command(const ctl::Command<Real>& in_force);
   ActingInputs<S> inputs(const Delay& delay, S Sent::*axis);
   void predict_tick();
   void use_attitude(const typename Measurement<Real>::Attitude& attitude);
-  void use_pose(const typename Measurement<Real>::Pose& pose);
+  void use_pose(const core::Pose<Real>& pose);
+  /// Variance of a pose on one axis: the larger of what the vehicle file and the sender say, and the way in the
+  /// uncertainty of its time.
+  float pose_variance_m2(Real told_m2, Real time_sigma_s, Real speed_m_s) const;
   /// Notes a pose that does not follow from the state. @returns true when it follows from the one before.
-  bool agrees(const typename Measurement<Real>::Pose& pose);
-  void begin(const typename Measurement<Real>::Pose& pose);
-  void judge_refused(const typename Measurement<Real>::Pose& pose, const Age<S>& age);
+  bool agrees(const core::Pose<Real>& pose);
+  void begin(const core::Pose<Real>& pose);
+  void judge_refused(const core::Pose<Real>& pose, const Age<S>& age);
   /// Velocity over the poses since `first_pose_`, with what the tilt has added meanwhile, in m per unit of time.
-  core::Vector<Real, 3> velocity_since_first(const typename Measurement<Real>::Pose& pose, Real tilt_x_rad,
-                                             Real tilt_y_rad) const;
+  core::Vector<Real, 3> velocity_since_first(const core::Pose<Real>& pose, Real tilt_x_rad, Real tilt_y_rad) const;
   void recover(Recovery reason);
   void restart();
   Estimate<Real> estimate() const;
+  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter) const;
 
   AxisFilter<S> x_;
   AxisFilter<S> y_;
@@ -106,6 +117,7 @@ class DisturbanceEkf {
   std::size_t newest_ = 0;
   ctl::Command<Real> last_command_{};
   core::StandingSlope<Real> told_;
+  Real pose_variance_m2_;  ///< of the vehicle file
   S gyro_yaw_rate_{};
   bool attitude_known_ = false;
   bool started_ = false;
@@ -113,15 +125,19 @@ class DisturbanceEkf {
   core::Duration since_start_{0};
   core::Duration since_attitude_{0};
   core::Duration since_pose_{0};  ///< since the last pose that was used
+  core::TimePoint now_{};         ///< of this tick, for ages
   core::Duration pose_age_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
   std::uint32_t refused_in_a_row_ = 0;
+  Refusal<Real> refusal_;
   std::uint32_t attitudes_refused_in_a_row_ = 0;
-  std::uint32_t agreeing_ = 0;                    ///< poses in a row that follow from each other but not from the state
-  typename Measurement<Real>::Pose last_pose_{};  ///< of those
-  typename Measurement<Real>::Pose first_pose_{};
+  std::uint32_t agreeing_ = 0;    ///< poses in a row that follow from each other but not from the state
+  core::Pose<Real> last_pose_{};  ///< of those
+  core::Pose<Real> first_pose_{};
   core::Duration since_last_{0};  ///< since the moment at which it was true
   core::Duration since_first_{0};
+  core::TimePoint agreeing_since_{};  ///< when the first of them came
+  Real time_sigma_s_{0};              ///< of the newest pose that was used
   EkfCounters counters_;
 };
 

@@ -17,6 +17,19 @@ struct AxisEstimate {
   T tilt_rate_rad_s{0};
   T disturbance_m_s2{0};  ///< what acts as an acceleration: wind, drag the model lacks
   T input_offset_rad{0};  ///< what acts at the input: trim and command-gain errors (estimated as an angle)
+  // How far position and velocity may be from the truth, by the observer's own account; the uncertainty of the poses'
+  // time of capture is in it.
+  T position_variance_m2{0};
+  T position_velocity_m2_s{0};  ///< covariance of the two
+  T velocity_variance_m2_s2{0};
+};
+
+/// The last pose that the gate refused, for people.
+template <typename T>
+struct Refusal {
+  T distance_m{0};  ///< from where it had to be, along the axis that it was farthest beyond its gate
+  T allowed_m{0};
+  T turned_rad{0};  ///< from the heading that it had to have
 };
 
 /// The state at the present tick: everything the control law may look at.
@@ -31,7 +44,10 @@ struct Estimate {
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  bool healthy = false;             ///< initialised, finite, covariance inside its limits
+  core::Duration refused_for{0};    ///< since the first of those that agree with each other
+  Refusal<T> refusal;
+  bool predicts = false;  ///< healthy but for the age of the pose: the model's prediction stands
+  bool healthy = false;   ///< initialised, finite, covariance inside its limits
 };
 
 }  // namespace m100::est

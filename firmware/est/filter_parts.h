@@ -5,8 +5,9 @@
 #include <cstddef>
 
 #include "firmware/core/fixed_point.h"
-#include "firmware/est/attitude_step.h"
+#include "firmware/core/maths.h"
 #include "firmware/est/units.h"
+#include "firmware/model/axis_step.h"
 
 // What the filters of a horizontal axis and of the height have in common.
 namespace m100::est {
@@ -33,7 +34,19 @@ struct ActingInputs {
   S after{};
 };
 
-/// An AttitudeStep over one tick, in the filter's unit of time.
+/// An output that follows at once is of first order with this time constant for the filters: 1 / tau must stay within
+/// their numbers.
+inline constexpr double kFastestTimeConstant_s = 0.01;
+
+/// How an axis answers in one tick, as the filters have it; an axis without dynamics follows at once.
+inline model::AxisStep tick_of(model::StickAxis axis) {
+  if (!axis.is_identified() || (axis.is_first_order() && axis.time_constant_s < kFastestTimeConstant_s)) {
+    axis.time_constant_s = kFastestTimeConstant_s;
+  }
+  return model::axis_step(axis, kTick_s);
+}
+
+/// A model::AxisStep over one tick, in the filter's unit of time.
 template <typename S>
 struct ResponseStep {
   S oo{}, o_r{}, o_u{}, o_jump{}, ro{}, rr{}, r_u{}, r_next{}, r_jump{};
@@ -43,7 +56,7 @@ struct ResponseStep {
     S rate{};
   };
 
-  static ResponseStep of(const AttitudeStep& step) {
+  static ResponseStep of(const model::AxisStep& step) {
     const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
     return {.oo = number(step.oo),
             .o_r = number(step.o_r / kTimeUnit_s),
@@ -68,12 +81,40 @@ struct ResponseStep {
   }
 };
 
+/// 2^exponent.
+constexpr double power_of_two(int exponent) {
+  double value = 1.0;
+  for (int i = 0; i < exponent; ++i) {
+    value *= 2.0;
+  }
+  for (int i = 0; i > exponent; --i) {
+    value *= 0.5;
+  }
+  return value;
+}
+
+/// The measurement variance of a position: the vehicle file's, or what the sender of the pose tells where that is more.
+/// @param scaled the vehicle file's, scaled @param told_m2 at most 1 m^2 is believed; 0 or not a number: none
+/// @param scale the unit of the position is 2^scale m
+template <typename S>
+S larger_variance(S scaled, float told_m2, int scale) {
+  if (!(told_m2 > 0.F)) {
+    return scaled;
+  }
+  constexpr float kLargestTold_m2 = 1.F;
+  constexpr float kLargestScaled = 90.F;
+  const float told = core::clamp(told_m2, 0.F, kLargestTold_m2) * static_cast<float>(power_of_two(-2 * scale));
+  const S number = core::Arithmetic<S>::template number<float>(told < kLargestScaled ? told : kLargestScaled);
+  return number > scaled ? number : scaled;
+}
+
+inline constexpr double kGateSigmas = 6.0;
+inline constexpr double kLargestInnovation_m = 1.0;
+
 /// Whether a position's innovation is inside 6 sigmas, or inside what may have happened unseen; never beyond 1 m.
 /// @param s scaled variance of the innovation @param scale the unit of the position is 2^scale m
 template <typename S>
 bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_m) {
-  constexpr double kGateSigmas = 6.0;
-  constexpr double kLargestInnovation_m = 1.0;
   constexpr double kLargestScaled = 90.0;  // its square fits beside the variances
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
   const S size = innovation < S{} ? a.narrow(-a.widen(innovation)) : innovation;
@@ -88,6 +129,15 @@ bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_
   return inside_sigmas || size <= unseen_m;
 }
 
+/// The same gate in metres, to be told to people.
+template <typename Real, typename S>
+Real gate_m(S s, int scale, Real unseen_m) {
+  const Real sigmas_m =
+      static_cast<Real>(kGateSigmas * power_of_two(scale)) * core::sqrt(core::Arithmetic<S>::template real<Real>(s));
+  const Real gate = sigmas_m > unseen_m ? sigmas_m : unseen_m;
+  return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
+}
+
 /// x += gain innovation. The gain first, in 64 bits, then the scale: a gain in plain units would not fit.
 template <typename S, std::size_t kStates>
 void add_correction(core::Arithmetic<S>& a, std::array<S, kStates>& x, const std::array<S, kStates>& gain, S innovation,
@@ -97,18 +147,6 @@ void add_correction(core::Arithmetic<S>& a, std::array<S, kStates>& x, const std
         a.scaled(a.product(gain[i], innovation), scales[i] - scales[static_cast<std::size_t>(measured)]);
     x[i] = a.narrow(a.widen(x[i]) + correction);
   }
-}
-
-/// 2^exponent.
-constexpr double power_of_two(int exponent) {
-  double value = 1.0;
-  for (int i = 0; i < exponent; ++i) {
-    value *= 2.0;
-  }
-  for (int i = 0; i > exponent; --i) {
-    value *= 0.5;
-  }
-  return value;
 }
 
 }  // namespace m100::est

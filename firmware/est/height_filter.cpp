@@ -31,9 +31,9 @@ struct MeasuresHeight {
 }  // namespace
 
 template <typename S>
-HeightFilter<S>::HeightFilter(const ResponseModel& climb, double pose_sigma_m) {
+HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m) {
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
-  const AttitudeStep step = discretise(climb, kTick_s);
+  const model::AxisStep step = tick_of(climb);
   const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
   response_ = ResponseStep<S>::of(step);
   const auto ratio = [](int from, int to) { return kScaleValue[from] / kScaleValue[to]; };
@@ -95,16 +95,18 @@ void HeightFilter<S>::predict(const ActingInputs<S>& input) {
 }
 
 template <typename S>
-typename HeightFilter<S>::PoseTest HeightFilter<S>::test_pose(S height, const Age<S>& age, S unseen_m) {
+typename HeightFilter<S>::PoseTest HeightFilter<S>::test_pose(S height, const Age<S>& age, S unseen_m, float told_m2) {
   auto& a = covariance_.arithmetic();
   PoseTest test;
   typename Covariance::Column h{};
   h[kClimb] = a.narrow(-a.product(age.units, pose_rate_));
-  test.projection = covariance_.template project<MeasuresHeight>(h, pose_variance_);
+  test.projection =
+      covariance_.template project<MeasuresHeight>(h, larger_variance(pose_variance_, told_m2, kScale[kZ]));
   const auto expected =
       a.widen(x_[kZ]) - a.product(age.units, x_[kClimb]) + a.widen(history_.displacement(a, age.ticks));
   test.innovation = a.narrow(a.widen(height) - expected);
-  test.inside = inside_gate(a, test.innovation, test.projection.s, kScale[kZ], unseen_m);
+  test.scale = kScale[kZ];
+  test.inside = inside_gate(a, test.innovation, test.projection.s, test.scale, unseen_m);
   return test;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <string_view>
 
-#include "firmware/est/attitude_step.h"
 #include "firmware/est/delayed_pose.h"
 #include "firmware/est/filter_parts.h"
 #include "firmware/est/scaled_covariance.h"
@@ -12,7 +11,7 @@
 namespace m100::est {
 
 /// Height, climb speed, its rate, and the climb offset b (steady difference between commanded and flown climb speed).
-///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (AttitudeStep), b' = 0
+///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), b' = 0
 /// Inside, time counts in 0.64 s. Measured: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1 m/s.
 template <typename S>
 class HeightFilter {
@@ -21,16 +20,17 @@ class HeightFilter {
   enum StateIndex : int { kZ, kClimb, kRate, kOffset };
   using Covariance = ScaledCovariance<S, kStates>;
 
-  HeightFilter(const ResponseModel& climb, double pose_sigma_m);
+  HeightFilter(const model::StickAxis& climb, double pose_sigma_m);
   void start(S height, S climb);
   /// Commands: climb speed in m per unit.
   void predict(const ActingInputs<S>& input);
   struct PoseTest {
     typename Covariance::Projection projection;
     S innovation{};
+    int scale = 0;  ///< of the variance in the projection
     bool inside = false;
   };
-  PoseTest test_pose(S height, const Age<S>& age, S unseen_m);
+  PoseTest test_pose(S height, const Age<S>& age, S unseen_m, float told_m2);
   void correct_pose(const PoseTest& test);
   void reanchor(S height, S climb, const Age<S>& age);
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }

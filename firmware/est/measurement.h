@@ -3,6 +3,7 @@
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/frames.h"
+#include "firmware/core/pose.h"
 #include "firmware/core/time.h"
 
 namespace m100::est {
@@ -11,13 +12,6 @@ namespace m100::est {
 /// T is float or double.
 template <typename T>
 struct Measurement {
-  /// From motion capture or another source of pose. age is how old the pose was when this tick began.
-  struct Pose {
-    bool is_new = false;
-    core::Duration age{0};
-    core::Vector<T, 3> position_w_m = core::Vector<T, 3>::Zero();
-    T yaw_rad{0};
-  };
   /// From the autopilot's telemetry.
   struct Attitude {
     bool is_new = false;
@@ -27,7 +21,8 @@ struct Measurement {
     T yaw_rad{0};
     core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();
   };
-  Pose pose;
+  core::TimePoint now{};  ///< of this tick: what ages count to
+  core::Pose<T> pose;     ///< from motion capture or another source of pose
   Attitude attitude;
 };
 

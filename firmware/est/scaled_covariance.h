@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "firmware/core/assert.h"
 #include "firmware/core/fixed_point.h"
 
 namespace m100::est {
@@ -32,7 +33,7 @@ struct CovarianceHealth {
 /// same units: phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
 /// Only the lower triangle exists, so symmetry is not a matter of rounding. Every coefficient must be below 8 in size.
-/// Invariants: each variance lies in [kFloor, kCeiling]; checked_positive() restores positivity.
+/// Invariants: each variance lies in [kFloor, kCeiling]; check() restores positivity.
 template <typename S, int kN>
 class ScaledCovariance {
  public:
@@ -61,6 +62,7 @@ class ScaledCovariance {
 
   /// Forgets what state i has to do with the others and gives it a variance.
   void decouple(int i, double variance) {
+    M100_ASSERT(i >= 0 && i < kN && variance > 0.0);
     for (int j = 0; j < kN; ++j) {
       at(i, j) = S{};
     }
@@ -112,6 +114,26 @@ class ScaledCovariance {
     }
     return count;
   }
+  /// The only row of a measurement, as predict() takes rows.
+  template <typename Shape>
+  struct OnlyRow {
+    static constexpr std::array kRows{Shape::kRow};
+  };
+  /// Sum of weight(k) number(k) over the entries of row kRow of a Shape that are not 0.
+  template <typename Shape, int kRow, typename Number, typename Weight>
+  typename core::Arithmetic<S>::Wide weighted_sum(Number&& number, Weight&& weight) {
+    typename core::Arithmetic<S>::Wide sum{};
+    unroll<kN>([&](auto term) {
+      constexpr int k = decltype(term)::value;
+      if constexpr (Shape::kRows[index(kRow)][index(k)] == '1') {
+        sum += arithmetic_.widen(number(k));
+      } else if constexpr (Shape::kRows[index(kRow)][index(k)] == 'x') {
+        sum += arithmetic_.product(weight(k), number(k));
+      }
+    });
+    return sum;
+  }
+  void keep_below_ceiling();
   bool is_positive();
 
   std::array<S, static_cast<std::size_t>(kN*(kN + 1) / 2)> p_{};
@@ -122,7 +144,6 @@ class ScaledCovariance {
 template <typename S, int kN>
 template <typename Shape>
 void ScaledCovariance<S, kN>::predict(const Matrix& phi, const Column& q) {
-  using Wide = typename core::Arithmetic<S>::Wide;
   Matrix half{};  // phi P
   unroll<kN>([&](auto row) {
     constexpr int i = decltype(row)::value;
@@ -131,16 +152,8 @@ void ScaledCovariance<S, kN>::predict(const Matrix& phi, const Column& q) {
       if constexpr (is_identity<Shape>(i)) {
         half[i][j] = (*this)(i, j);
       } else {
-        Wide sum{};
-        unroll<kN>([&](auto term) {
-          constexpr int k = decltype(term)::value;
-          if constexpr (Shape::kRows[i][k] == '1') {
-            sum += arithmetic_.widen((*this)(k, j));
-          } else if constexpr (Shape::kRows[i][k] == 'x') {
-            sum += arithmetic_.product(phi[i][k], (*this)(k, j));
-          }
-        });
-        half[i][j] = arithmetic_.narrow(sum);
+        half[i][j] = arithmetic_.narrow(
+            weighted_sum<Shape, i>([&](int k) { return (*this)(k, j); }, [&](int k) { return phi[i][index(k)]; }));
       }
     });
   });
@@ -151,21 +164,19 @@ void ScaledCovariance<S, kN>::predict(const Matrix& phi, const Column& q) {
       constexpr bool kByRow = terms<Shape>(i) <= terms<Shape>(j);  // the sparser of the two rows multiplies
       constexpr int a = kByRow ? i : j;
       constexpr int b = kByRow ? j : i;
-      Wide sum{};
-      unroll<kN>([&](auto term) {
-        constexpr int k = decltype(term)::value;
-        if constexpr (Shape::kRows[a][k] == '1') {
-          sum += arithmetic_.widen(half[b][k]);
-        } else if constexpr (Shape::kRows[a][k] == 'x') {
-          sum += arithmetic_.product(half[b][k], phi[a][k]);
-        }
-      });
+      auto sum =
+          weighted_sum<Shape, a>([&](int k) { return half[b][index(k)]; }, [&](int k) { return phi[a][index(k)]; });
       if constexpr (i == j) {
         sum += arithmetic_.widen(q[i]);
       }
       p_[packed(i, j)] = arithmetic_.narrow(sum);
     });
   });
+  keep_below_ceiling();
+}
+
+template <typename S, int kN>
+void ScaledCovariance<S, kN>::keep_below_ceiling() {
   const S ceiling = arithmetic_.template number<double>(kCeiling);
   for (int i = 0; i < kN; ++i) {
     if (at(i, i) > ceiling) {  // halve this sigma: D P D with a power of two keeps positivity
@@ -180,18 +191,8 @@ void ScaledCovariance<S, kN>::predict(const Matrix& phi, const Column& q) {
 template <typename S, int kN>
 template <typename Shape>
 typename ScaledCovariance<S, kN>::Projection ScaledCovariance<S, kN>::project(const Column& h, S r) {
-  using Wide = typename core::Arithmetic<S>::Wide;
-  const auto dot = [&](auto&& entry) {
-    Wide sum{};
-    unroll<kN>([&](auto term) {
-      constexpr int k = decltype(term)::value;
-      if constexpr (Shape::kRow[k] == '1') {
-        sum += arithmetic_.widen(entry(k));
-      } else if constexpr (Shape::kRow[k] == 'x') {
-        sum += arithmetic_.product(h[k], entry(k));
-      }
-    });
-    return sum;
+  const auto dot = [&](auto&& number) {
+    return weighted_sum<OnlyRow<Shape>, 0>(number, [&](int k) { return h[index(k)]; });
   };
   Projection projection;
   unroll<kN>([&](auto row) {

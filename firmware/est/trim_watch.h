@@ -31,8 +31,8 @@ class TrimWatch {
   static constexpr T kStill_m_s = T(0.2);
 
   explicit TrimWatch(const model::Vehicle& vehicle)
-      : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_rad_per_count)),
-        pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_rad_per_count)) {}
+      : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_per_count)),
+        pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_per_count)) {}
 
   /// Once per tick. @param holds the reference stands still and the commands are ours.
   void update(const Estimate<T>& estimate, bool holds, T step_s) {

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/pose.h"
+#include "firmware/core/time.h"
+
+namespace m100::est {
+
+/// Follows how often something happens: estimates a quantile of numbers that come one by one.
+class Quantile {
+ public:
+  /// @param share of the numbers below the quantile @param step_s how far one number moves it at most
+  constexpr Quantile(double share, double step_s) : share_(share), step_s_(step_s) {}
+  void note(double value_s) { value_s_ += value_s > value_s_ ? share_ * step_s_ : (share_ - 1.0) * step_s_; }
+  double value_s() const { return value_s_ > 0.0 ? value_s_ : 0.0; }
+
+ private:
+  double share_;
+  double step_s_;
+  double value_s_ = 0.0;
+};
+
+/// Times of capture without the jitter of their way, from a source that stamps its captures with a clock of its own.
+///
+/// With s the sender's time of a capture and y the time at which the pose came,
+///   y = t0 + r s + delta,  delta >= 0,
+/// because a message can be late but never early. The rate r (one, but for the drift) comes from least squares over
+/// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
+/// slowly (faster while r is uncertain). What is left is a constant, the part of the latency that every message has;
+/// PoseLatency finds it. Captures that were lost change nothing. A clock that was set forward is begun anew; one that
+/// was set back makes poses look old, which they may be.
+///
+/// Cost: about 40 products a pose, three divisions. In double: the numbers are times of a whole flight.
+class PoseClock {
+ public:
+  /// @param captured later than that of the call before, or the clock is begun anew.
+  /// @returns our time of capture but for the constant part of the way: when the pose would have come without jitter;
+  ///   `arrived` itself until 30 poses have come, or where the sender's stamps have nothing to do with the arrivals.
+  core::TimePoint note(core::SenderTime captured, core::TimePoint arrived);
+
+  /// Between two captures of the source; zero until it is known.
+  core::Duration interval() const;
+  /// How much faster our clock runs than the sender's, as a share; zero until it is known.
+  double drift() const { return count_ < kSettled ? 0.0 : rate_ - 1.0; }
+  /// 99th percentile of what note() took away.
+  core::Duration lateness() const;
+  /// note() takes jitter away.
+  bool is_regular() const { return count_ >= kSettled && lateness_.value_s() < kMostLateness_s; }
+
+ private:
+  static constexpr std::uint32_t kSettled = 30;
+  static constexpr double kMostLateness_s = 0.12;
+  void begin(core::SenderTime captured, core::TimePoint arrived);
+  void fit(double own_s, double arrived_s);
+  void note_spacing(double step_s);
+
+  core::TimePoint origin_{};
+  core::SenderTime last_{};
+  std::uint32_t count_ = 0;
+  double own_s_ = 0.0;      ///< of the sender's clock since the origin
+  double spacing_s_ = 0.0;  ///< between two captures
+  // Least squares with forgetting, about running means.
+  double mean_own_s_ = 0.0;
+  double mean_s_ = 0.0;
+  double square_ = 0.0;
+  double product_ = 0.0;
+  double rate_ = 1.0;
+  double envelope_s_ = 0.0;  ///< at the last pose, since the origin
+  Quantile lateness_{0.99, 1e-3};
+};
+
+}  // namespace m100::est

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/pose_timing.h"
+
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+namespace {
+
+// Before motion has told: where the clocks were compared, a sender's stamp is taken at its word to 20 ms, or as far as
+// the comparison goes; else poses are some 30 ms old.
+constexpr double kToldSigma_s = 0.020;
+constexpr double kUntold_s = 0.030;
+constexpr double kUntoldSigma_s = 0.040;
+constexpr double kOldest_s = 0.25;         // that PoseLatency reckons with
+constexpr double kSlew = 0.02;             // seconds a second
+constexpr double kLeftOfJitter_s = 0.002;  // after PoseClock
+constexpr double kRawSigma_s = 0.015;      // without it
+constexpr double kLeastRises = 1e-5;       // s a pose
+
+core::Duration duration_of(double seconds) {
+  return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6 + (seconds < 0.0 ? -0.5 : 0.5)));
+}
+
+}  // namespace
+
+template <typename T>
+void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
+  const typename Measurement<T>::Attitude& attitude = measured.attitude;
+  const core::Slope<T> slope = core::slope_of(core::turns_of(
+      core::Euler<T>{.roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = yaw_rad}));
+  constexpr T kGravity = static_cast<T>(model::kGravity_m_s2);
+  latency_.note_acceleration(measured.now - attitude.age, {kGravity * slope.x, -kGravity * slope.y});
+}
+
+template <typename T>
+void PoseTiming<T>::note_way(core::Duration way) {
+  const double way_s = core::seconds<double>(way);
+  const double risen_s = least_s_ + kLeastRises;
+  least_s_ = way_s < risen_s ? way_s : risen_s;
+  jitter_.note(way_s - least_s_);
+  report_.least = duration_of(least_s_) + report_.untold;
+  report_.least = report_.least > core::Duration{0} ? report_.least : core::Duration{0};
+  report_.jitter = duration_of(jitter_.value_s());
+  report_.interval = clock_.interval();
+  report_.drift = clock_.drift();
+}
+
+template <typename T>
+void PoseTiming<T>::believe(const core::Pose<T>& pose, core::TimePoint regular) {
+  if (!pose.offset.known) {
+    latency_.believe(static_cast<T>(kUntold_s), static_cast<T>(kUntoldSigma_s));
+    return;
+  }
+  const core::TimePoint told(pose.captured.time_since_epoch() + pose.offset.to_ours);
+  const double bound_s = core::seconds<double>(pose.offset.bound);
+  latency_.believe(static_cast<T>(core::clamp(core::seconds<double>(regular - told), 0.0, kOldest_s)),
+                   static_cast<T>(bound_s > kToldSigma_s ? bound_s : kToldSigma_s));
+}
+
+template <typename T>
+void PoseTiming<T>::update(Measurement<T>& measured, T yaw_rad) {
+  if (measured.attitude.is_new) {
+    note_attitude(measured, yaw_rad);
+  }
+  if (!measured.pose.is_new) {
+    return;
+  }
+  core::Pose<T>& pose = measured.pose;
+  const core::TimePoint regular = clock_.note(pose.captured, pose.arrived);
+  believe(pose, regular);
+  if (!begun_) {
+    begun_ = true;
+    applied_s_ = latency_.tau_s();
+    last_ = measured.now;
+  }
+  latency_.note_pose(regular, {pose.position_w_m.x(), pose.position_w_m.y()});
+
+  const T most_s = static_cast<T>(kSlew) * core::seconds<T>(measured.now - last_);
+  last_ = measured.now;
+  applied_s_ += core::clamp(latency_.tau_s() - applied_s_, -most_s, most_s);
+  report_.untold = duration_of(static_cast<double>(applied_s_));
+  const core::TimePoint captured = regular - report_.untold;
+  pose.set_captured_at(captured < pose.arrived ? captured : pose.arrived);
+  note_way(pose.arrived - regular);
+
+  const T left_s = static_cast<T>(clock_.is_regular() ? kLeftOfJitter_s : kRawSigma_s);
+  const T behind_s = latency_.tau_s() - applied_s_;
+  report_.sigma_s = latency_.sigma_s();
+  report_.observable = latency_.is_observable();
+  pose.time_sigma_s = core::sqrt(left_s * left_s + behind_s * behind_s + report_.sigma_s * report_.sigma_s);
+}
+
+template class PoseTiming<float>;
+template class PoseTiming<double>;
+
+}  // namespace m100::est
