@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/mpc/clipping_guess.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "firmware/mpc/lanes.h"
+#include "firmware/mpc/swept.h"
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
@@ -28,18 +30,6 @@ struct Tolerance<float> {
 /// From so many wrong places on, a guess is nearer to the answer than the kept active set.
 inline constexpr int kStale = 7;
 
-template <typename T>
-M100_INLINE void start_over(const GainTable<T>& table, Tableau<T>& tableau) {
-  M100_UNROLL(8)
-  for (std::size_t i = 0; i < kPackedSize; i += kLanes) {
-    store<T>(tableau.swept.data() + i, load(table.inverse_hessian.data() + i));
-  }
-  M100_UNROLL(5)
-  for (std::size_t i = 0; i < kHorizon; i += kLanes) {
-    store<T>(tableau.side.data() + i, spread(T(0)));
-  }
-}
-
 /// Dual active-set iteration for  min 1/2 (u - uu)' H (u - uu), low <= u <= high  on the swept tableau
 ///   M = principal pivot transform of H^-1 on the active set A:  M_FF = Schur complement, M_FA = W_FA W_AA^-1,
 ///   M_AA = -W_AA^-1  (W = H^-1).
@@ -60,7 +50,7 @@ class ActiveSet {
       return true;
     }
     if (__builtin_popcount(wrong) >= kStale) {
-      adopt(guess());
+      adopt(guess_by_clipping(table_, unconstrained_, low_rad_, high_rad_, column_, pivot_));
       evaluate();
     }
     if (!drop_wrong()) {
@@ -111,161 +101,12 @@ class ActiveSet {
     }
   }
 
-  /// Column k of the symmetric tableau into pivot_: row k up to the diagonal, then down the rows.
-  M100_INLINE void gather(std::size_t k) {
-#ifdef M100_LANES_SCALAR
-    const T* row = tableau_.swept.data() + packed_row(k);
-    for (std::size_t i = 0; i <= k; ++i) {
-      pivot_[i] = row[i];
-    }
-    const T* at = row + k;
-    for (std::size_t i = k + 1; i < kHorizon; ++i) {
-      at += padded_row(i - 1);
-      pivot_[i] = *at;
-    }
-#else
-    switch (k / kPack) {  // so that every address is a constant and k
-      case 0:
-        return gather_in_block<0>(k);
-      case 1:
-        return gather_in_block<1>(k);
-      case 2:
-        return gather_in_block<2>(k);
-      case 3:
-        return gather_in_block<3>(k);
-      default:
-        return gather_in_block<4>(k);
-    }
-#endif
-  }
-  template <std::size_t kBlock>
-  M100_INLINE void gather_in_block(std::size_t k) {
-    static_assert(kHorizon / kPack == 5);
-    const T* swept = tableau_.swept.data();
-    const T* row = swept + packed_row(kBlock * kPack) + (k % kPack) * (kPack * (kBlock + 1));
-    M100_UNROLL(5)
-    for (std::size_t b = 0; b <= kBlock; ++b) {
-      store<T>(pivot_ + b * kPack, load(row + b * kPack));
-    }
-    M100_UNROLL(20)
-    for (std::size_t i = kBlock * kPack + 1; i < kHorizon; ++i) {
-      if (i >= (kBlock + 1) * kPack || i > k) {
-        pivot_[i] = swept[packed_row(i) + k];
-      }
-    }
-    settle(pivot_);
-  }
-
-  /// Zeros below the diagonal of column k.
-  M100_INLINE void clear_below(std::size_t k) {
-#ifdef M100_LANES_SCALAR
-    T* at = tableau_.swept.data() + packed_row(k) + k;
-    for (std::size_t i = k + 1; i < kHorizon; ++i) {
-      at += padded_row(i - 1);
-      *at = T(0);
-    }
-#else
-    switch (k / kPack) {
-      case 0:
-        return clear_below_in_block<0>(k);
-      case 1:
-        return clear_below_in_block<1>(k);
-      case 2:
-        return clear_below_in_block<2>(k);
-      case 3:
-        return clear_below_in_block<3>(k);
-      default:
-        return clear_below_in_block<4>(k);
-    }
-#endif
-  }
-  template <std::size_t kBlock>
-  M100_INLINE void clear_below_in_block(std::size_t k) {
-    M100_UNROLL(20)
-    for (std::size_t i = kBlock * kPack + 1; i < kHorizon; ++i) {
-      if (i >= (kBlock + 1) * kPack || i > k) {
-        tableau_.swept[packed_row(i) + k] = T(0);
-      }
-    }
-  }
-
   /// column_ += pivot_ * factor
   M100_INLINE void move_along_pivot(T factor) {
     Column<T> sum;
     sum.read(column_);
     sum.add(pivot_, factor);
     sum.write(column_);
-  }
-
-  /// column_ += M e, from the lower triangle alone: every row is read once, for the elements left of the diagonal as a
-  /// row and for all of them as a column. Sums in four lanes on every machine.
-  M100_INLINE void add_product(const T* e) {
-    const T* swept = tableau_.swept.data();
-#ifdef M100_LANES_SCALAR
-    T row_part[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-    const T* row = swept;
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      T lanes[kPack] = {};  // NOLINT(modernize-avoid-c-arrays): scratch
-      const T same = e[i];
-      std::size_t j = 0;
-      for (; j + kPack <= i; j += kPack) {
-        M100_PRAGMA(GCC unroll 4)
-        for (std::size_t l = 0; l < kPack; ++l) {
-          lanes[l] = fused(row[j + l], e[j + l], lanes[l]);
-        }
-        if (same != T(0)) {  // nothing in column_ is -0, so that adding 0 changes no bit
-          M100_PRAGMA(GCC unroll 4)
-          for (std::size_t l = 0; l < kPack; ++l) {
-            column_[j + l] = fused(row[j + l], same, column_[j + l]);
-          }
-        }
-      }
-      M100_PRAGMA(GCC unroll 4)
-      for (std::size_t l = 0; l < kPack; ++l) {
-        const T part = row[j + l];
-        lanes[l] = fused(j + l < i ? part : T(0), e[j + l], lanes[l]);
-        column_[j + l] = fused(j + l <= i ? part : T(0), same, column_[j + l]);
-      }
-      row_part[i] = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
-      row += padded_row(i);
-    }
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      column_[i] += row_part[i];
-    }
-#else
-    Column<T> factor;
-    Column<T> sum;
-    Column<T> lanes;
-    factor.read(e);
-    sum.read(column_);
-    const Pack<T> zero = spread(T(0));
-    const Pack<T> place{0, 1, 2, 3};
-    M100_UNROLL(5)
-    for (std::size_t block = 0; block < kColumnPacks; ++block) {
-      Pack<T> part_of_row[kPack];  // NOLINT(modernize-avoid-c-arrays): registers
-      M100_UNROLL(4)
-      for (std::size_t r = 0; r < kPack; ++r) {
-        const T* row = swept + packed_row(block * kPack + r);
-        const Pack<T> same = spread(e[block * kPack + r]);
-        const Pack<T> diagonal = spread(T(r));
-        Pack<T> in_lanes = zero;
-        M100_UNROLL(5)
-        for (std::size_t b = 0; b < block; ++b) {
-          const Pack<T> part = load(row + b * kPack);
-          in_lanes = fused(part, factor.pack[b], in_lanes);
-          sum.pack[b] = fused(part, same, sum.pack[b]);
-        }
-        const Pack<T> last = load(row + block * kPack);
-        part_of_row[r] = fused(place < diagonal ? last : zero, factor.pack[block], in_lanes);
-        sum.pack[block] = fused(place <= diagonal ? last : zero, same, sum.pack[block]);
-      }
-      lanes.pack[block] = sums_of<T>(part_of_row[0], part_of_row[1], part_of_row[2], part_of_row[3]);
-    }
-    M100_UNROLL(5)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      store<T>(column_ + b * kPack, sum.pack[b] + lanes.pack[b]);
-    }
-#endif
   }
 
   /// t from the tableau as it is.
@@ -283,47 +124,22 @@ class ActiveSet {
       store<T>(pivot_ + b * kLanes, is_free ? zero : away);
     }
     settle(pivot_);
-    add_product(pivot_);
+    add_product(swept(), pivot_, column_);
   }
 
   /// Sweeps k in (side != 0) or out (side == 0); pivot_ holds column k.
   /// The column is made afresh, from zeros, instead of leaving it to the update: that would cancel its digits away.
   M100_INLINE void sweep(std::size_t k, T side) {
-    T* swept = tableau_.swept.data();
     const T inverse = T(1) / pivot_[k];
     const T sign = side != T(0) ? inverse : -inverse;
     Column<T> scaled;
     scaled.set(pivot_, -inverse);
     scaled.write(scaled_);
     scaled_[k] = sign;
-    clear_below(k);
+    clear_below(swept(), k);
     settle(scaled_);
-#ifdef M100_LANES_SCALAR
-    for (std::size_t b = 0; b < kHorizon; b += kPack) {  // four columns: their factors stay in registers
-      const T in_registers[kPack] = {scaled_[b], scaled_[b + 1], scaled_[b + 2], scaled_[b + 3]};  // NOLINT
-      T* part = swept + packed_row(b) + b;
-      for (std::size_t i = b; i < kHorizon; ++i) {
-        const T factor = pivot_[i];
-        M100_PRAGMA(GCC unroll 4)
-        for (std::size_t l = 0; l < kPack; ++l) {
-          part[l] = fused(in_registers[l], factor, part[l]);
-        }
-        part += padded_row(i);
-      }
-    }
-#else
-    scaled.read(scaled_);
-    M100_UNROLL(20)
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      T* row = swept + packed_row(i);
-      const Pack<T> factor = spread(pivot_[i]);
-      M100_UNROLL(20)
-      for (std::size_t b = 0; b < i / kLanes + 1; ++b) {
-        store<T>(row + b * kLanes, fused(scaled.pack[b], factor, load(row + b * kLanes)));
-      }
-    }
-#endif
-    T* row = swept + packed_row(k);
+    add_outer_product(swept(), scaled_, pivot_);
+    T* row = swept() + packed_row(k);
     const Pack<T> same = spread(sign);
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
@@ -354,35 +170,6 @@ class ActiveSet {
     return places;
   }
 
-  /// The active set that clipping gives when each input is clipped in turn and the later ones make the best of it
-  /// (a column of the Cholesky factor of H^-1 each): right in half of all problems, near in most. Sides into pivot_.
-  /// @returns one bit for each active input.
-  M100_INLINE std::uint32_t guess() {
-    std::uint32_t active = 0;
-    Column<T> sum;
-    sum.read(unconstrained_);
-    sum.write(column_);
-    const T* gain = table_.clipping_gain.data();
-    M100_UNROLL(20)
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      const std::size_t block = i / kPack;
-      const T value = column_[i];
-      pivot_[i] = T(0);
-      if (value > high_rad_ || value < low_rad_) {
-        pivot_[i] = value > high_rad_ ? T(1) : T(-1);
-        active |= 1U << i;
-        const Pack<T> away = spread((value > high_rad_ ? high_rad_ : low_rad_) - value);
-        M100_UNROLL(20)
-        for (std::size_t b = block * kPack / kLanes; b < kColumnPacks; ++b) {
-          store<T>(column_ + b * kLanes,
-                   fused(load(gain + (b * kLanes - block * kPack)), away, load(column_ + b * kLanes)));
-        }
-      }
-      gain += kHorizon - block * kPack;
-    }
-    return active;
-  }
-
   /// Makes the guess the active set, from the kept one, the empty one or the full one, whose tableau is -H: whichever
   /// is nearest. Inputs that only change their side cost nothing.
   M100_INLINE void adopt(std::uint32_t active) {
@@ -403,25 +190,14 @@ class ActiveSet {
       start_over(table_, tableau_);
       kept = 0;
     } else if (from_kept > from_full) {
-      start_full();
+      start_full(table_, tableau_);
       kept = kAll;
     }
     sides.write(tableau_.side.data());
     for (std::uint32_t places = kept ^ active; places != 0; places &= places - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(places));
-      gather(i);
+      gather(swept(), i, pivot_);
       sweep(i, side[i]);
-    }
-  }
-
-  M100_INLINE void start_full() {
-    M100_UNROLL(20)
-    for (std::size_t i = 0; i < kHorizon; ++i) {
-      M100_UNROLL(20)
-      for (std::size_t b = 0; b < i / kLanes + 1; ++b) {
-        store<T>(tableau_.swept.data() + packed_row(i) + b * kLanes,
-                 -load(table_.hessian.data() + i * kHorizon + b * kLanes));
-      }
     }
   }
 
@@ -437,7 +213,7 @@ class ActiveSet {
       if (worst == kHorizon) {
         return true;
       }
-      gather(worst);
+      gather(swept(), worst, pivot_);
       const T step = column_[worst] / pivot_[worst];
       const T released = limit(worst) - step;
       move_along_pivot(-step);
@@ -497,7 +273,7 @@ class ActiveSet {
     const T target = side > T(0) ? high_rad_ : low_rad_;
     T multiplier = T(0);
     while (changes_ < kMaxChanges) {
-      gather(i);
+      gather(swept(), i, pivot_);
       const T full = (column_[i] - target) / pivot_[i];
       const std::size_t blocking = first_to_block(full);
       const T step = blocking == kHorizon ? full : column_[blocking] / pivot_[blocking];
@@ -509,7 +285,7 @@ class ActiveSet {
         return true;
       }
       column_[blocking] = limit(blocking);
-      gather(blocking);
+      gather(swept(), blocking, pivot_);
       sweep(blocking, T(0));
     }
     return false;
@@ -551,9 +327,11 @@ class ActiveSet {
       store<T>(column_ + b * kLanes, load(inputs + b * kLanes));
     }
     settle(pivot_);
-    add_product(pivot_);
+    add_product(swept(), pivot_, column_);
     clamp(inputs);
   }
+
+  M100_INLINE T* swept() { return tableau_.swept.data(); }
 
   const GainTable<T>& table_;
   Tableau<T>& tableau_;

@@ -34,8 +34,10 @@ class DelayPredictor {
  public:
   static constexpr std::size_t kCapacity = 32;
 
-  /// The model must outlive the predictor.
-  explicit DelayPredictor(const DelayModel<T>& model) : model_(&model) { M100_ASSERT(model.ticks + 1 < kCapacity); }
+  /// The model must outlive the predictor, and its delay leave room in the pipe: ticks + 1 < kCapacity.
+  explicit DelayPredictor(const DelayModel<T>& model) : model_(&model) {
+    M100_ASSERT(model.ticks + 1 < kCapacity && model.delay_s >= T(0));
+  }
 
   /// Notes the input that leaves in this tick; once per tick, after predict(). What was really sent, after the
   /// supervisor, in rad.
@@ -45,8 +47,11 @@ class DelayPredictor {
   }
   /// As if `input_rad` had been sent for ever.
   void reset(T input_rad = T(0)) { inputs_rad_.fill(input_rad); }
-  /// The input of `ticks_ago` ticks ago; 1 is the newest that was sent.
-  T sent_ago(std::size_t ticks_ago) const { return inputs_rad_[(newest_ + kCapacity + 1 - ticks_ago) % kCapacity]; }
+  /// The input of `ticks_ago` ticks ago; 1 is the newest that was sent, kCapacity the oldest that is kept.
+  T sent_ago(std::size_t ticks_ago) const {
+    M100_ASSERT(ticks_ago - 1 < kCapacity);
+    return inputs_rad_[(newest_ + kCapacity + 1 - ticks_ago) % kCapacity];
+  }
 
   /// How far ahead predict() looks: the transport delay.
   core::Duration lead() const {

@@ -10,8 +10,8 @@ namespace m100::mpc {
 
 #ifdef M100_MPC_AVX
 template <typename T>
-void solve_preview_avx(const GainTable<T>& table, Tableau<T>& tableau, const Problem<T>& problem, Solution<T>& solution,
-                       MpcCounters& counters);
+void solve_preview_avx(const GainTable<T>& table, Tableau<T>& tableau, Law law, const Problem<T>& problem,
+                       Solution<T>& solution, MpcCounters& counters);
 template <typename T>
 bool solve_setpoint_avx(const GainTable<T>& table, const Problem<T>& problem, T& input_rad);
 #endif
@@ -35,8 +35,13 @@ typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 }  // namespace
 
 template <typename T>
-HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table) : table_(&table), laws_(laws_of_this_machine<T>()) {
+HorizontalMpc<T>::HorizontalMpc(const GainTable<T>& table, Law law)
+    : table_(&table), laws_(laws_of_this_machine<T>()), law_(law) {
   M100_ASSERT(table.states == kMaxStates || table.states == kMaxStates - 1);
+  M100_ASSERT(table.input_min_rad < table.input_max_rad);
+  const SetpointTree<T>& tree = table.setpoint;
+  M100_ASSERT(tree.nodes.empty() || tree.planes.size() == tree.nodes.size() * kNodeNumbers + 1);
+  M100_ASSERT(tree.laws.size() % kLawNumbers == 0);
   reset();
 }
 
@@ -47,12 +52,12 @@ void HorizontalMpc<T>::reset() {
 
 template <typename T>
 void HorizontalMpc<T>::solve_preview(const Problem<T>& problem, Solution<T>& solution) {
-  laws_.preview(*table_, tableau_, problem, solution, counters_);
+  laws_.preview(*table_, tableau_, law_, problem, solution, counters_);
 }
 
 template <typename T>
 void HorizontalMpc<T>::solve(const Problem<T>& problem, Solution<T>& solution) {
-  if (problem.constant_reference && !table_->setpoint.nodes.empty() &&
+  if (law_ == Law::kMpc && problem.constant_reference && !table_->setpoint.nodes.empty() &&
       laws_.setpoint(*table_, problem, solution.input_rad[0])) {
     solution.path = Path::kSetpoint;
     solution.changes = 0;

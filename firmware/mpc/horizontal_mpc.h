@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "firmware/mpc/gain_table.h"
+#include "firmware/mpc/law.h"
 #include "firmware/mpc/problem.h"
 
 namespace m100::mpc {
@@ -34,18 +35,20 @@ struct MpcCounters {
 /// Preview law (any reference): one table product; where limits bind, a dual active-set iteration on a swept tableau
 /// that is kept across ticks, one rank-one update per change, certified by the optimality conditions, tried once more
 /// from scratch when the certificate fails, at most kMaxChanges changes a try; else the clipped sequence, flagged.
-/// T is float or double; the same bits on every machine. Cost and memory: README.md.
+/// With Law::kLqr it answers as a baseline does: no set-point law, no iteration, the preview law's table product
+/// clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
 template <typename T>
 class HorizontalMpc {
  public:
   /// The two laws as compiled for this machine's registers.
   struct Laws {
-    void (*preview)(const GainTable<T>&, Tableau<T>&, const Problem<T>&, Solution<T>&, MpcCounters&);
+    void (*preview)(const GainTable<T>&, Tableau<T>&, Law, const Problem<T>&, Solution<T>&, MpcCounters&);
     bool (*setpoint)(const GainTable<T>&, const Problem<T>&, T& input_rad);
   };
 
-  /// The table must outlive the controller.
-  explicit HorizontalMpc(const GainTable<T>& table);
+  /// The table must outlive the controller and be whole: 3 or 4 states, input_min_rad < input_max_rad; where there is a
+  /// set-point law, kNodeNumbers numbers of planes for each node and one more, and whole rows of laws.
+  explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
 
   /// Solves by the set-point law where it holds, else by the preview law. Inputs that are not finite give kClipped.
   void solve(const Problem<T>& problem, Solution<T>& solution);
@@ -66,6 +69,7 @@ class HorizontalMpc {
  private:
   const GainTable<T>* table_;
   Laws laws_;
+  Law law_;
   alignas(32) Tableau<T> tableau_;
   MpcCounters counters_;
 };

@@ -49,10 +49,10 @@ __attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tabl
   ++counters.clipped;
 }
 
-/// The preview law; see HorizontalMpc.
+/// The preview law, or with Law::kLqr what it answers without limits, clipped; see HorizontalMpc.
 template <typename T>
-void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, const Problem<T>& problem, Solution<T>& solution,
-                   MpcCounters& counters) {
+void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, Law law, const Problem<T>& problem,
+                   Solution<T>& solution, MpcCounters& counters) {
   const T low_rad = table.input_min_rad + problem.input_offset_rad;
   const T high_rad = table.input_max_rad + problem.input_offset_rad;
   T* inputs = solution.input_rad.data();
@@ -64,8 +64,12 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, const Problem
                         : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, inputs);
   if (free) {
     ++counters.table;
-  } else {
+  } else if (law == Law::kMpc) {
     solve_constrained(table, tableau, low_rad, high_rad, solution, counters);
+  } else {
+    clip(inputs, low_rad, high_rad, inputs);
+    solution.path = Path::kClipped;
+    ++counters.clipped;
   }
   if (problem.input_offset_rad != T(0)) {
     for (T& input : solution.input_rad) {

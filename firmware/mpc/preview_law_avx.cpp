@@ -7,9 +7,9 @@
 namespace m100::mpc {
 
 template <typename T>
-void solve_preview_avx(const GainTable<T>& table, Tableau<T>& tableau, const Problem<T>& problem, Solution<T>& solution,
-                       MpcCounters& counters) {
-  avx::solve_preview<T>(table, tableau, problem, solution, counters);
+void solve_preview_avx(const GainTable<T>& table, Tableau<T>& tableau, Law law, const Problem<T>& problem,
+                       Solution<T>& solution, MpcCounters& counters) {
+  avx::solve_preview<T>(table, tableau, law, problem, solution, counters);
 }
 
 template <typename T>
@@ -17,10 +17,10 @@ bool solve_setpoint_avx(const GainTable<T>& table, const Problem<T>& problem, T&
   return avx::solve_setpoint<T>(table, problem, input_rad);
 }
 
-template void solve_preview_avx(const GainTable<float>&, Tableau<float>&, const Problem<float>&, Solution<float>&,
+template void solve_preview_avx(const GainTable<float>&, Tableau<float>&, Law, const Problem<float>&, Solution<float>&,
                                 MpcCounters&);
-template void solve_preview_avx(const GainTable<double>&, Tableau<double>&, const Problem<double>&, Solution<double>&,
-                                MpcCounters&);
+template void solve_preview_avx(const GainTable<double>&, Tableau<double>&, Law, const Problem<double>&,
+                                Solution<double>&, MpcCounters&);
 template bool solve_setpoint_avx(const GainTable<float>&, const Problem<float>&, float&);
 template bool solve_setpoint_avx(const GainTable<double>&, const Problem<double>&, double&);
 

@@ -29,7 +29,7 @@ class TableStorage {
  public:
   /// Reads a file's bytes. Nothing of it is used unless everything holds:
   ///   kDataLoss: a bit of the file is not what was written;
-  ///   kInvalidArgument: not a table file, of another version, or sizes that cannot be;
+  ///   kInvalidArgument: not a table file, of another version, or sizes or limits that cannot be;
   ///   kRefused: the table was made from another vehicle file.
   core::Status load(std::span<const std::byte> file, const core::Sha256Digest& vehicle);
 

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/mpc/lanes.h"
+
+// The operations of swept.h where registers hold one number each: loops that stay loops, because unrolling them all
+// would cost seventy kilobytes of flash; four numbers at a time where that saves loads.
+namespace m100::mpc::M100_LANES_NAMESPACE {
+
+/// pivot = column k: row k up to the diagonal, then down the rows.
+template <typename T>
+M100_INLINE void gather(const T* swept, std::size_t k, T* pivot) {
+  const T* row = swept + packed_row(k);
+  for (std::size_t i = 0; i <= k; ++i) {
+    pivot[i] = row[i];
+  }
+  const T* at = row + k;
+  for (std::size_t i = k + 1; i < kHorizon; ++i) {
+    at += padded_row(i - 1);
+    pivot[i] = *at;
+  }
+}
+
+/// Zeros below the diagonal of column k.
+template <typename T>
+M100_INLINE void clear_below(T* swept, std::size_t k) {
+  T* at = swept + packed_row(k) + k;
+  for (std::size_t i = k + 1; i < kHorizon; ++i) {
+    at += padded_row(i - 1);
+    *at = T(0);
+  }
+}
+
+/// One row of add_product() left of the diagonal and on it: the row as a row into four lanes, and as a column into
+/// `column`. @returns the sum of the lanes.
+template <typename T>
+M100_INLINE T add_product_of_row(const T* row, std::size_t i, const T* e, T* column) {
+  T lanes[kPack] = {};  // NOLINT(modernize-avoid-c-arrays): scratch
+  const T same = e[i];
+  std::size_t j = 0;
+  for (; j + kPack <= i; j += kPack) {
+    M100_PRAGMA(GCC unroll 4)
+    for (std::size_t l = 0; l < kPack; ++l) {
+      lanes[l] = fused(row[j + l], e[j + l], lanes[l]);
+    }
+    if (same != T(0)) {  // nothing in column is -0, so that adding 0 changes no bit
+      M100_PRAGMA(GCC unroll 4)
+      for (std::size_t l = 0; l < kPack; ++l) {
+        column[j + l] = fused(row[j + l], same, column[j + l]);
+      }
+    }
+  }
+  M100_PRAGMA(GCC unroll 4)
+  for (std::size_t l = 0; l < kPack; ++l) {
+    const T part = row[j + l];
+    lanes[l] = fused(j + l < i ? part : T(0), e[j + l], lanes[l]);
+    column[j + l] = fused(j + l <= i ? part : T(0), same, column[j + l]);
+  }
+  return (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+}
+
+/// column += M e, from the lower triangle alone: every row is read once, for the elements left of the diagonal as a
+/// row and for all of them as a column. Sums in four lanes on every machine.
+template <typename T>
+M100_INLINE void add_product(const T* swept, const T* e, T* column) {
+  T row_part[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+  const T* row = swept;
+  for (std::size_t i = 0; i < kHorizon; ++i) {
+    row_part[i] = add_product_of_row(row, i, e, column);
+    row += padded_row(i);
+  }
+  for (std::size_t i = 0; i < kHorizon; ++i) {
+    column[i] += row_part[i];
+  }
+}
+
+/// M += scaled pivot', the lower triangle of it.
+template <typename T>
+M100_INLINE void add_outer_product(T* swept, const T* scaled, const T* pivot) {
+  for (std::size_t b = 0; b < kHorizon; b += kPack) {  // four columns: their factors stay in registers
+    const T in_registers[kPack] = {scaled[b], scaled[b + 1], scaled[b + 2], scaled[b + 3]};  // NOLINT
+    T* part = swept + packed_row(b) + b;
+    for (std::size_t i = b; i < kHorizon; ++i) {
+      const T factor = pivot[i];
+      M100_PRAGMA(GCC unroll 4)
+      for (std::size_t l = 0; l < kPack; ++l) {
+        part[l] = fused(in_registers[l], factor, part[l]);
+      }
+      part += padded_row(i);
+    }
+  }
+}
+
+}  // namespace m100::mpc::M100_LANES_NAMESPACE
