@@ -54,20 +54,36 @@ Form timed(const Form& w, double duration_s) {
   return out;
 }
 
+template <std::size_t kColumns>
+using Rows = std::array<std::array<double, kColumns>, 3>;
+
+/// row -= factor other
+template <std::size_t kColumns>
+void subtract(std::array<double, kColumns>& row, double factor, const std::array<double, kColumns>& other) {
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    row[c] -= factor * other[c];
+  }
+}
+
+/// into -= by with
+template <std::size_t kColumns>
+void subtract_product(Rows<kColumns>& into, const Block& by, const Rows<kColumns>& with) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      subtract(into[i], by[i][k], with[k]);
+    }
+  }
+}
+
 /// Gauss without exchange (the blocks are positive definite): upper and right become A^-1 upper, A^-1 right.
 void solve(Block a, Block& upper, Right& right) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t r = 0; r < 3; ++r) {
-      if (r == i) {
-        continue;
-      }
-      const double factor = a[r][i] / a[i][i];
-      for (std::size_t c = 0; c < 3; ++c) {
-        a[r][c] -= factor * a[i][c];
-        upper[r][c] -= factor * upper[i][c];
-      }
-      for (std::size_t c = 0; c < kDimensions; ++c) {
-        right[r][c] -= factor * right[i][c];
+      if (r != i) {
+        const double factor = a[r][i] / a[i][i];
+        subtract(a[r], factor, a[i]);
+        subtract(upper[r], factor, upper[i]);
+        subtract(right[r], factor, right[i]);
       }
     }
   }
@@ -81,52 +97,56 @@ void solve(Block a, Block& upper, Right& right) {
   }
 }
 
+/// The rows of the block tridiagonal system that belong to one inner node.
+struct NodeRows {
+  Block lower{};
+  Block diagonal{};
+  Block upper{};
+  Right right{};
+};
+
+/// The gradient by the inner derivatives of a node, from the snap of the pieces before and after it.
+NodeRows rows_of(const Form& before, const Form& after, const Node& last, const Node& node, const Node& next) {
+  NodeRows out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      out.diagonal[i][j] = before[5 + i][5 + j] + after[1 + i][1 + j];
+      out.lower[i][j] = before[5 + i][1 + j];
+      out.upper[i][j] = after[1 + i][5 + j];
+    }
+    for (std::size_t d = 0; d < kDimensions; ++d) {
+      out.right[i][d] = -(before[5 + i][0] * last.position[d] + before[5 + i][4] * node.position[d] +
+                          after[1 + i][0] * node.position[d] + after[1 + i][4] * next.position[d]);
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void minimise_snap(std::span<Node> nodes, std::span<const double> durations_s) {
   M100_ASSERT(nodes.size() >= 2 && nodes.size() <= kMaxNodes && durations_s.size() + 1 == nodes.size());
+  for (const double duration_s : durations_s) {
+    M100_ASSERT(duration_s > 0.0);
+  }
   const Form w = snap_form();
   std::array<Block, kMaxNodes> upper{};
   std::array<Right, kMaxNodes> right{};
   const std::size_t last = nodes.size() - 1;
   for (std::size_t n = 1; n < last; ++n) {
-    const Form before = timed(w, durations_s[n - 1]);
-    const Form after = timed(w, durations_s[n]);
-    Block diagonal{}, lower{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) {
-        diagonal[i][j] = before[5 + i][5 + j] + after[1 + i][1 + j];
-        lower[i][j] = before[5 + i][1 + j];
-        upper[n][i][j] = after[1 + i][5 + j];
-      }
-      for (std::size_t d = 0; d < kDimensions; ++d) {
-        right[n][i][d] = -(before[5 + i][0] * nodes[n - 1].position[d] + before[5 + i][4] * nodes[n].position[d] +
-                           after[1 + i][0] * nodes[n].position[d] + after[1 + i][4] * nodes[n + 1].position[d]);
-      }
-    }
+    NodeRows rows =
+        rows_of(timed(w, durations_s[n - 1]), timed(w, durations_s[n]), nodes[n - 1], nodes[n], nodes[n + 1]);
     if (n > 1) {  // eliminate what joins this node to the one before
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          for (std::size_t j = 0; j < 3; ++j) {
-            diagonal[i][j] -= lower[i][k] * upper[n - 1][k][j];
-          }
-          for (std::size_t d = 0; d < kDimensions; ++d) {
-            right[n][i][d] -= lower[i][k] * right[n - 1][k][d];
-          }
-        }
-      }
+      subtract_product(rows.diagonal, rows.lower, upper[n - 1]);
+      subtract_product(rows.right, rows.lower, right[n - 1]);
     }
-    solve(diagonal, upper[n], right[n]);
+    solve(rows.diagonal, rows.upper, rows.right);
+    upper[n] = rows.upper;
+    right[n] = rows.right;
   }
   for (std::size_t n = last; n-- > 1;) {
     if (n + 1 < last) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          for (std::size_t d = 0; d < kDimensions; ++d) {
-            right[n][i][d] -= upper[n][i][k] * right[n + 1][k][d];
-          }
-        }
-      }
+      subtract_product(right[n], upper[n], right[n + 1]);
     }
     nodes[n].velocity = right[n][0];
     nodes[n].acceleration = right[n][1];

@@ -7,7 +7,11 @@
 
 namespace m100::ref {
 
-inline constexpr std::size_t kMaxNodes = 33;   ///< start and kMaxWaypoints
+#ifdef M100_SMALL_MEMORY
+inline constexpr std::size_t kMaxNodes = 17;
+#else
+inline constexpr std::size_t kMaxNodes = 1025;  ///< about 200 kB of stack while they are solved
+#endif
 inline constexpr std::size_t kDimensions = 4;  ///< x, y, z, yaw
 
 /// A point that the course passes, with the derivatives by time that the optimum gives it.

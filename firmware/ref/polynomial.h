@@ -28,6 +28,22 @@ struct Polynomial {
             .velocity_m_s = slope / duration_s,
             .acceleration_m_s2 = T(2) * bend / (duration_s * duration_s)};
   }
+  /// The derivative of an order by time, for checks: no Horner, no hurry.
+  double derivative(unsigned order, double s, double duration_s) const {
+    double sum = 0.0, power = 1.0, scale = 1.0;
+    for (std::size_t i = order; i < kCoefficients; ++i) {
+      double factor = 1.0;
+      for (std::size_t k = 0; k < order; ++k) {
+        factor *= static_cast<double>(i - k);
+      }
+      sum += factor * static_cast<double>(c[i]) * power;
+      power *= s;
+    }
+    for (unsigned k = 0; k < order; ++k) {
+      scale *= duration_s;
+    }
+    return sum / scale;
+  }
   /// How many coefficients there are up to the last that is not zero; at least one.
   std::size_t count() const {
     std::size_t count = kCoefficients;

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <span>
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/expected.h"
 #include "firmware/core/time.h"
+#include "firmware/ref/curve.h"
+#include "firmware/ref/minimum_snap.h"
 #include "firmware/ref/polynomial.h"
 #include "firmware/ref/window.h"
 
@@ -20,14 +23,29 @@ struct Waypoint {
   T yaw_rad{0};
 };
 
+/// A waypoint with the time at which it is passed, counted from where the way begins.
+template <typename T>
+struct TimedWaypoint {
+  Waypoint<T> place;
+  core::Duration at{0};
+};
+
 struct SpeedLimits {
   double speed_m_s = 1.5;
   double acceleration_m_s2 = 2.0;
   double yaw_rate_rad_s = 0.8;
+  double tilt_rad = 0.4363323129985824;  ///< 25 deg, of the thrust that the acceleration needs; tilt_of()
 };
 
+/// The tilt that flies an acceleration (world, m/s^2) in still air without drag: atan(horizontal / (g + vertical)).
+double tilt_of(double x_m_s2, double y_m_s2, double z_m_s2);
+
+/// x, y, z [m] and yaw [rad], each with its first four derivatives by time.
+using Motion = std::array<std::array<double, 5>, kDimensions>;
+
 /// Pieces of a flight, one after the other, from the time it was started; before the first and after the last it stays
-/// at their ends. Fixed capacity, no allocation; building may take milliseconds, window() is bounded: 42 polynomials.
+/// at their ends. Fixed capacity, no allocation; building may take milliseconds and belongs before the flight, window()
+/// is bounded: ten comparisons to find the piece of now, and 42 polynomials.
 ///
 /// A set point (hold, step) fills the whole window at once, as if nobody knew what comes next (the paper's steps are
 /// chosen by hand), and sets Window::constant. Everything else is previewed.
@@ -37,9 +55,9 @@ class Trajectory {
 #ifdef M100_SMALL_MEMORY
   static constexpr std::size_t kMaxPieces = 16;
 #else
-  static constexpr std::size_t kMaxPieces = 64;
+  static constexpr std::size_t kMaxPieces = 1024;
 #endif
-  static constexpr std::size_t kMaxWaypoints = 32;  ///< of one minimum-snap course
+  static constexpr std::size_t kMaxWaypoints = kMaxNodes - 1;  ///< of one minimum-snap course
 
   /// Begins anew, standing at a place for ever.
   void hold(const Waypoint<T>& place);
@@ -50,17 +68,33 @@ class Trajectory {
   core::Status append_quintic(const Waypoint<T>& place, const SpeedLimits& limits);
   /// Appends: from the end of what is there, at rest, through the waypoints to rest at the last, with the least snap
   /// (integral of the squared fourth derivative) for time shares by distance; then all times are stretched or shrunk
-  /// together until speed, acceleration and yaw rate just keep their limits.
+  /// together until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
+  /// Appends: from the end of what is there, at rest, through the waypoints at their times, at least kShortestWay
+  /// apart, to rest at the last, with the least snap. No limit is looked at.
+  /// kInvalidArgument: no waypoint, or times that are not apart.
+  core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
+  /// Appends: a curve from the end of what is there, at rest at both ends. Half of the limit of the acceleration is
+  /// for speeding up and slowing down; whether the rest is enough for the bends is not looked at.
+  core::Status append_curve(const Curve& curve, const SpeedLimits& limits);
+  /// Appends: polynomials of x, y, z, yaw in normalised time, world frame. Whether they begin where the course is, is
+  /// not looked at.
+  core::Status append_polynomial(const std::array<Polynomial<double>, kDimensions>& axes, core::Duration duration);
   /// Appends: once around a horizontal square (paper, IV-C.4: 1 x 1 m), corner at the end of what is there, along +x
   /// first, at rest in every corner for `pause`.
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
   core::Duration duration() const { return duration_; }
+  const Waypoint<T>& end() const { return end_; }  ///< the place of the end of what is there
+  std::size_t pieces() const { return count_; }
+  core::Duration piece_end(std::size_t piece) const { return pieces_[piece].begin + pieces_[piece].duration; }
+  /// The motion of a time since the start, seen from the piece that begins before it or, `arriving`, at it; for checks
+  /// and pictures, not for the tick.
+  Motion motion(core::Duration since_start, bool arriving = false) const;
   bool finished(core::TimePoint now) const { return now - begin_ >= duration_; }
 
-  /// The reference at `now` (height, yaw) and from now + lead on (x, y).
+  /// The reference at `now` (height, yaw) and from now + lead on (x, y); lead >= 0.
   Window<T> window(core::TimePoint now, core::Duration lead) const {
     Window<T> window;
     fill(window, now, lead);
@@ -79,6 +113,7 @@ class Trajectory {
     std::array<Polynomial<T>, 4> axis{};  ///< x, y, z, yaw; a set point has constants only
   };
   core::Status append(const Piece& piece, const Waypoint<T>& end);
+  core::Status append_between(const Node& from, const Node& to, core::Duration duration);
   /// A moment of a piece in its own time.
   struct Moment {
     const Piece* piece;
@@ -88,6 +123,8 @@ class Trajectory {
   static Moment moment(const Piece& piece, core::Duration time);
   static AxisReference<T> sample(const Moment& moment, std::size_t axis);
   void stand(Window<T>& window, const Waypoint<T>& place) const;
+  /// The piece of a time: the last that has begun by then, or the first. There must be one.
+  std::size_t begun_by(core::Duration time) const;
   /// The piece of a time, looking on from piece `from`, not across the beginning of a set point that is yet to come.
   std::size_t piece_at(std::size_t from, core::Duration time) const;
 
@@ -98,6 +135,9 @@ class Trajectory {
   core::Duration duration_{0};
   core::TimePoint begin_{};
 };
+
+/// Least time between two waypoints of append_timed().
+inline constexpr core::Duration kShortestWay = std::chrono::milliseconds(50);
 
 extern template class Trajectory<float>;
 extern template class Trajectory<double>;
