@@ -26,13 +26,14 @@ constexpr core::Duration longest_stay(Stage stage) {
   }
 }
 
-Fact facts_of(const AuthorityState& state) {
-  const std::uint8_t tries = state.stage == Stage::kReleasing ? state.releases : state.requests;
-  return when(state.asked, Fact::kAsked) | when(state.since_request >= kRequestSpacing, Fact::kSpaced) |
-         when(tries < kRequestsPerAction, Fact::kTriesLeft) |
-         when(state.since_switch >= kRequestSpacing, Fact::kSwitchSpaced) |
-         when(state.switches < kRequestsPerAction, Fact::kSwitchesLeft) |
-         when(state.since_entry >= longest_stay(state.stage), Fact::kTimeOver);
+AuthoritySign signs_of(const AuthorityState& state) {
+  return when(state.asked, AuthoritySign::kAsked) |
+         when(state.since_request >= kRequestSpacing, AuthoritySign::kSpaced) |
+         when(state.requests < kRequestsPerAction, AuthoritySign::kTriesLeft) |
+         when(state.since_switch >= kRequestSpacing, AuthoritySign::kSwitchSpaced) |
+         when(state.switches < kRequestsPerAction, AuthoritySign::kSwitchesLeft) |
+         when(state.since_entry >= longest_stay(state.stage), AuthoritySign::kTimeOver) |
+         when(state.owed, AuthoritySign::kOwed);
 }
 
 /// Counters and ages that an action moves.
@@ -40,52 +41,83 @@ void note(Action action, AuthorityState& state) {
   switch (action) {
     case Action::kRequestControl:
       ++state.requests;
+      state.owed = true;
       state.since_request = core::Duration{0};
       break;
     case Action::kSwitchVirtualRcOn:
       ++state.switches;
+      state.owed = true;
       state.since_switch = core::Duration{0};
       break;
     case Action::kReleaseControl:
-      ++state.releases;
+      state.must_release = false;
+      state.since_release = core::Duration{0};
       break;
     default:
       break;
   }
 }
 
-/// An ask is over when it is served, when it is refused, and when control is lost on the way.
+/// An ask is over when it is served, when it is refused, when control is lost on the way, and when a port came back: it
+/// was not meant for whoever is behind it now.
 constexpr bool ends_ask(const AuthorityRow& row) {
   const bool refused_at_ready = row.from.has(Stage::kReady) && row.to == Stage::kReady;
   return refused_at_ready || row.to == Stage::kObtaining || row.to == Stage::kReleasing || row.to == Stage::kSilent ||
-         row.to == Stage::kSilentCold;
+         row.to == Stage::kSilentCold || all(row.with, AuthoritySign::kPortBack);
+}
+
+constexpr bool shows_ours(AuthoritySign signs) {
+  return any(signs, AuthoritySign::kDeviceOurs | AuthoritySign::kVirtualRcOn);
+}
+constexpr bool hears_items(AuthoritySign signs) {
+  return all(signs, AuthoritySign::kHeard | AuthoritySign::kItemsFresh);
+}
+
+/// Whether something of the aircraft may still be ours. Only telemetry that is younger than all we asked for settles
+/// it.
+bool still_owed(const AuthorityState& state, AuthoritySign signs) {
+  const bool settled = hears_items(signs) && !state.must_release && state.since_request >= kGrantTime &&
+                       state.since_switch >= kGrantTime;
+  return shows_ours(signs) || (state.owed && !settled);
+}
+
+bool must_give_back(const AuthorityState& state, AuthoritySign signs) {
+  const bool wants_it = (kAcquiring | Stage::kInControl).has(state.stage);
+  const bool blind = state.owed && !hears_items(signs);
+  return !wants_it && state.since_release >= kReleaseSpacing && (state.must_release || shows_ours(signs) || blind);
 }
 
 }  // namespace
 
-AuthorityStep step(const AuthorityState& state, Fact facts, core::Duration elapsed) {
+AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Duration elapsed) {
   AuthorityStep result{.state = state, .action = Action::kNone, .moved = false};
   AuthorityState& after = result.state;
   after.since_entry = older(state.since_entry, elapsed);
   after.since_request = older(state.since_request, elapsed);
   after.since_switch = older(state.since_switch, elapsed);
-  if (any(facts, Fact::kAsked) && !(kAcquiring | kHolding).has(state.stage)) {
+  after.since_release = older(state.since_release, elapsed);
+  after.owed = still_owed(after, signs);
+  if (any(signs, AuthoritySign::kAsked) && !(kAcquiring | kHolding).has(state.stage)) {
     after.asked = true;
     after.requests = 0;
     after.switches = 0;
   }
-  const AuthorityRow* const row = match(after.stage, (facts & ~Fact::kAsked) | facts_of(after));
-  if (row == nullptr) {
-    return result;
+  after.asked = after.asked && !any(signs, AuthoritySign::kReleaseAsked);
+  if (const AuthorityRow* const row = match(after.stage, (signs & ~AuthoritySign::kAsked) | signs_of(after))) {
+    result.moved = true;
+    result.action = row->action;
+    after.since_entry = row->to == after.stage ? after.since_entry : core::Duration{0};
+    after.stage = row->to;
+    after.reason = row->reason == Reason::kNone ? after.reason : row->reason;
+    after.asked = after.asked && !ends_ask(*row);
+    after.must_release = after.must_release || row->action == Action::kReleaseControl;
   }
-  result.moved = true;
-  result.action = row->action;
-  after.since_entry = row->to == after.stage ? after.since_entry : core::Duration{0};
-  after.releases = row->to == Stage::kReleasing && after.stage == Stage::kReleasing ? after.releases : std::uint8_t{0};
-  after.stage = row->to;
-  after.reason = row->reason == Reason::kNone ? after.reason : row->reason;
-  after.asked = after.asked && !ends_ask(*row);
-  note(row->action, after);
+  // A row orders a release; when it leaves is decided here, so that no two are ever closer than their spacing.
+  result.action = result.action == Action::kReleaseControl ? Action::kNone : result.action;
+  if (result.action == Action::kNone && must_give_back(after, signs)) {
+    result.action = Action::kReleaseControl;
+  }
+  note(result.action, after);
   return result;
 }
 

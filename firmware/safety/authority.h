@@ -5,11 +5,12 @@
 #include <string_view>
 
 #include "firmware/core/time.h"
+#include "firmware/safety/signs.h"
 
 namespace m100::safety {
 
 // Start-up and authority of an onboard computer at the autopilot (protocol, section 11; promise R4), as one table.
-// Nothing here touches a wire: facts come in, a stage and an action come out, and whoever owns the link obeys.
+// Nothing here touches a wire: signs come in, a stage and an action come out, and whoever owns the link obeys.
 
 enum class Stage : std::uint8_t {
   kListening,          ///< no frame yet; after kListenTime asks all the same
@@ -24,14 +25,14 @@ enum class Stage : std::uint8_t {
   kConfirming,         ///< granted; telemetry does not show it yet (or Virtual RC must wait for its spacing)
   kEnabling,           ///< Virtual RC switched on; telemetry does not show it yet
   kInControl,          ///< the only stage in which commands may leave
-  kReleasing,          ///< release open
-  kSilent,             ///< control was lost or refused: nothing leaves until the operator asks
+  kReleasing,          ///< given back on purpose, until telemetry shows that it is
+  kSilent,             ///< control was lost or refused: nothing but giving back leaves until the operator asks
   kSilentCold,         ///< the same, and the autopilot may have restarted: start-up is due after the operator asks
 };
 inline constexpr std::size_t kStageCount = 15;
 
-/// What is true now. Level facts hold for as long as they are true, edge facts for one step.
-enum class Fact : std::uint32_t {
+/// What the authority table looks at. Levels hold for as long as they are true, edges for one step.
+enum class AuthoritySign : std::uint32_t {
   kNone = 0,
   // The operator (edges; kAsked is kept until it is served or refused).
   kAsked = 1U << 0U,
@@ -39,7 +40,7 @@ enum class Fact : std::uint32_t {
   // The link (levels, but for the restart).
   kHeard = 1U << 2U,       ///< a good frame within the last 500 ms
   kItemsFresh = 1U << 3U,  ///< RC and control items within the last 500 ms
-  kRestarted = 1U << 4U,   ///< the autopilot's clock jumped, or the port was opened anew
+  kRestarted = 1U << 4U,   ///< the autopilot's clock jumped
   kLostPush = 1U << 5U,    ///< control-lost push
   // Telemetry (levels).
   kModeF = 1U << 6U,
@@ -61,19 +62,15 @@ enum class Fact : std::uint32_t {
   kSwitchSpaced = 1U << 19U,  ///< the last Virtual RC "on" is at least kRequestSpacing old
   kSwitchesLeft = 1U << 20U,
   kTimeOver = 1U << 21U,  ///< the stage has lasted as long as it may
+  kOwed = 1U << 22U,      ///< control or Virtual RC may be ours, as far as anybody can tell
+  // Ourselves (edge).
+  kOwnStall = 1U << 23U,  ///< our own program stood still for longer than it may
+  // The link (edge).
+  kPortBack = 1U << 24U,  ///< the port was opened anew: whoever answers now may be another
 };
 
-constexpr Fact operator|(Fact a, Fact b) {
-  return static_cast<Fact>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
-}
-constexpr Fact operator&(Fact a, Fact b) {
-  return static_cast<Fact>(static_cast<std::uint32_t>(a) & static_cast<std::uint32_t>(b));
-}
-constexpr Fact operator~(Fact a) { return static_cast<Fact>(~static_cast<std::uint32_t>(a)); }
-constexpr Fact& operator|=(Fact& a, Fact b) { return a = a | b; }
-constexpr Fact when(bool condition, Fact fact) { return condition ? fact : Fact::kNone; }
-constexpr bool any(Fact facts, Fact wanted) { return (facts & wanted) != Fact::kNone; }
-constexpr bool all(Fact facts, Fact wanted) { return (facts & wanted) == wanted; }
+template <>
+inline constexpr bool kIsSign<AuthoritySign> = true;
 
 /// What the owner of the link must do on a transition, besides giving up whatever request is open.
 enum class Action : std::uint8_t {
@@ -83,7 +80,7 @@ enum class Action : std::uint8_t {
   kSetRates,
   kRequestControl,
   kSwitchVirtualRcOn,
-  kReleaseControl,  ///< Virtual RC off first, where it is used
+  kReleaseControl,  ///< Virtual RC off first, where it is used or on
 };
 
 /// Why the last transition was made, for people.
@@ -108,6 +105,9 @@ enum class Reason : std::uint8_t {
   kLeftModeF,
   kTaken,
   kVirtualRcEnded,
+  kOwnStall,
+  kUnheard,
+  kPortBack,
 };
 
 std::string_view name(Stage stage);
@@ -121,6 +121,10 @@ inline constexpr core::Duration kListenTime = std::chrono::seconds(1);
 inline constexpr core::Duration kPauseTime = std::chrono::seconds(5);
 inline constexpr core::Duration kItemsTime = std::chrono::seconds(2);  ///< for RC and control items to appear
 inline constexpr core::Duration kConfirmTime = std::chrono::seconds(1);
+inline constexpr core::Duration kReleaseSpacing = std::chrono::milliseconds(200);  ///< R4: at most five a second
+/// What is asked for may be granted so much later. Twice the age at which items stop being fresh, so that fresh items
+/// of a time when this has passed are younger than the grant.
+inline constexpr core::Duration kGrantTime = std::chrono::seconds(1);
 /// Ages saturate here; longer than every time above.
 inline constexpr core::Duration kAgeLimit = std::chrono::seconds(6);
 
@@ -132,10 +136,12 @@ struct AuthorityState {
   bool asked = false;
   std::uint8_t requests = 0;  ///< for control, since the operator asked
   std::uint8_t switches = 0;  ///< Virtual RC "on", since the operator asked
-  std::uint8_t releases = 0;  ///< since the release began
+  bool owed = false;          ///< control or Virtual RC may be ours: not until telemetry says otherwise is it settled
+  bool must_release = false;  ///< a release is due whatever telemetry shows
   core::Duration since_entry{0};
   core::Duration since_request = kAgeLimit;
   core::Duration since_switch = kAgeLimit;
+  core::Duration since_release = kAgeLimit;
   friend constexpr bool operator==(const AuthorityState&, const AuthorityState&) = default;
 };
 
@@ -148,8 +154,10 @@ struct AuthorityStep {
 /// True in the one stage in which commands may leave.
 constexpr bool may_command(Stage stage) { return stage == Stage::kInControl; }
 
-/// One step, at most one row of the table. Pure: the caller keeps the state.
+/// One step, at most one row of the table, then what stands beside it (promise R15): in a stage that does not want
+/// control, whatever telemetry shows as ours, and whatever may be ours while telemetry is silent, is given back, five
+/// times a second, until telemetry shows that the transmitter has it. Pure: the caller keeps the state.
 /// @param elapsed since the step before, not negative.
-AuthorityStep step(const AuthorityState& state, Fact facts, core::Duration elapsed);
+AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Duration elapsed);
 
 }  // namespace m100::safety

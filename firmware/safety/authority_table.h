@@ -4,6 +4,7 @@
 #include <array>
 
 #include "firmware/safety/authority.h"
+#include "firmware/safety/rows.h"
 
 namespace m100::safety {
 
@@ -22,8 +23,8 @@ constexpr StageSet operator|(Stage a, Stage b) { return StageSet(a) | StageSet(b
 
 struct AuthorityRow {
   StageSet from;
-  Fact with;     ///< all of them
-  Fact without;  ///< none of them
+  AuthoritySign with;     ///< all of them
+  AuthoritySign without;  ///< none of them
   Stage to;
   Action action;
   Reason reason;
@@ -33,15 +34,19 @@ inline constexpr StageSet kStartUp = Stage::kAskingVersion | Stage::kActivating 
 inline constexpr StageSet kIdle = Stage::kAwaitingTelemetry | Stage::kReady | Stage::kSilent;
 inline constexpr StageSet kAcquiring = Stage::kObtaining | Stage::kSpacing | Stage::kConfirming | Stage::kEnabling;
 inline constexpr StageSet kHolding = Stage::kInControl | Stage::kReleasing;
+inline constexpr StageSet kEveryStage =
+    kStartUp | kIdle | kAcquiring | kHolding | Stage::kListening | Stage::kPausing | Stage::kSilentCold;
 
 /// Read from top to bottom, the first row that matches wins. No row matches: the stage stays.
 inline constexpr auto kAuthorityTable = [] {
-  using enum Fact;
+  using enum AuthoritySign;
   using S = Stage;
   using A = Action;
   using R = Reason;
   return std::array{
-      // Authority is taken away before anything else is looked at.
+      // Authority is taken away before anything else is looked at. What is still ours then is given back by step().
+      AuthorityRow{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
+      AuthorityRow{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
       AuthorityRow{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
       AuthorityRow{kStartUp | S::kPausing, kRestarted, kNone, S::kListening, A::kNone, R::kRestarted},
       AuthorityRow{kAcquiring | kHolding, kLostPush, kNone, S::kSilent, A::kNone, R::kControlLost},
@@ -50,17 +55,11 @@ inline constexpr auto kAuthorityTable = [] {
       AuthorityRow{kAcquiring | kHolding, kNone, kModeF, S::kSilent, A::kNone, R::kLeftModeF},
       AuthorityRow{S::kEnabling | S::kInControl, kNone, kDeviceOurs, S::kSilent, A::kNone, R::kTaken},
       AuthorityRow{S::kInControl, kNeedsVirtualRc, kVirtualRcOn, S::kSilent, A::kNone, R::kVirtualRcEnded},
+      AuthorityRow{S::kInControl, kNoAnswer, kNone, S::kSilent, A::kReleaseControl, R::kUnheard},
 
       // The operator gives control back.
       AuthorityRow{kAcquiring | S::kInControl, kReleaseAsked, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
-      AuthorityRow{S::kReleasing, kDone, kNone, S::kReady, A::kNone, R::kReleased},
-      AuthorityRow{S::kReleasing, kAgain | kTriesLeft, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
-      AuthorityRow{S::kReleasing, kNoAnswer | kTriesLeft, kNone, S::kReleasing, A::kReleaseControl, R::kNone},
-      AuthorityRow{S::kReleasing, kAgain, kNone, S::kSilent, A::kNone, R::kNotConfirmed},
-      AuthorityRow{S::kReleasing, kNoAnswer, kNone, S::kSilent, A::kNone, R::kNoAnswer},
-      AuthorityRow{S::kReleasing, kRetry, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityRow{S::kReleasing, kRefused, kNone, S::kSilent, A::kNone, R::kAnswer},
-      AuthorityRow{S::kReleasing, kNotActivated, kNone, S::kSilentCold, A::kNone, R::kNotActivated},
+      AuthorityRow{S::kReleasing, kNone, kOwed, S::kReady, A::kNone, R::kReleased},
 
       // Start-up, by itself, until the first loss.
       AuthorityRow{S::kListening, kHeard, kNone, S::kAskingVersion, A::kAskVersion, R::kStarting},
@@ -84,9 +83,11 @@ inline constexpr auto kAuthorityTable = [] {
       AuthorityRow{S::kReady, kNone, kItemsFresh, S::kAwaitingTelemetry, A::kNone, R::kNoRcItem},
       AuthorityRow{S::kReady, kAsked | kRcOff, kNone, S::kReady, A::kNone, R::kRcOff},
       AuthorityRow{S::kReady, kAsked, kModeF, S::kReady, A::kNone, R::kNotModeF},
-      AuthorityRow{S::kReady, kAsked | kSpaced, kNone, S::kObtaining, A::kRequestControl, R::kStarting},
+      AuthorityRow{S::kReady, kAsked | kSpaced, kOwed, S::kObtaining, A::kRequestControl, R::kStarting},
 
-      // Every request has to be made twice: the first is answered "again" (protocol, 6.1).
+      // Every request has to be made twice: the first is answered "again" (protocol, 6.1). Telemetry may say before the
+      // answer does, or instead of it, that control is ours.
+      AuthorityRow{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
       AuthorityRow{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
       AuthorityRow{S::kObtaining, kAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
       AuthorityRow{S::kObtaining, kNoAnswer | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kNoAnswer},
@@ -99,45 +100,39 @@ inline constexpr auto kAuthorityTable = [] {
       AuthorityRow{S::kConfirming, kDeviceOurs, kNeedsVirtualRc, S::kInControl, A::kNone, R::kGranted},
       AuthorityRow{S::kConfirming, kDeviceOurs | kSwitchSpaced, kNone, S::kEnabling, A::kSwitchVirtualRcOn,
                    R::kGranted},
-      AuthorityRow{S::kConfirming, kTimeOver, kDeviceOurs, S::kReleasing, A::kReleaseControl, R::kNotConfirmed},
+      AuthorityRow{S::kConfirming, kTimeOver, kDeviceOurs, S::kSilent, A::kReleaseControl, R::kNotConfirmed},
       AuthorityRow{S::kEnabling, kVirtualRcOn, kNone, S::kInControl, A::kNone, R::kGranted},
       AuthorityRow{S::kEnabling, kTimeOver | kSwitchesLeft, kNone, S::kConfirming, A::kNone, R::kGranted},
-      AuthorityRow{S::kEnabling, kTimeOver, kNone, S::kReleasing, A::kReleaseControl, R::kVirtualRcRefused},
+      AuthorityRow{S::kEnabling, kTimeOver, kNone, S::kSilent, A::kReleaseControl, R::kVirtualRcRefused},
   };
 }();
 
 /// Number of the row that matches; the table's size where none does.
-constexpr std::size_t match_number(Stage stage, Fact facts) {
-  std::size_t number = 0;
-  while (number < kAuthorityTable.size()) {
-    const AuthorityRow& row = kAuthorityTable[number];
-    if (row.from.has(stage) && all(facts, row.with) && !any(facts, row.without)) {
-      break;
-    }
-    ++number;
-  }
-  return number;
+constexpr std::size_t match_number(Stage stage, AuthoritySign signs) {
+  return first_row(kAuthorityTable, [stage, signs](const AuthorityRow& row) {
+    return row.from.has(stage) && all(signs, row.with) && !any(signs, row.without);
+  });
 }
 
 /// The row that matches, or null.
-constexpr const AuthorityRow* match(Stage stage, Fact facts) {
-  const std::size_t number = match_number(stage, facts);
+constexpr const AuthorityRow* match(Stage stage, AuthoritySign signs) {
+  const std::size_t number = match_number(stage, signs);
   return number < kAuthorityTable.size() ? &kAuthorityTable[number] : nullptr;
 }
 
 /// The stage after one step. By number: GCC's sanitizers do not let a constant expression compare addresses.
-constexpr Stage next(Stage stage, Fact facts) {
-  const std::size_t number = match_number(stage, facts);
+constexpr Stage next(Stage stage, AuthoritySign signs) {
+  const std::size_t number = match_number(stage, signs);
   return number < kAuthorityTable.size() ? kAuthorityTable[number].to : stage;
 }
 
 namespace checks {
 
-using enum Fact;
+using enum AuthoritySign;
 /// All is well in flight, over Virtual RC.
-inline constexpr Fact kFlying = kHeard | kItemsFresh | kModeF | kDeviceOurs | kVirtualRcOn | kNeedsVirtualRc;
+inline constexpr AuthoritySign kFlying = kHeard | kItemsFresh | kModeF | kDeviceOurs | kVirtualRcOn | kNeedsVirtualRc;
 
-constexpr Fact except(Fact facts, Fact gone) { return facts & ~gone; }
+constexpr AuthoritySign except(AuthoritySign signs, AuthoritySign gone) { return signs & ~gone; }
 
 static_assert(next(Stage::kInControl, kFlying) == Stage::kInControl);
 static_assert(next(Stage::kInControl, except(kFlying, kModeF)) == Stage::kSilent);
@@ -154,10 +149,19 @@ static_assert(next(Stage::kSilentCold, kFlying | kSpaced | kTriesLeft | kDone) =
 static_assert(next(Stage::kReady, kFlying | kSpaced | kTriesLeft) == Stage::kReady, "not unasked");
 static_assert(next(Stage::kReady, kFlying | kAsked) == Stage::kReady, "not before two seconds have passed");
 static_assert(next(Stage::kReady, kFlying | kAsked | kSpaced) == Stage::kObtaining);
+static_assert(next(Stage::kReady, kFlying | kAsked | kSpaced | kOwed) == Stage::kReady, "first it is given back");
+static_assert(next(Stage::kReleasing, kFlying | kOwed | kDone) == Stage::kReleasing,
+              "telemetry decides, not an answer");
+static_assert(next(Stage::kInControl, kFlying | kOwnStall) == Stage::kSilent);
+static_assert(next(Stage::kInControl, kFlying | kNoAnswer) == Stage::kSilent, "nobody hears us");
+static_assert(next(Stage::kInControl, kFlying | kPortBack) == Stage::kListening);
+static_assert(next(Stage::kSilentCold, kFlying | kPortBack) == Stage::kListening);
 static_assert(kAuthorityTable[match_number(Stage::kReady, except(kFlying, kModeF) | kAsked | kSpaced)].reason ==
               Reason::kNotModeF);
-static_assert(next(Stage::kObtaining, kFlying | kAgain) == Stage::kSilent, "someone else holds control");
-static_assert(next(Stage::kObtaining, kFlying | kAgain | kTriesLeft) == Stage::kSpacing);
+static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain) == Stage::kSilent,
+              "someone else holds control");
+static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain | kTriesLeft) == Stage::kSpacing);
+static_assert(next(Stage::kObtaining, kFlying | kNoAnswer) == Stage::kConfirming, "telemetry says that it is granted");
 
 /// Commands may leave only from a stage that one cannot enter without the proof in telemetry.
 constexpr bool control_needs_proof() {
@@ -170,7 +174,7 @@ constexpr bool control_needs_proof() {
 }
 static_assert(control_needs_proof());
 
-/// Every request for control stands behind the two-second fact.
+/// Every request for control stands behind the two-second sign.
 constexpr bool requests_are_spaced() {
   for (const AuthorityRow& row : kAuthorityTable) {
     const bool bad_request = row.action == Action::kRequestControl && !all(row.with, kSpaced);
@@ -183,12 +187,14 @@ constexpr bool requests_are_spaced() {
 }
 static_assert(requests_are_spaced());
 
-/// Only the operator leads out of silence.
+/// Only the operator leads out of silence, but that behind a port that came back the start-up begins anew: it ends at
+/// kReady, behind which the operator stands again.
 constexpr bool silence_ends_by_asking() {
   for (const AuthorityRow& row : kAuthorityTable) {
     const bool leaves = (row.from.has(Stage::kSilent) || row.from.has(Stage::kSilentCold)) &&
                         row.to != Stage::kSilent && row.to != Stage::kSilentCold;
-    if (leaves && !all(row.with, kAsked)) {
+    const bool starts_anew = all(row.with, kPortBack) && row.to == Stage::kListening;
+    if (leaves && !all(row.with, kAsked) && !starts_anew) {
       return false;
     }
   }

@@ -29,7 +29,7 @@ constexpr std::array kReasons{
                "frames arrive but the autopilot does not answer: check the line towards it (TX), then ask again"},
     ReasonText{Reason::kAnswer, "answer", "see the remedy of the autopilot's answer"},
     ReasonText{Reason::kNotActivated, "not_activated",
-               "the autopilot forgot the activation: ask again to activate anew"},
+               "the autopilot does not know us (not activated): ask again to activate anew"},
     ReasonText{
         Reason::kNoRcItem, "no_rc_item",
         "telemetry lacks the RC or the control item: switch the remote controller on, and set both items in DJI's "
@@ -39,7 +39,7 @@ constexpr std::array kReasons{
     ReasonText{Reason::kEndlessObtaining, "endless_obtaining",
                "someone else holds control: end missions and close the mobile app, wait ten seconds, then ask again"},
     ReasonText{Reason::kNotConfirmed, "not_confirmed",
-               "the autopilot's answer and its telemetry disagree about who is in control; control was given back: ask "
+               "the autopilot's answer and its telemetry disagree about who is in control; control is given back: ask "
                "again"},
     ReasonText{Reason::kVirtualRcRefused, "virtual_rc_refused",
                "Virtual RC does not come on: move the mode switch out of F and back, then ask again"},
@@ -54,8 +54,20 @@ constexpr std::array kReasons{
     ReasonText{Reason::kTaken, "taken",
                "the remote controller or the mobile app is in control: ask again when the pilot "
                "agrees"},
-    ReasonText{Reason::kVirtualRcEnded, "virtual_rc_ended",
-               "Virtual RC ended (no data for a second, or the pilot's sticks): ask again"},
+    ReasonText{
+        Reason::kVirtualRcEnded, "virtual_rc_ended",
+        "the autopilot ended Virtual RC (no data for a second, or the pilot's sticks); control is given back: ask "
+        "again"},
+    ReasonText{
+        Reason::kOwnStall, "own_stall",
+        "our own program stood still for more than half a second; control is given back: find out what held it up "
+        "(m100 doctor), then ask again"},
+    ReasonText{Reason::kUnheard, "unheard",
+               "the autopilot answers nothing any more: no byte of ours reaches it (check the line towards it, TX); "
+               "control is "
+               "given back: ask again"},
+    ReasonText{Reason::kPortBack, "port_back",
+               "the port is back and the autopilot is asked who it is: nothing but an ask takes control again"},
 };
 
 constexpr bool in_order() {
@@ -64,7 +76,7 @@ constexpr bool in_order() {
       return false;
     }
   }
-  return kReasons.back().reason == Reason::kVirtualRcEnded && kStageNames.back() == "silent_cold";
+  return kReasons.back().reason == Reason::kPortBack && kStageNames.back() == "silent_cold";
 }
 static_assert(in_order());
 

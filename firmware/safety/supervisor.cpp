@@ -15,41 +15,62 @@ bool sound(T value, double range) {
 }  // namespace
 
 template <typename T>
-Sign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Facts& facts) {
-  Sign set = Sign::kNone;
-  const auto add = [&set](bool holds, Sign fact) { set = holds ? set | fact : set; };
-  const bool fresh = facts.pose_age <= limits_.pose_fresh && facts.telemetry_age <= limits_.telemetry_stale;
+bool Supervisor<T>::is_sound(const ctl::Command<T>& command) const {
+  return sound(command.roll_rad, envelope_.tilt_rad) && sound(command.pitch_rad, envelope_.tilt_rad) &&
+         sound(command.climb_m_s, envelope_.climb_m_s) && sound(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
+}
+
+template <typename T>
+LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
+  LadderSign set = LadderSign::kNone;
+  const auto add = [&set](bool holds, LadderSign sign) { set |= when(holds, sign); };
+  const bool fresh =
+      seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
   good_ticks_ = fresh ? good_ticks_ + (good_ticks_ < limits_.good_ticks_to_recover ? 1U : 0U) : 0U;
-  const core::Duration inside = facts.now - entered_;
-  add(facts.authority && facts.mode_f, Sign::kCommandable);
-  add(facts.operator_releases, Sign::kOperatorReleases);
-  add(facts.telemetry_age > limits_.telemetry_dead, Sign::kTelemetryDead);
-  add(!(sound(wanted.roll_rad, envelope_.tilt_rad) && sound(wanted.pitch_rad, envelope_.tilt_rad) &&
-        sound(wanted.climb_m_s, envelope_.climb_m_s) && sound(wanted.yaw_rate_rad_s, envelope_.yaw_rate_rad_s)),
-      Sign::kCommandUnsound);
-  add(!facts.estimate_healthy || facts.refused_poses >= limits_.gate_shut_poses, Sign::kEstimateLost);
-  add(fresh, Sign::kFresh);
-  add(good_ticks_ >= limits_.good_ticks_to_recover, Sign::kRecovered);
-  add(rung_ == Rung::kCoast && inside >= limits_.coast, Sign::kCoastOver);
-  add(rung_ == Rung::kLevel && inside >= limits_.level, Sign::kLevelOver);
-  add(rung_ == Rung::kRelease && inside >= limits_.neutral, Sign::kNeutralOver);
-  add(facts.operator_engages, Sign::kOperatorEngages);
-  add(facts.left_model[0], Sign::kRollLeftModel);
-  add(facts.left_model[1], Sign::kPitchLeftModel);
-  add(facts.left_model[2], Sign::kYawRateLeftModel);
-  add(facts.left_model[3], Sign::kClimbLeftModel);
-  add(facts.trim_drifted, Sign::kTrimDrifted);
+  const core::Duration inside = seen.now - entered_;
+  add(seen.authority && seen.mode_f, LadderSign::kCommandable);
+  add(seen.operator_releases, LadderSign::kOperatorReleases);
+  add(seen.telemetry_age > limits_.telemetry_dead, LadderSign::kTelemetryDead);
+  add(!is_sound(wanted), LadderSign::kCommandUnsound);
+  add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, LadderSign::kEstimateLost);
+  add(fresh, LadderSign::kFresh);
+  add(good_ticks_ >= limits_.good_ticks_to_recover, LadderSign::kRecovered);
+  add(rung_ == Rung::kCoast && inside >= limits_.coast, LadderSign::kCoastOver);
+  add(rung_ == Rung::kCoast && seen.error_m > seen.reserve_m, LadderSign::kReserveSpent);
+  add(rung_ == Rung::kLevel && inside >= limits_.level, LadderSign::kLevelOver);
+  add(rung_ == Rung::kRelease && inside >= limits_.neutral, LadderSign::kNeutralOver);
+  add(seen.operator_engages, LadderSign::kOperatorEngages);
+  add(seen.left_model[0], LadderSign::kRollLeftModel);
+  add(seen.left_model[1], LadderSign::kPitchLeftModel);
+  add(seen.left_model[2], LadderSign::kYawRateLeftModel);
+  add(seen.left_model[3], LadderSign::kClimbLeftModel);
+  add(seen.trim_drifted, LadderSign::kTrimDrifted);
   return set;
 }
 
 template <typename T>
-void Supervisor<T>::enter(Rung rung, core::TimePoint now) {
-  rung_ = rung;
-  entered_ = now;
-  stats_.coasts += rung == Rung::kCoast ? 1U : 0U;
-  stats_.levels += rung == Rung::kLevel ? 1U : 0U;
-  stats_.releases += rung == Rung::kRelease ? 1U : 0U;
-  good_ticks_ = rung == Rung::kCoast ? 0 : good_ticks_;  // ten good ticks are counted from the fault on
+Cause Supervisor<T>::cause_of(const LadderRow& row, const Observation& seen) const {
+  if (row.why == Cause::kEstimateLost && seen.estimate_healthy) {
+    return Cause::kPoseRefused;
+  }
+  if (row.why == Cause::kPoseOld && seen.pose_age <= fresh_limit(limits_, seen.pose_latency)) {
+    return Cause::kTelemetryOld;
+  }
+  return row.why;
+}
+
+template <typename T>
+void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
+  last_step_ = {.from = rung_, .to = row.to, .cause = cause_of(row, seen), .seen = seen};
+  const bool is_descent = rung_ == Rung::kNominal || (rung_ == Rung::kCoast && last_step_.cause != Cause::kCoastOver);
+  descent_ = is_descent && row.to != Rung::kNominal ? last_step_ : descent_;
+  rung_ = row.to;
+  entered_ = seen.now;
+  stats_.steps += 1U;
+  stats_.coasts += rung_ == Rung::kCoast ? 1U : 0U;
+  stats_.levels += rung_ == Rung::kLevel ? 1U : 0U;
+  stats_.releases += rung_ == Rung::kRelease ? 1U : 0U;
+  good_ticks_ = rung_ == Rung::kCoast ? 0 : good_ticks_;  // ten good ticks are counted from the fault on
 }
 
 template <typename T>
@@ -72,20 +93,22 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 }
 
 template <typename T>
-Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const Facts& facts, T step_s) {
-  seen_ = weigh(wanted, facts);
-  stats_.unsound_commands += has_any(seen_, Sign::kCommandUnsound) ? 1U : 0U;
+Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen,
+                               T step_s) {
+  signs_ = weigh(wanted, seen);
+  stats_.unsound_commands += any(signs_, LadderSign::kCommandUnsound) ? 1U : 0U;
   const Rung before = rung_;
-  const Rung after = next_rung(rung_, seen_);
-  if (after != before) {
-    enter(after, facts.now);
+  const std::size_t row = row_number(rung_, signs_);
+  if (row < kLadder.size()) {
+    enter(kLadder[row], seen);
   }
-  const bool passes = passes_law(rung_) && !has_any(seen_, Sign::kCommandUnsound);
-  last_ = limited(passes ? wanted : ctl::Command<T>{}, step_s);
+  const bool passes = passes_law(rung_) && !any(signs_, LadderSign::kCommandUnsound);
+  const bool settles = rung_ == Rung::kLevel && is_sound(settled) && !any(signs_, LadderSign::kCommandUnsound);
+  last_ = limited(passes ? wanted : settles ? settled : ctl::Command<T>{}, step_s);
   return {.command = last_,
           .rung = rung_,
           .transmit = may_transmit(rung_),
-          .release = before == Rung::kRelease && after == Rung::kSilent && has_any(seen_, Sign::kCommandable)};
+          .release = before == Rung::kRelease && rung_ == Rung::kSilent && any(signs_, LadderSign::kCommandable)};
 }
 
 template class Supervisor<float>;

@@ -4,8 +4,9 @@
 #include <cstdint>
 
 #include "firmware/ctl/command.h"
-#include "firmware/safety/facts.h"
 #include "firmware/safety/ladder.h"
+#include "firmware/safety/limits.h"
+#include "firmware/safety/observation.h"
 
 namespace m100::safety {
 
@@ -18,8 +19,17 @@ struct Grant {
   bool release = false;   ///< true in the one tick in which control is to be given back
 };
 
+/// A step of the ladder, with what was seen when it was made.
+struct LadderStep {
+  Rung from = Rung::kSilent;
+  Rung to = Rung::kSilent;
+  Cause cause = Cause::kNone;
+  Observation seen;
+};
+
 /// Counters for the log.
 struct SupervisorStats {
+  std::uint32_t steps = 0;             ///< of the ladder
   std::uint32_t unsound_commands = 0;  ///< not finite, or beyond twice the envelope
   std::uint32_t limited_commands = 0;  ///< cut by range or slew
   std::uint32_t coasts = 0;
@@ -37,16 +47,23 @@ class Supervisor {
   Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope) {}
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  Grant<T> review(const ctl::Command<T>& wanted, const Facts& facts, T step_s);
+  /// @param settled what may leave in kLevel; in kRelease, and where it is unsound: level and trimmed
+  Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s);
 
   Rung rung() const { return rung_; }
   /// What the table saw in the last tick.
-  Sign seen() const { return seen_; }
+  LadderSign signs() const { return signs_; }
+  /// The ladder's last step; stats().steps counts them.
+  const LadderStep& last_step() const { return last_step_; }
+  /// The step that ended the last flight by the law, or leads there now: where the descent began.
+  const LadderStep& descent() const { return descent_; }
   const SupervisorStats& stats() const { return stats_; }
 
  private:
-  Sign weigh(const ctl::Command<T>& wanted, const Facts& facts);
-  void enter(Rung rung, core::TimePoint now);
+  bool is_sound(const ctl::Command<T>& command) const;
+  LadderSign weigh(const ctl::Command<T>& wanted, const Observation& seen);
+  void enter(const LadderRow& row, const Observation& seen);
+  Cause cause_of(const LadderRow& row, const Observation& seen) const;
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
   T limited(T wanted, T last, double range, double slew, T step_s);
 
@@ -55,7 +72,9 @@ class Supervisor {
   Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
   std::uint32_t good_ticks_ = 0;
-  Sign seen_ = Sign::kNone;
+  LadderSign signs_ = LadderSign::kNone;
+  LadderStep last_step_;
+  LadderStep descent_;
   ctl::Command<T> last_{};
   SupervisorStats stats_;
 };

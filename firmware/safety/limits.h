@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/time.h"
+
+namespace m100::safety {
+
+/// What the observer has measured of the way of a pose, from its capture until it is here.
+struct PoseLatency {
+  core::Duration least{0};
+  core::Duration jitter{0};    ///< 99th percentile less the least
+  core::Duration interval{0};  ///< of the source
+};
+
+/// The named timers and counts of the ladder.
+struct Limits {
+  core::Duration pose_fresh = std::chrono::milliseconds(60);
+  /// A pose is fresh for pose_fresh and no longer, whatever its latency is: the flight file has said so.
+  bool pose_fresh_is_said = false;
+  core::Duration coast = std::chrono::milliseconds(700);
+  core::Duration level = std::chrono::milliseconds(1000);
+  core::Duration neutral = std::chrono::milliseconds(500);
+  core::Duration telemetry_stale = std::chrono::milliseconds(100);
+  core::Duration telemetry_dead = std::chrono::milliseconds(500);
+  core::Duration gate_shut = std::chrono::milliseconds(300);  ///< by poses that agree with each other: a jump
+  std::uint32_t good_ticks_to_recover = 10;
+};
+
+inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
+inline constexpr core::Duration kFreshAtMost = std::chrono::milliseconds(250);
+
+/// How old a pose may be in normal flight (promise R3): the limit, or what the measured latency needs where that is
+/// more, at most 250 ms.
+constexpr core::Duration fresh_limit(const Limits& limits, const PoseLatency& measured) {
+  const core::Duration needed = measured.least + 2 * measured.jitter + measured.interval + kFreshMargin;
+  if (limits.pose_fresh_is_said || needed <= limits.pose_fresh) {
+    return limits.pose_fresh;
+  }
+  return needed < kFreshAtMost ? needed : kFreshAtMost;
+}
+
+/// What each command may be, and how fast it may change.
+struct Envelope {
+  double tilt_rad = 0.4363323129985824;  ///< 25 deg, the MPC's own box
+  double tilt_slew_rad_s = 20.0;
+  double climb_m_s = 2.0;
+  double climb_slew_m_s2 = 40.0;
+  double yaw_rate_rad_s = 1.7453292519943295;  ///< 100 deg/s (protocol, 6.4)
+  double yaw_slew_rad_s2 = 40.0;
+};
+
+}  // namespace m100::safety

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/core/time.h"
+#include "firmware/safety/limits.h"
+
+namespace m100::safety {
+
+/// What the supervisor is told in a tick: plain numbers. Which signs they are is decided by Limits.
+struct Observation {
+  core::TimePoint now{};
+  core::Duration pose_age{core::Duration::max()};       ///< of the newest pose that the estimate used
+  core::Duration telemetry_age{core::Duration::max()};  ///< since the newest frame of the autopilot
+  PoseLatency pose_latency{};                           ///< as measured in flight; decides what counts as fresh
+  std::uint32_t refused_poses = 0;                      ///< by the innovation gate, in a row
+  core::Duration refused_for{0};                        ///< since the first of those that agree with each other
+  double refused_by_m = 0.0;  ///< the last of them, from where it had to be; and what was allowed
+  double refused_allowed_m = 0.0;
+  double error_m = 0.0;              ///< three sigmas of the predicted position, on the axis that is worse
+  double reserve_m = 1e6;            ///< between where the aircraft can stop and the nearest side of its fence
+  double refused_turn_rad = 0.0;     ///< from the heading that it had to have
+  bool estimate_healthy = false;     ///< initialised, finite, covariance inside its limits
+  bool authority = false;            ///< the autopilot says that we command
+  bool mode_f = false;               ///< the pilot's switch stands at F
+  bool operator_engages = false;     ///< the operator asks (again) for automatic flight, this tick
+  bool operator_releases = false;    ///< the operator gives control back, this tick
+  std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: reality left the model
+  bool trim_drifted = false;         ///< a balancing point is not where the vehicle file has it
+};
+
+}  // namespace m100::safety

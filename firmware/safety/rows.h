@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#ifdef M100_ROWS_CAN_BE_SWITCHED_OFF
+#include <cstdint>
+#include <type_traits>
+#endif
+
+namespace m100::safety {
+
+#ifdef M100_ROWS_CAN_BE_SWITCHED_OFF
+/// A test of the tests, in a build of its own (host_tests/unit/safety/rows_main.cpp): the row of a table that run-time
+/// lookups pass over. What flies is compiled without it.
+template <typename Row>
+inline std::size_t switched_off_row = SIZE_MAX;
+
+template <typename Row>
+constexpr bool is_on(std::size_t number) {
+  return std::is_constant_evaluated() || number != switched_off_row<Row>;
+}
+#else
+template <typename Row>
+constexpr bool is_on(std::size_t) {
+  return true;
+}
+#endif
+
+/// Both tables are read like this: from the top, the first row that matches wins.
+/// @returns its number; the table's size where none matches.
+template <typename Row, std::size_t kRows, typename Matches>
+constexpr std::size_t first_row(const std::array<Row, kRows>& table, const Matches& matches) {
+  std::size_t number = 0;
+  while (number < kRows && !(matches(table[number]) && is_on<Row>(number))) {
+    ++number;
+  }
+  return number;
+}
+
+}  // namespace m100::safety
