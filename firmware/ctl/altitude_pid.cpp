@@ -12,7 +12,7 @@ constexpr double kIntegralShare = 0.15;  // integral corner over natural frequen
 
 }  // namespace
 
-model::AltitudeGains design_altitude(const model::RateAxis& climb, const model::AltitudeGains& base) {
+model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base) {
   const bool second = !(climb.time_constant_s > 0.0) && climb.natural_frequency_rad_s > 0.0;
   const double lag_s = second ? 2.0 * climb.damping_ratio / climb.natural_frequency_rad_s
                               : (climb.time_constant_s > 0.05 ? climb.time_constant_s : 0.05);

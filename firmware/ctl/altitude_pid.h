@@ -14,7 +14,7 @@ namespace m100::ctl {
 /// one-lag picture leaves out (half of 1/w for a second order), damping to 1: fast where the climb loop is fast, and
 /// never faster than its delay allows. Limits are taken from `base`. The paper's gains (III-E.2) are the defaults of
 /// AltitudeGains.
-model::AltitudeGains design_altitude(const model::RateAxis& climb, const model::AltitudeGains& base);
+model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
 /// Height PID (paper, III-E.2) with velocity feed-forward:
 ///   u = w_ref + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]

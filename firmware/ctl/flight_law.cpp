@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/ctl/flight_law.h"
 
+#include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
 
@@ -21,8 +22,9 @@ model::AltitudeGains altitude_gains(const model::Vehicle& vehicle, const FlightL
 }  // namespace
 
 template <typename T>
-typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table, const model::AttitudeAxis& axis) {
-  Axis made{.mpc = mpc::HorizontalMpc<T>(table), .predictor = mpc::DelayPredictor<T>(table.delay)};
+typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis,
+                                                    mpc::Law law) {
+  Axis made{.mpc = mpc::HorizontalMpc<T>(table, law), .predictor = mpc::DelayPredictor<T>(table.delay)};
   if (axis.is_first_order()) {
     made.first_lag_s = static_cast<T>(axis.time_constant_s - axis.lead_zero_s);
   } else if (axis.natural_frequency_rad_s > 0.0) {
@@ -36,11 +38,12 @@ typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& tab
 template <typename T>
 FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
                         const FlightLawOptions& options)
-    : x_(make_axis(tables.x, vehicle.pitch)),
-      y_(make_axis(tables.y, vehicle.roll)),
+    : x_(make_axis(tables.x, vehicle.pitch, options.horizontal)),
+      y_(make_axis(tables.y, vehicle.roll, options.horizontal)),
       height_(altitude_gains(vehicle, options)),
       yaw_(vehicle.yaw) {
-  const model::RateAxis& climb = vehicle.climb;
+  M100_ASSERT(options.combined_tilt_limit_rad > 0.0 && options.combined_tilt_limit_rad < 0.5 * core::kPi);
+  const model::StickAxis& climb = vehicle.climb;
   climb_lag_s_ =
       static_cast<T>(climb.transport_delay_s + (climb.time_constant_s > 0.0 ? climb.time_constant_s
                                                 : climb.natural_frequency_rad_s > 0.0
@@ -97,19 +100,21 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
   }
   axis.mpc.solve(problem_, solution_);
   axis.path = solution_.path;
+  axis.changes = solution_.changes;
   return solution_.input_rad[0] - offset_rad;
 }
 
 template <typename T>
 Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                                 const Command<T>& in_force, core::Duration elapsed) {
+  M100_ASSERT(elapsed >= core::Duration(0));
   const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
   const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
   T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x));
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
   T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y));
-  report_ = {.path_x = x_.path, .path_y = y_.path};
+  report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes};
 
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);
   if (size > combined_tangent_) {

@@ -19,18 +19,22 @@ namespace m100::ctl {
 struct FlightLawOptions {
   /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
   bool design_altitude = true;
-  /// The tilt of both axes together never exceeds this: the promise is 35 degrees, the attitude loop overshoots by 7 %.
+  /// The tilt of both axes together never exceeds this, 0 to 90 degrees: the promise is 35 degrees, the attitude loop
+  /// overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
+  /// Of the horizontal axes; the baseline has everything else in common with the MPC.
+  mpc::Law horizontal = mpc::Law::kMpc;
 };
 
 /// How the horizontal commands came about in the last tick, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
   mpc::Path path_y = mpc::Path::kTable;
+  unsigned changes = 0;       ///< of the active sets of both axes
   bool tilt_limited = false;  ///< by the combined limit
 };
 
-/// The control law: MPC in x and y, PID in height, P in yaw.
+/// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
 ///
 /// Horizontal, per axis of the yaw-free world frame (paper, III-E.1):
 ///  1. The command in force goes into the pipe of the DelayPredictor; the state is predicted to now + delay.
@@ -55,8 +59,6 @@ class FlightLaw {
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
   const LawReport& report() const { return report_; }
-  const mpc::MpcCounters& counters_x() const { return x_.mpc.counters(); }
-  const mpc::MpcCounters& counters_y() const { return y_.mpc.counters(); }
   /// For a start in the air: integral and active sets forgotten, pipes filled with level.
   void reset();
 
@@ -68,8 +70,9 @@ class FlightLaw {
     T first_lag_s{0};    ///< T1
     T second_lag_s2{0};  ///< T2
     mpc::Path path = mpc::Path::kTable;
+    unsigned changes = 0;
   };
-  static Axis make_axis(const mpc::GainTable<T>& table, const model::AttitudeAxis& axis);
+  static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
           T in_force_slope);
 

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "firmware/core/time.h"
+#include "firmware/est/estimate.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+enum class StickAxis : std::uint8_t { kRoll, kPitch, kThrottle, kYaw };
+inline constexpr std::size_t kStickAxes = 4;
+
+/// One number of a command, in the order of StickAxis: roll, pitch, climb, yaw rate.
+template <typename C>
+constexpr auto& value_of(C& command, std::size_t axis) {
+  return axis == 0   ? command.roll_rad
+         : axis == 1 ? command.pitch_rad
+         : axis == 2 ? command.climb_m_s
+                     : command.yaw_rate_rad_s;
+}
+
+/// What ends an excitation before its end. Distances in m and speeds in m/s along the axis that is moved; of yaw in rad
+/// and rad/s.
+struct ExcitationLimits {
+  double distance = 0.0;  ///< from the place where it began, way to brake included: |s| + v^2 / (2 a), v outwards
+  double braking = 1.0;   ///< a
+  double speed = 0.0;
+  double tilt_rad = 0.0;  ///< of both axes together
+};
+
+/// One stretch of samples on one stick. Between two stretches the law flies back to the place.
+struct ExcitationPiece {
+  StickAxis axis = StickAxis::kRoll;
+  std::size_t begin = 0;  ///< in ExcitationPlan::counts
+  std::size_t count = 0;
+};
+
+/// Stick movements for identification, as made before the flight; what it views is the caller's. Empty: none.
+struct ExcitationPlan {
+  core::Duration period = std::chrono::milliseconds(20);
+  std::span<const std::int16_t> counts{};  ///< from the balancing point: right, forward, up, right
+  std::span<const ExcitationPiece> pieces{};
+  std::array<ExcitationLimits, kStickAxes> limits{};
+};
+
+/// Flies a plan piece by piece: one stick by the plan, the others by the law. Before each piece the law has to bring
+/// the aircraft to rest at the place; after the last one, and after an abort, the law has all sticks again.
+///
+/// Cost: O(1) per tick, some ten comparisons. No heap. T is float or double.
+template <typename T>
+class Excitation {
+ public:
+  enum class State : std::uint8_t { kIdle, kReturning, kMoving, kOver, kAborted };
+  /// Why it was aborted.
+  enum class Abort : std::uint8_t {
+    kNone,
+    kLadder,    ///< control is gone (the pilot's switch), or the ladder left its top
+    kFence,     ///< the way to stop would end at a side of the fence
+    kDistance,  ///< or beyond the excitation's own distance
+    kTilt,
+    kSpeed,
+    kNotAtRest,  ///< the law did not bring the aircraft to rest at the place within kPatience
+  };
+  static constexpr core::Duration kPatience = std::chrono::seconds(30);
+  static constexpr core::Duration kRest = std::chrono::milliseconds(800);
+
+  explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
+
+  /// The ladder reached its top: from the first piece on, if there is one.
+  void start(core::TimePoint now);
+
+  /// Once per tick, before a command is chosen.
+  /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the way to stop ends at a side.
+  void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
+              core::TimePoint now);
+
+  State state() const { return state_; }
+  Abort abort() const { return abort_; }
+  bool moves() const { return state_ == State::kMoving; }
+  StickAxis axis() const { return moves_piece() ? plan_.pieces[piece_].axis : StickAxis::kRoll; }
+  /// Of the stick of axis(), from its balancing point; 0 where it does not move.
+  int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
+  std::size_t piece() const { return piece_; }
+  std::size_t sample() const { return sample_; }
+  /// From the place, along axis(), and how fast.
+  T distance() const { return distance_; }
+  T speed() const { return speed_; }
+  /// From the ladder's top to the end or the abort; until now, while it lasts.
+  core::TimePoint began() const { return began_; }
+  core::TimePoint ended() const { return ended_; }
+  static std::string_view name(Abort abort);
+
+ private:
+  bool moves_piece() const { return piece_ < plan_.pieces.size(); }
+  void look(const est::Estimate<T>& estimate, const ref::Window<T>& reference);
+  Abort limit_reached(const est::Estimate<T>& estimate, bool brakes) const;
+  bool at_rest(const est::Estimate<T>& estimate, const ref::Window<T>& reference) const;
+  void end(Abort why);
+
+  ExcitationPlan plan_;
+  State state_ = State::kIdle;
+  Abort abort_ = Abort::kNone;
+  std::size_t piece_ = 0;
+  std::size_t sample_ = 0;
+  core::TimePoint began_{};
+  core::TimePoint ended_{};
+  core::TimePoint since_{};     ///< of the state
+  core::TimePoint restless_{};  ///< when it was last not at rest
+  T distance_{0};
+  T speed_{0};
+};
+
+extern template class Excitation<float>;
+extern template class Excitation<double>;
+
+}  // namespace m100::ctl

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/fence.h"
+#include "firmware/est/estimate.h"
+#include "firmware/ref/window.h"
+
+namespace m100::ctl {
+
+/// Holds the reference inside the fence, and lets the aircraft be nowhere so fast that it could not stop before a side.
+///
+/// Stopping distance on one horizontal axis, at a speed v towards a side:
+///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
+/// where t is the time until the attitude has turned round (transport delay, attitude loop, command period), s < t
+/// until it has passed level, a0 >= 0 what tilt, wind and gusts of the wind class add meanwhile, and
+///   a = 0.95 g tan(tilt limit) - gusts - the wind that blows towards the side now, at least 1 m/s^2.
+/// A state is admitted if position, stopping distance and three sigmas of position end before the side. Where they do
+/// not, the reference is moved, by degrees, to a place behind the aircraft: the law brakes with all its tilt. The
+/// estimate goes on when the pose is lost, so the same holds while coasting. T is float or double.
+template <typename T>
+class FenceKeeper {
+ public:
+  explicit FenceKeeper(const core::Fence& fence);
+
+  void hold(ref::Window<T>& window, const est::Estimate<T>& estimate);
+  /// Of the last hold(): the way that is left between where the aircraft can stop and the nearest side; without the
+  /// three sigmas. Negative: a stop may come too late.
+  T reserve_m() const { return reserve_m_; }
+  /// Of the last hold(): the reference was moved because of the speed.
+  bool brakes() const { return brakes_; }
+
+ private:
+  struct Side {
+    T low_m, high_m;            ///< of the fence
+    T goal_low_m, goal_high_m;  ///< for goals
+  };
+  using Axis = decltype(ref::Window<T>::x);
+  static Side side_of(const core::Fence::Side& side);
+  void hold_axis(Axis& window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
+
+  Side x_, y_, z_;
+  T gusts_m_s2_;
+  T reserve_m_{0};
+  bool brakes_ = false;
+};
+
+extern template class FenceKeeper<float>;
+extern template class FenceKeeper<double>;
+
+}  // namespace m100::ctl
