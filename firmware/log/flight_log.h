@@ -8,41 +8,31 @@
 #include "firmware/core/status.h"
 #include "firmware/core/time.h"
 #include "firmware/log/records.h"
-#include "firmware/log/ring.h"
+#include "firmware/log/ulog_writer.h"
 
 namespace m100::log {
 
-/// One line of what a reader must know beside the records, for instance the vehicle file.
-struct Note {
-  std::string_view key;
-  std::string_view text;  ///< at most 60 000 bytes
-};
-
-/// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: what leaves the ring, in its
-/// order, is the file. Never waits; a message without room is dropped whole and counted.
-///
-/// Cost: one copy of the record per append. R6: the bytes depend on the arguments only.
+/// The log of a flight: a record of every tick, every byte of both lines, lines of text.
 class FlightLog {
  public:
-  explicit FlightLog(Ring& ring) : ring_(ring) {}
+  explicit FlightLog(Ring& ring) : writer_(ring) {}
 
-  /// The file's header, formats, notes and subscriptions. Once, before the first append.
-  /// @returns kResourceExhausted where the ring is too small for them.
+  /// As UlogWriter::begin(), with the formats of our records.
   core::Status begin(core::TimePoint now, std::span<const Note> notes);
 
   void append(const TickRecord& record);
+  void append(const ExcitationRecord& record);
   void append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes);
+  void append(core::TimePoint now, std::string_view text) { writer_.append(now, text); }
 
-  /// A line of text with its time (ULog's logged string, level info), at most 60 000 bytes; readers list them.
-  void append(core::TimePoint now, std::string_view text);
-
-  std::uint32_t dropped() const { return ring_.dropped(); }
+  std::uint32_t dropped() const { return writer_.dropped(); }
 
  private:
-  bool message(char type, std::span<const std::byte> head, std::span<const std::byte> body);
-  bool data(std::uint16_t id, std::span<const std::byte> record);
-
-  Ring& ring_;
+  UlogWriter writer_;
 };
+
+/// Raw bytes as BytesRecords with this id, as many as they take.
+void append_bytes(UlogWriter& writer, std::uint16_t id, Stream stream, core::TimePoint now,
+                  std::span<const std::byte> bytes);
 
 }  // namespace m100::log

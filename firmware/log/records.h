@@ -45,10 +45,10 @@ struct TickRecord {
   std::uint8_t sent = 0;               ///< 1: a control frame left in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;
-  std::uint8_t link_state = 0;  ///< app::SerialLink's step of the start-up
+  std::uint8_t link_state = 0;  ///< link::SerialLink's step of the start-up
   std::uint8_t mpc_path_x = 0;
   std::uint8_t mpc_path_y = 0;
-  std::uint8_t mpc_changes = 0;  ///< of the active sets, both axes
+  std::uint8_t mpc_changes = 0;  ///< of the active sets, both axes; 255: as many or more
   std::uint32_t orders = 0;      ///< of the operator, given before this tick: kOrder*
 };
 static_assert(std::is_trivially_copyable_v<TickRecord>);
@@ -66,6 +66,26 @@ inline constexpr std::string_view kTickFormat =
     "float residual;uint16_t[4] sticks;uint32_t facts;uint32_t refused_poses;uint32_t dropped_messages;uint8_t state;"
     "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
     "uint8_t mpc_changes;uint32_t orders;";
+
+/// One tick of an excitation: which stick it moves, and how far the aircraft is from where it began. Along the axis, as
+/// the stick pushes: m and m/s, of yaw rad and rad/s.
+struct ExcitationRecord {
+  std::uint64_t timestamp = 0;  ///< us
+  float distance = 0.0F;
+  float speed = 0.0F;
+  std::int16_t counts = 0;   ///< from the balancing point, as planned; 0 while the law has the stick
+  std::uint16_t sample = 0;  ///< of the piece
+  std::uint8_t piece = 0;
+  std::uint8_t axis = 0;   ///< 0 roll, 1 pitch, 2 throttle, 3 yaw
+  std::uint8_t state = 0;  ///< 1 the law returns to the place, 2 the stick moves, 3 over, 4 aborted
+  std::uint8_t abort = 0;  ///< 0 none, 1 ladder, 2 fence, 3 distance, 4 tilt, 5 speed, 6 not at rest
+};
+static_assert(sizeof(ExcitationRecord) == 24);
+
+inline constexpr std::string_view kExcitationFormat =
+    "excitation:uint64_t timestamp;float distance;float speed;int16_t counts;uint16_t sample;uint8_t piece;uint8_t "
+    "axis;"
+    "uint8_t state;uint8_t abort;";
 
 /// Where bytes came from or went to.
 enum class Stream : std::uint8_t { kAutopilotIn = 0, kAutopilotOut = 1, kPoseIn = 2, kPoseOut = 3 };

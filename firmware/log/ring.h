@@ -44,7 +44,11 @@ class Ring {
     return storage_.subspan(offset, waiting < to_end ? waiting : to_end);
   }
   /// Reader only. Gives room back. Requires count <= front().size().
-  void pop(std::size_t count) { tail_.store(tail_.load(std::memory_order_relaxed) + count, std::memory_order_release); }
+  void pop(std::size_t count) {
+    const std::size_t tail = tail_.load(std::memory_order_relaxed);  // only the reader changes tail_
+    M100_ASSERT(count <= head_.load(std::memory_order_acquire) - tail);
+    tail_.store(tail + count, std::memory_order_release);
+  }
 
   /// Messages refused since the start; wraps.
   std::uint32_t dropped() const { return dropped_.load(std::memory_order_relaxed); }

@@ -5,45 +5,16 @@
 #include "firmware/core/maths.h"
 
 namespace m100::sysid {
-namespace {
-
 template <typename Real>
-AxisModel<Real> to_real(const AxisModel<double>& model) {
-  const auto real = [](double value) { return static_cast<Real>(value); };
-  AxisModel<Real> out;
-  out.gain = real(model.gain);
-  out.time_constant_s = real(model.time_constant_s);
-  out.natural_frequency_rad_s = real(model.natural_frequency_rad_s);
-  out.damping_ratio = real(model.damping_ratio);
-  out.delay_s = real(model.delay_s);
-  out.lead_zero_s = real(model.lead_zero_s);
-  out.dead_zone_counts = real(model.dead_zone_counts);
-  out.dead_zone_shape = model.dead_zone_shape;
-  out.trim_counts = real(model.trim_counts);
-  out.stick_exponent = real(model.stick_exponent);
-  out.backlash_counts = real(model.backlash_counts);
-  out.saturation = real(model.saturation);
-  out.tilt_limit = real(model.tilt_limit);
-  out.other_gain = real(model.other_gain);
-  out.rate_limit_per_s = real(model.rate_limit_per_s);
-  out.command_slew_per_s = real(model.command_slew_per_s);
-  out.gain_asymmetry = real(model.gain_asymmetry);
-  out.gain_drift_per_s = real(model.gain_drift_per_s);
-  out.cross_axis = real(model.cross_axis);
-  return out;
-}
-
-}  // namespace
-
-template <typename Real>
-AxisResidual<Real>::AxisResidual(const AxisModel<Real>& model, Real expected_rms, Real sample_period_s)
-    : model_(model),
+AxisResidual<Real>::AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s)
+    : delay_s_(static_cast<Real>(axis.transport_delay_s)),
+      lead_zero_s_(static_cast<Real>(axis.lead_zero_s)),
       expected_rms_(expected_rms),
       sample_period_s_(sample_period_s),
-      law_(model, sample_period_s),
-      dynamics_(model, sample_period_s) {
+      law_(axis, sample_period_s),
+      dynamics_(axis, sample_period_s) {
   M100_ASSERT(expected_rms > Real(0));
-  M100_ASSERT(model.delay_s <= sample_period_s * static_cast<Real>(kDelay - 2));
+  M100_ASSERT(delay_s_ <= sample_period_s * static_cast<Real>(kDelay - 2));
 }
 
 template <typename Real>
@@ -85,7 +56,7 @@ void AxisResidual<Real>::process(std::size_t slot) {
   const Real error = dynamics_.value() - measured_[slot];
   sum_ += error * error;
   const Real now = delayed_command();
-  dynamics_.step(now + model_.lead_zero_s / sample_period_s_ * (now - before_));
+  dynamics_.step(now + lead_zero_s_ / sample_period_s_ * (now - before_));
   before_ = now;
   if (++in_block_ == kBlock) {
     end_block();
@@ -125,7 +96,7 @@ void AxisResidual<Real>::end_block() {
 
 template <typename Real>
 Real AxisResidual<Real>::delayed_command() const {
-  const Real samples = model_.delay_s / sample_period_s_;
+  const Real samples = delay_s_ / sample_period_s_;
   const auto whole = static_cast<std::size_t>(samples);
   const Real part = samples - static_cast<Real>(whole);
   const Real newer = past_commands_[(past_newest_ + kDelay - whole) % kDelay];
@@ -135,11 +106,10 @@ Real AxisResidual<Real>::delayed_command() const {
 
 template <typename Real>
 ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s)
-    : channels_{
-          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.roll)), expected.roll_rad, sample_period_s),
-          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.pitch)), expected.pitch_rad, sample_period_s),
-          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.yaw_rate)), expected.yaw_rate_rad_s, sample_period_s),
-          AxisResidual<Real>(to_real<Real>(to_axis_model(vehicle.climb)), expected.climb_m_s, sample_period_s)} {}
+    : channels_{AxisResidual<Real>(vehicle.roll, expected.roll_rad, sample_period_s),
+                AxisResidual<Real>(vehicle.pitch, expected.pitch_rad, sample_period_s),
+                AxisResidual<Real>(vehicle.yaw_rate, expected.yaw_rate_rad_s, sample_period_s),
+                AxisResidual<Real>(vehicle.climb, expected.climb_m_s, sample_period_s)} {}
 
 template <typename Real>
 void ResidualMonitor<Real>::update(const Sample& sample) {

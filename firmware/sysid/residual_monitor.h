@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "firmware/sysid/axis_model.h"
+#include "firmware/model/vehicle.h"
+#include "firmware/sysid/axis_dynamics.h"
 
 namespace m100::sysid {
 
@@ -32,8 +33,8 @@ class AxisResidual {
   static constexpr Real kLimit = Real(3);     ///< times the expected residual: over
   static constexpr Real kFarLimit = Real(6);  ///< times the expected residual: departed at once
 
-  /// @param expected_rms  residual of the identified model on the validation part, unit of the axis, > 0
-  AxisResidual(const AxisModel<Real>& model, Real expected_rms, Real sample_period_s);
+  /// @param expected_rms  residual of the identified axis on the validation part, unit of the axis, > 0
+  AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s);
 
   /// One tick. Sticks as they were sent, counts from neutral; `measured` in the unit of the axis.
   void update(Real stick_counts, Real other_counts, Real measured);
@@ -48,10 +49,11 @@ class AxisResidual {
   void end_block();
   Real delayed_command() const;
 
-  AxisModel<Real> model_;
+  Real delay_s_;
+  Real lead_zero_s_;
   Real expected_rms_;
   Real sample_period_s_;
-  StaticLaw<Real> law_;
+  model::StickLaw<Real> law_;
   AxisDynamics<Real> dynamics_;
   std::array<Real, 2 * kHalfWindow + 1> measured_{};  ///< ring of the newest samples
   std::array<Real, 2 * kHalfWindow + 1> commands_{};  ///< static law of the same samples

@@ -6,11 +6,6 @@
 namespace m100::vrc {
 namespace {
 
-constexpr float kDegreesPerRadian = static_cast<float>(180.0 / core::kPi);
-constexpr float kMovementAngle_deg = 30.F;
-constexpr float kMovementClimb_m_s = 5.F;
-constexpr float kMovementYawRate_deg_s = 100.F;
-
 bool finite(float value) { return value - value == 0.F; }
 
 bool finite(const ctl::Command<float>& command) {
@@ -18,16 +13,7 @@ bool finite(const ctl::Command<float>& command) {
          finite(command.yaw_rate_rad_s);
 }
 
-StickMap map_of(const model::AttitudeAxis& axis) {
-  return {.scale_si_per_vrc = static_cast<float>(axis.scale_rad_per_count),
-          .neutral_vrc = static_cast<float>(1024.0 + axis.trim_counts),
-          .dead_zone_vrc = static_cast<float>(axis.dead_zone_counts),
-          .shape = axis.dead_zone_shape,
-          .exponent = static_cast<float>(axis.stick_exponent),
-          .gain_asymmetry = static_cast<float>(axis.gain_asymmetry)};
-}
-
-StickMap map_of(const model::RateAxis& axis, float sign) {
+StickMap map_of(const model::StickAxis& axis, float sign = 1.F) {
   return {.scale_si_per_vrc = static_cast<float>(axis.scale_per_count),
           .neutral_vrc = static_cast<float>(1024.0 + axis.trim_counts),
           .dead_zone_vrc = static_cast<float>(axis.dead_zone_counts),
@@ -49,7 +35,7 @@ StickMap checked(StickMap map, float fallback_scale) {
 
 CommandMap::CommandMap(const model::Vehicle& vehicle)
     : maps_{checked(map_of(vehicle.roll), 8.65e-4F), checked(map_of(vehicle.pitch), 8.44e-4F),
-            checked(map_of(vehicle.climb, 1.F), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {}
+            checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {}
 
 Stick CommandMap::modulated(Channel channel, float command_si) {
   const StickMap& map = maps_[channel];
@@ -90,24 +76,6 @@ Sticks CommandMap::neutral() const {
           .pitch = maps_[kPitch].to_stick(0.F).value(),
           .throttle = maps_[kThrottle].to_stick(0.F).value(),
           .yaw = maps_[kYaw].to_stick(0.F).value()};
-}
-
-core::Expected<Movement> to_movement(const ctl::Command<float>& command) {
-  if (!finite(command)) {
-    return core::Status::kOutOfRange;
-  }
-  const auto inside = [](float value, float limit) { return core::clamp(value, -limit, limit); };
-  return Movement{.roll_deg = inside(command.roll_rad * kDegreesPerRadian, kMovementAngle_deg),
-                  .pitch_deg = inside(-command.pitch_rad * kDegreesPerRadian, kMovementAngle_deg),
-                  .climb_m_s = inside(command.climb_m_s, kMovementClimb_m_s),
-                  .yaw_rate_deg_s = inside(-command.yaw_rate_rad_s * kDegreesPerRadian, kMovementYawRate_deg_s)};
-}
-
-ctl::Command<float> to_command(const Movement& movement) {
-  return {.roll_rad = movement.roll_deg / kDegreesPerRadian,
-          .pitch_rad = -movement.pitch_deg / kDegreesPerRadian,
-          .climb_m_s = movement.climb_m_s,
-          .yaw_rate_rad_s = -movement.yaw_rate_deg_s / kDegreesPerRadian};
 }
 
 }  // namespace m100::vrc

@@ -11,17 +11,7 @@
 
 namespace m100::vrc {
 
-/// Fields of a movement control message (protocol, 6.4): horizontal angle, vertical velocity, yaw rate, body frame.
-/// Degrees; x is roll, right positive; y is pitch, nose UP positive; yaw rate clockwise positive.
-struct Movement {
-  float roll_deg = 0.F;
-  float pitch_deg = 0.F;
-  float climb_m_s = 0.F;
-  float yaw_rate_deg_s = 0.F;
-};
-
-/// SI command <-> the four sticks of one vehicle, and <-> movement control. The only place, with the protocol, where
-/// counts and degrees exist.
+/// SI command <-> the four sticks of one vehicle. The only place, with the protocol, where counts exist.
 ///
 /// What a stick cannot say (dead zone with a jump, whole counts) is not lost: the part of the command that did not get
 /// through is added to the next one (error feedback), so that the mean over a few sticks is the command. Without it a
@@ -40,6 +30,8 @@ class CommandMap {
   /// Forgets the remainders.
   void reset() { remainder_ = {}; }
 
+  /// Of a stick: roll, pitch, throttle, yaw.
+  const StickMap& map(std::size_t stick) const { return maps_[stick]; }
   const StickMap& roll() const { return maps_[kRoll]; }
   const StickMap& pitch() const { return maps_[kPitch]; }
   const StickMap& throttle() const { return maps_[kThrottle]; }
@@ -52,10 +44,5 @@ class CommandMap {
   std::array<StickMap, kChannels> maps_;
   std::array<float, kChannels> remainder_{};
 };
-
-/// Movement control needs no trim and has no dead zone; the limits of the interface (30 degrees, 5 m/s, 100 degrees/s)
-/// are kept. kOutOfRange: a number is not finite.
-core::Expected<Movement> to_movement(const ctl::Command<float>& command);
-ctl::Command<float> to_command(const Movement& movement);
 
 }  // namespace m100::vrc
