@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <variant>
+
+#include "firmware/core/expected.h"
+#include "firmware/core/time.h"
+#include "firmware/ctl/command.h"
+#include "firmware/vrc/sticks.h"
+#include "protocol/commands.h"
+
+namespace m100::link {
+
+/// How commands reach the autopilot.
+enum class Channel : std::uint8_t {
+  kVirtualRc,  ///< stick counts, as the paper flew; 5..25 Hz
+  kMovement,   ///< flag 0x0A: angle, vertical velocity, yaw rate, body frame; at most 50 Hz
+};
+
+/// A command for one of the two channels.
+using ChannelCommand = std::variant<vrc::Sticks, ctl::Command<double>>;
+
+struct ChannelConfig {
+  Channel channel = Channel::kVirtualRc;
+  /// 0: the default of the channel (25 or 50 Hz). Virtual RC takes 5..25 Hz, movement control 1..50 Hz.
+  double rate_hz = 0.0;
+  /// The rate of the paper, 100 Hz on either channel, beyond what DJI allows. Only by this name, never by a number.
+  bool paper_100_hz = false;
+};
+
+/// Time between two commands.
+/// @returns kOutOfRange: the rate is outside the window of its channel.
+core::Expected<core::Duration> command_period(const ChannelConfig& config);
+
+/// Keeps commands apart. Due times lie on a grid, so that a clock that jitters hardly lowers the mean rate, and nothing
+/// raises it: two commands are never closer than period - kSlack, after a pause there is no catching up, and no second,
+/// wherever it begins, holds more commands than periods fit into it. The price: a clock that jitters slips by one tick
+/// about once a second.
+class RateLimiter {
+ public:
+  static constexpr core::Duration kSlack = std::chrono::milliseconds(2);
+  static constexpr core::Duration kWindow = std::chrono::seconds(1);
+  /// The most that DJI allows in a second, on any channel; a faster rate (the paper's) is kept apart only.
+  static constexpr std::size_t kMostPerWindow = 50;
+
+  explicit RateLimiter(core::Duration period)
+      : period_(period), per_window_(static_cast<std::size_t>((kWindow + period - core::Duration{1}) / period)) {}
+
+  bool due(core::TimePoint now) const {
+    return now >= next_ - kSlack && (!used_ || now - last_ >= period_ - kSlack) && window_has_room(now);
+  }
+  /// Call it for each command that is handed over.
+  void sent(core::TimePoint now) {
+    const core::TimePoint on_grid = next_ + period_;
+    const core::TimePoint from_now = now + period_ - kSlack;
+    next_ = used_ && on_grid > from_now ? on_grid : now + period_;
+    newest_ = (newest_ + 1) % kMostPerWindow;
+    count_ += count_ < kMostPerWindow ? 1U : 0U;
+    used_ = true;
+    left(now);
+  }
+  /// The last command waited for the line and has left only now.
+  void left(core::TimePoint now) {
+    last_ = now;
+    times_[newest_] = now;
+  }
+  core::Duration period() const { return period_; }
+
+ private:
+  bool window_has_room(core::TimePoint now) const {
+    if (per_window_ > kMostPerWindow || count_ < per_window_) {
+      return true;
+    }
+    return now - times_[(newest_ + kMostPerWindow + 1 - per_window_) % kMostPerWindow] >= kWindow;
+  }
+
+  core::Duration period_;
+  std::size_t per_window_;
+  core::TimePoint next_{};
+  core::TimePoint last_{};
+  bool used_ = false;
+  std::array<core::TimePoint, kMostPerWindow> times_{};  ///< of the last commands, in a ring
+  std::size_t newest_ = 0;
+  std::size_t count_ = 0;
+};
+
+/// Sticks as sixteen channels: gear down, mode A (the mode the paper's model was identified in), the rest centred.
+protocol::VirtualRcData to_virtual_rc(const vrc::Sticks& sticks);
+
+/// FLU and SI as DJI's movement command: degrees, nose up and clockwise positive, up positive. Saturated at its ranges;
+/// a number that is not finite is left for the encoder to refuse.
+protocol::Movement to_movement(const ctl::Command<double>& command);
+
+}  // namespace m100::link

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/link/command_channel.h"
+#include "protocol/cipher.h"
+
+namespace m100::link {
+
+/// The last words of a program whose own invariants are broken (M100_ASSERT): neutral commands, Virtual RC off, control
+/// released, and asked for twice as the protocol wants it. Made at start-up, when everything still holds; saying them
+/// is one write of constant bytes, which a handler may do whatever the state of the rest is.
+///
+/// The releases travel in the two highest sessions, which SerialLink never opens: it takes the lowest free one.
+class Farewell {
+ public:
+  static constexpr std::size_t kBytes = 256;
+
+  /// Any number does for a program that speaks once: the autopilot compares it with the last one of the same session.
+  static constexpr std::uint16_t kSequence = 0xFA2E;
+
+  /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; who says
+  ///   it again, or has said it before to an autopilot that was not restarted since, needs another one.
+  Farewell(const ChannelCommand& neutral, const protocol::Cipher* cipher, std::uint16_t sequence = kSequence);
+
+  std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
+  /// The same without the neutral command: what may still be said when control may have been taken meanwhile (R4).
+  std::span<const std::byte> giving_back() const { return bytes().subspan(neutral_size_); }
+
+ private:
+  template <typename Command>
+  void append(const Command& command, std::uint8_t session, const protocol::Cipher* cipher, std::uint16_t sequence);
+
+  std::array<std::byte, kBytes> bytes_{};
+  std::size_t size_ = 0;
+  std::size_t neutral_size_ = 0;
+};
+
+}  // namespace m100::link

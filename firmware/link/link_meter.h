@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/time.h"
+#include "firmware/link/link_health.h"
+
+namespace m100::link {
+
+/// Turns what passes a link into LinkHealth.
+class LinkMeter {
+ public:
+  explicit LinkMeter(std::uint32_t baud) : baud_(baud) {}
+
+  void received(std::size_t bytes);
+  void sent(std::size_t bytes);
+  /// A telemetry package that carries the autopilot's clock.
+  void timed_package(core::TimePoint now, core::Duration autopilot_time);
+  /// Any telemetry package.
+  void package(core::TimePoint now);
+  /// The autopilot's clock is a new one.
+  void restart();
+  /// Once per tick: rates, shares, ages.
+  void tick(core::TimePoint now);
+
+  LinkHealth& counters() { return health_; }
+  const LinkHealth& health() const { return health_; }
+  /// The longest that the way from the line to us has held a package back, in the last second or two.
+  core::Duration adapter_delay() const;
+
+ private:
+  std::uint32_t baud_;
+  LinkHealth health_;
+  core::TimePoint window_start_{};
+  std::uint64_t window_received_ = 0;
+  std::uint64_t window_sent_ = 0;
+  std::uint32_t window_packages_ = 0;
+  bool has_package_ = false;
+  core::TimePoint last_package_{};
+  bool has_time_ = false;
+  core::TimePoint last_timed_{};
+  core::Duration last_autopilot_time_{0};
+  core::Duration window_delay_{0};  ///< longest transport delay of this second; former: of the one before
+  core::Duration former_delay_{0};
+  core::Duration least_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
+};
+
+}  // namespace m100::link

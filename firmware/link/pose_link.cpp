@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/link/pose_link.h"
+
+#include <array>
+
+#include "firmware/link/line_time.h"
+#include "firmware/link/pose_reading.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::link {
+namespace {
+
+constexpr core::Duration kSenderGone = std::chrono::seconds(1);
+/// System 1 is the aircraft, component 191 its companion computer.
+constexpr mavlink::Address kOurs{.system = 1, .component = 191};
+
+}  // namespace
+
+PoseLink::PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap) : uart_(uart), baud_(baud), tap_(tap) {}
+
+bool PoseLink::hears(const mavlink::FrameView& frame, core::TimePoint now) {
+  if (has_last_ && frame.from != sender_ && now - last_time_ <= kSenderGone) {
+    return false;
+  }
+  const auto step = static_cast<std::uint8_t>(frame.sequence - last_frame_);
+  constexpr std::uint8_t kLargestGap = 128;  // more is another count
+  if (has_last_ && frame.from == sender_ && step > 0 && step < kLargestGap) {
+    stats_.lost_frames += step - 1U;
+  }
+  last_frame_ = frame.sequence;
+  return true;
+}
+
+bool PoseLink::accept(const core::Pose<double>& pose, core::TimePoint now) {
+  const bool stamped = pose.captured != core::SenderTime{};
+  const core::SenderClock::duration step = pose.captured - last_captured_;
+  const bool set_back = has_last_ && step < -kRestart;
+  const bool restarted = !has_last_ || set_back || now - last_time_ > kSenderGone;
+  if (stamped && !restarted && step <= core::SenderClock::duration{0}) {
+    ++stats_.refused_order;
+    return false;
+  }
+  if (set_back) {
+    comparison_.forget();
+  }
+  has_last_ = true;
+  last_captured_ = pose.captured;
+  last_time_ = now;
+  ++stats_.poses;
+  return true;
+}
+
+void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest) {
+  const std::uint64_t end = frame.offset + frame.bytes.size();
+  if (mavlink::is<mavlink::Timesync>(frame)) {
+    const auto answer = mavlink::decode<mavlink::Timesync>(frame);
+    if (answer.tc1 != 0 && has_last_ && frame.from == sender_ && hears(frame, now)) {
+      newest.ts1 = answer.ts1;
+      newest.theirs = answer.tc1;
+      newest.answer_end = end;
+    }
+    return;
+  }
+  core::Expected<core::Pose<double>> pose = read_pose(frame);
+  if (pose.status() == core::Status::kNotReady) {
+    return;
+  }
+  if (!hears(frame, now)) {
+    ++stats_.refused_senders;
+    return;
+  }
+  if (!pose) {
+    ++stats_.refused;
+    return;
+  }
+  if (has_last_ && frame.from != sender_) {
+    comparison_.forget();
+  }
+  if (accept(*pose, now)) {
+    sender_ = frame.from;
+    newest.pose = *pose;
+    newest.pose_end = end;
+  }
+}
+
+core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
+  Newest newest;
+  std::array<std::byte, 64> chunk;  // a pose; larger costs stack in every tick
+  for (std::size_t visit = 0; visit < kBytesPerTick / chunk.size(); ++visit) {
+    const core::Expected<std::size_t> count = uart_.read(chunk);
+    if (!count || *count == 0) {
+      break;
+    }
+    const std::span<const std::byte> bytes = std::span(chunk).first(*count);
+    if (tap_ != nullptr) {
+      tap_->received(bytes, now);
+    }
+    parser_.consume(bytes, [&](const mavlink::FrameView& frame) { take(frame, now, newest); });
+  }
+  // What stands behind a frame came after it.
+  const std::uint64_t all = parser_.stats().bytes;
+  if (newest.answer_end > 0 &&
+      comparison_.answer(newest.ts1, newest.theirs, now - line_time(all - newest.answer_end, baud_))) {
+    ++stats_.answers;
+  }
+  if (newest.pose_end == 0) {
+    return core::Status::kNotReady;
+  }
+  core::Pose<double> pose = newest.pose;
+  pose.sequence = static_cast<std::uint32_t>(stats_.poses);
+  pose.arrived = now - line_time(all - newest.pose_end, baud_);
+  if (pose.captured == core::SenderTime{}) {
+    pose.set_captured_at(pose.arrived);
+    return pose;
+  }
+  pose.to_ours = pose.arrived.time_since_epoch() - core::Duration(pose.captured.time_since_epoch().count());
+  pose.offset = comparison_.offset(now);
+  return pose;
+}
+
+void PoseLink::ask_time(core::TimePoint now) {
+  if (!comparison_.due(now)) {
+    return;
+  }
+  const mavlink::Frame question =
+      mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.ask(now)}, kOurs, questions_++);
+  if (uart_.write(question.bytes()) && tap_ != nullptr) {
+    tap_->sent(question.bytes(), now);
+  }
+}
+
+}  // namespace m100::link

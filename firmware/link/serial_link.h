@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "firmware/core/time.h"
+#include "firmware/link/byte_tap.h"
+#include "firmware/link/candidate_watch.h"
+#include "firmware/link/command_channel.h"
+#include "firmware/link/link_health.h"
+#include "firmware/link/link_meter.h"
+#include "firmware/link/outbox.h"
+#include "firmware/safety/authority.h"
+#include "hal/uart.h"
+#include "protocol/acks.h"
+#include "protocol/cipher.h"
+#include "protocol/frame_parser.h"
+#include "protocol/session.h"
+#include "protocol/telemetry.h"
+#include "protocol/telemetry_layout.h"
+
+namespace m100::link {
+
+struct LinkConfig {
+  ChannelConfig channel;
+  std::uint32_t app_id = 0;                  ///< from DJI's developer site
+  const protocol::Cipher* cipher = nullptr;  ///< the key of that app; null: nothing is encrypted or decrypted
+  bool encrypt_commands = false;             ///< sets 0x01 and 0x05; answers are taken either way
+  std::uint32_t baud = 230400;               ///< for the shares in LinkHealth only
+  /// Of each telemetry item. RC and control at 100 Hz: they tell that control is gone.
+  std::array<protocol::Rate, 16> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
+                                       protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k10Hz,
+                                       protocol::Rate::kOff,   protocol::Rate::k100Hz, protocol::Rate::kOff,
+                                       protocol::Rate::k10Hz,  protocol::Rate::k1Hz,   protocol::Rate::k100Hz};
+};
+
+/// Who flies, and why.
+struct AuthorityView {
+  safety::Stage stage = safety::Stage::kListening;
+  safety::Reason reason = safety::Reason::kStarting;
+  protocol::AckMeaning answer;  ///< of the autopilot to the last command; tells more where reason is kAnswer
+  bool in_control = false;      ///< commands may leave
+  bool mode_f = false;
+  bool asked = false;            ///< the operator's ask is still to be served
+  bool owed = false;             ///< control or Virtual RC may be ours; false: telemetry shows the transmitter's
+  bool port_gone = false;        ///< the device itself: no byte of ours can leave
+  bool heard = false;            ///< a frame within the last 500 ms
+  bool telemetry_fresh = false;  ///< a telemetry package within the last 100 ms
+};
+
+/// The autopilot at the other end of a UART: bytes to telemetry, and commands to bytes, by the authority table only.
+///
+/// One tick is receive(now), then at most one send(command, now). Between two ticks nothing happens, so nothing is ever
+/// sent that was not computed in this tick; a command that could not leave is dropped, not kept.
+///
+/// What arrives in one read is dated by the time that the bytes behind it took on the line, not by the read.
+///
+/// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is heard, is given
+/// back five times a second until telemetry shows the transmitter (promise R15); authority().owed says so.
+///
+/// Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
+class SerialLink {
+ public:
+#ifdef M100_SMALL_MEMORY
+  static constexpr std::size_t kBatchBytes = 512;  ///< what the interrupt's ring holds
+#else
+  static constexpr std::size_t kBatchBytes = 65536;  ///< a driver may hold as much after a stall
+#endif
+  /// Nothing is sent in a tick that has not read all that waits: it would be sent by stale telemetry.
+  static constexpr std::size_t kBatchesPerTick = 16;
+  static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
+  /// Mode F in the RC item this long after Virtual RC data (of mode A) began: the item shows the real switch.
+  static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
+  /// Two calls of receive() that are further apart mean that our own program stood still: control goes back.
+  static constexpr core::Duration kOwnStall = std::chrono::milliseconds(500);
+  /// In control the autopilot is asked something harmless (its version) so long after its last answer. Telemetry says
+  /// "ours" whether our bytes arrive or not; only an answer shows that they do. Together at most a second until the
+  /// operator reads that they do not.
+  static constexpr core::Duration kEchoSpacing = std::chrono::milliseconds(200);
+  static constexpr std::uint8_t kEchoTransmissions = 8;  ///< 0.1 s apart: an answer that is 0.7 s late is one
+  static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
+
+  /// A channel outside its window is our own mistake: check command_period() first.
+  SerialLink(hal::Uart& uart, const LinkConfig& config, ByteTap* tap = nullptr);
+
+  /// Takes everything that has come, answers what must be answered, lets the authority table make its step.
+  /// @returns the autopilot's last words; `items` are those that came since the call before.
+  const protocol::Telemetry& receive(core::TimePoint now);
+
+  /// Sends one flight command, if control is ours and the channel's rate allows one more.
+  /// @returns kOk: it is on its way. kNotReady: too early for the rate of the channel, or not all is read; nothing
+  /// left.
+  ///   kRefused: not in control. kInvalidArgument: a command of the other channel.
+  ///   kOutOfRange: a number is not finite or outside its range; nothing left.
+  ///   kResourceExhausted: the line still holds bytes of the command before; nothing left.
+  core::Status send(const ChannelCommand& command, core::TimePoint now);
+
+  /// True if send() would not answer kNotReady or kRefused.
+  bool due(core::TimePoint now) const { return authority_.in_control && !behind_ && limiter_.due(now); }
+
+  /// The operator asks for control: at most three requests, two seconds apart, then silence until the next call.
+  void request_control(core::TimePoint now);
+  /// The operator gives control back.
+  void release(core::TimePoint now);
+
+  /// Motors and tasks by command, in control only. The answer shows in authority().answer.
+  /// @returns kRefused: not in control, or one is open already.
+  core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
+  core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
+
+  const AuthorityView& authority() const { return authority_; }
+  const LinkHealth& health() const { return meter_.health(); }
+  const protocol::Telemetry& telemetry() const { return telemetry_; }
+  /// When the item last came; the epoch if never.
+  core::TimePoint received_at(protocol::TelemetryItem item) const;
+  /// What the autopilot said about itself; empty until it answered the version query.
+  const protocol::VersionAnswer& version() const { return version_; }
+  core::Duration command_period() const { return limiter_.period(); }
+
+ private:
+  void forget_autopilot();
+  void collect(core::TimePoint now);
+  std::span<const std::byte> read_waiting(core::TimePoint now);
+  void give_up_false_frames(core::TimePoint now);
+  core::TimePoint arrived(const protocol::FrameView& frame, core::TimePoint now) const;
+  void handle(const protocol::FrameView& frame, core::TimePoint now);
+  void handle_telemetry(const protocol::Message& message, core::TimePoint now);
+  void handle_answer(const protocol::Message& message, core::TimePoint now);
+  void handle_push(const protocol::Message& message);
+  void watch_clock(core::TimePoint now);
+  void watch_mode_switch(core::TimePoint now);
+  safety::AuthoritySign sign_of(const protocol::Answer& answer);
+  safety::AuthoritySign level_signs(core::TimePoint now) const;
+  void poll_sessions(core::TimePoint now);
+  void listen_for_an_echo(core::TimePoint now);
+  void step_authority(core::TimePoint now);
+  void act(safety::Action action, core::TimePoint now);
+  void give_up_open_request();
+  template <typename Command>
+  core::Status ask(const Command& command, std::uint8_t transmissions, core::TimePoint now);
+  template <typename Command>
+  core::Status tell(const Command& command, bool is_control);
+  core::Status give_back(core::TimePoint now);
+  void flush(core::TimePoint now);
+  bool recent(protocol::TelemetryItem item, core::TimePoint now, core::Duration age) const;
+
+  hal::Uart& uart_;
+  LinkConfig config_;
+  ByteTap* tap_;
+  protocol::FrameParser parser_;
+  CandidateWatch candidates_;
+  std::array<std::byte, kBatchBytes> waiting_{};
+  std::uint64_t batch_end_ = 0;      ///< position in the stream behind what was read last
+  std::uint64_t dropped_bytes_ = 0;  ///< by the parser, when the frame before was found
+  bool behind_ = false;              ///< more waits than a tick takes
+  protocol::CipherScratch scratch_{};
+  protocol::RequestSessions sessions_;
+  protocol::AnswerSessions answers_;
+  protocol::Telemetry telemetry_;
+  protocol::VersionAnswer version_;
+  std::uint32_t sdk_version_ = 0;
+  protocol::TelemetryLayout layout_ = protocol::TelemetryLayout::kM100;
+  std::array<core::TimePoint, protocol::kTelemetryItemCount> item_times_{};
+  std::uint16_t seen_items_ = 0;
+  safety::AuthorityState state_;
+  safety::AuthoritySign edges_ = safety::AuthoritySign::kNone;
+  AuthorityView authority_;
+  RateLimiter limiter_;
+  Outbox outbox_;
+  LinkMeter meter_;
+  core::TimePoint last_step_{};
+  core::TimePoint last_frame_{};
+  core::TimePoint last_echo_{};  ///< the autopilot last answered anything
+  bool ever_heard_ = false;
+  bool commanded_ = false;  ///< since control was granted
+  core::TimePoint first_command_{};
+  bool rc_item_is_real_ = false;  ///< it shows the transmitter even while Virtual RC is on
+  bool port_was_gone_ = false;
+  bool clock_known_ = false;
+  std::uint32_t clock_ticks_ = 0;
+  core::TimePoint clock_earliest_{};  ///< between these two times it came
+  core::TimePoint clock_latest_{};
+};
+
+}  // namespace m100::link

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The receiving half of SerialLink: bytes to frames, frames to telemetry, answers and pushes.
+#include <algorithm>
+
+#include "firmware/link/answer_meaning.h"
+#include "firmware/link/serial_link.h"
+#include "firmware/link/telemetry_check.h"
+#include "protocol/pushes.h"
+
+namespace m100::link {
+namespace {
+
+using safety::AuthoritySign;
+using safety::when;
+
+/// The autopilot counts 400 Hz ticks. A jump of more than this against our own clock means that it restarted.
+constexpr core::Duration kClockTick = std::chrono::microseconds(2500);
+constexpr core::Duration kClockJump = std::chrono::seconds(1);
+
+}  // namespace
+
+std::span<const std::byte> SerialLink::read_waiting(core::TimePoint now) {
+  std::size_t used = 0;
+  while (used < waiting_.size()) {
+    const core::Expected<std::size_t> count = uart_.read(std::span(waiting_).subspan(used));
+    if (!count) {
+      meter_.counters().outages += port_was_gone_ ? 0U : 1U;
+      port_was_gone_ = true;
+      break;
+    }
+    if (port_was_gone_) {
+      port_was_gone_ = false;
+      forget_autopilot();
+    }
+    if (*count == 0) {
+      break;
+    }
+    if (tap_ != nullptr) {
+      tap_->received(std::span(waiting_).subspan(used, *count), now);
+    }
+    used += *count;
+  }
+  meter_.received(used);
+  return std::span(waiting_).first(used);
+}
+
+void SerialLink::forget_autopilot() {
+  edges_ |= AuthoritySign::kPortBack;
+  answers_.reset();
+  ever_heard_ = false;
+  seen_items_ = 0;
+  clock_known_ = false;
+  rc_item_is_real_ = false;
+  sdk_version_ = 0;
+  layout_ = protocol::TelemetryLayout::kM100;
+  version_ = {};
+}
+
+void SerialLink::collect(core::TimePoint now) {
+  behind_ = true;
+  for (std::size_t batch = 0; behind_ && batch < kBatchesPerTick; ++batch) {
+    const std::span<const std::byte> bytes = read_waiting(now);
+    batch_end_ = parser_.stats().bytes + bytes.size();
+    parser_.consume(bytes, [&](const protocol::FrameView& frame) { handle(frame, arrived(frame, now)); });
+    give_up_false_frames(now);
+    behind_ = bytes.size() == waiting_.size();
+  }
+}
+
+void SerialLink::give_up_false_frames(core::TimePoint now) {
+  while (candidates_.is_false(parser_, now, meter_.adapter_delay())) {
+    parser_.abandon_candidate();
+    for (auto frame = parser_.poll(); frame; frame = parser_.poll()) {
+      handle(*frame, arrived(*frame, now));
+    }
+  }
+}
+
+core::TimePoint SerialLink::arrived(const protocol::FrameView& frame, core::TimePoint now) const {
+  const std::uint64_t behind = batch_end_ - (frame.offset + frame.bytes.size());
+  return std::max(last_step_, now - line_time(behind, config_.baud));
+}
+
+void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
+  last_frame_ = now;
+  ever_heard_ = true;
+  const core::Expected<protocol::Message> message = protocol::open(frame, config_.cipher, scratch_);
+  if (!message) {
+    ++meter_.counters().undecipherable;
+  } else if (message->header.is_ack) {
+    handle_answer(*message, now);
+  } else if (message->has_id && message->id == protocol::ids::kTelemetry) {
+    handle_telemetry(*message, now);
+  } else {
+    handle_push(*message);
+  }
+  dropped_bytes_ = parser_.stats().bytes_dropped;
+}
+
+void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePoint now) {
+  const protocol::Telemetry former = telemetry_;
+  protocol::FamilyItems more;
+  const core::Status decoded = layout_ == protocol::TelemetryLayout::kFamily
+                                   ? protocol::decode_family_telemetry(message.value, telemetry_, more)
+                                   : protocol::decode_telemetry(message.value, telemetry_);
+  if (decoded != core::Status::kOk) {
+    ++meter_.counters().bad_packages;
+    return;
+  }
+  meter_.counters().refused_items += keep_finite(telemetry_, former);
+  meter_.package(now);
+  for (std::size_t item = 0; item < item_times_.size(); ++item) {
+    if (((std::uint32_t{telemetry_.items} >> item) & 1U) != 0) {
+      item_times_[item] = now;
+    }
+  }
+  if (telemetry_.has(protocol::TelemetryItem::kTime)) {
+    watch_clock(now);
+  }
+  watch_mode_switch(now);
+  seen_items_ = static_cast<std::uint16_t>(seen_items_ | telemetry_.items);
+  telemetry_.items = static_cast<std::uint16_t>(telemetry_.items | former.items);
+}
+
+void SerialLink::watch_mode_switch(core::TimePoint now) {
+  const bool ours_would_show = commanded_ && now - first_command_ >= kOwnModeShows;
+  rc_item_is_real_ =
+      rc_item_is_real_ || (telemetry_.has(protocol::TelemetryItem::kRc) && ours_would_show &&
+                           telemetry_.control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeF);
+}
+
+void SerialLink::watch_clock(core::TimePoint now) {
+  // It came between the read before and now. After a stall of our own that is a long time, and no restart.
+  const std::uint32_t ticks = telemetry_.time.ticks;
+  if (clock_known_) {
+    // Signed, so that the wrap of the counter is a step of one tick.
+    const auto stepped = static_cast<std::int32_t>(ticks - clock_ticks_) * kClockTick;
+    if (stepped > now - clock_earliest_ + kClockJump || stepped < last_step_ - clock_latest_ - kClockJump) {
+      edges_ |= AuthoritySign::kRestarted;
+      meter_.restart();
+    }
+  }
+  clock_known_ = true;
+  clock_ticks_ = ticks;
+  clock_earliest_ = last_step_;
+  clock_latest_ = now;
+  // A package behind dropped bytes may have waited for the parser to find it: it says nothing about the way.
+  if (dropped_bytes_ == parser_.stats().bytes_dropped) {
+    meter_.timed_package(now, static_cast<std::int64_t>(ticks) * kClockTick);
+  }
+}
+
+void SerialLink::handle_answer(const protocol::Message& message, core::TimePoint now) {
+  const core::Expected<protocol::Answer> answer = sessions_.accept(message, now);
+  if (answer) {
+    last_echo_ = now;
+    if (safety::may_command(state_.stage) && answer->command == protocol::ids::kVersionQuery) {
+      return;  // in control it was asked for its echo only
+    }
+    const AuthoritySign sign = sign_of(*answer);
+    edges_ |= is_question_of(state_.stage, answer->command) ? sign : AuthoritySign::kNone;
+  }
+}
+
+safety::AuthoritySign SerialLink::sign_of(const protocol::Answer& answer) {
+  if (answer.command == protocol::ids::kVersionQuery) {
+    const core::Expected<protocol::VersionAnswer> version = protocol::decode_version_answer(answer.value);
+    if (!version) {
+      ++meter_.counters().bad_packages;
+      return AuthoritySign::kNoAnswer;
+    }
+    version_ = *version;
+    sdk_version_ = protocol::sdk_version(*version).value_or(0);
+    layout_ = protocol::telemetry_layout(*version);
+    if (!protocol::is_decoded(layout_)) {
+      authority_.answer = {.code = version->code,
+                           .name = protocol::name(layout_),
+                           .verdict = protocol::AckVerdict::kRefused,
+                           .remedy = protocol::remedy(layout_)};
+      return AuthoritySign::kRefused;
+    }
+    return AuthoritySign::kDone;  // activated or not, both are fine
+  }
+  const core::Expected<std::uint16_t> code = protocol::decode_ack(answer.value);
+  if (!code) {
+    ++meter_.counters().bad_packages;
+    return AuthoritySign::kNoAnswer;
+  }
+  const protocol::AckMeaning meaning = protocol::ack_meaning(answer.command, *code);
+  const bool to_a_release =
+      answer.command == protocol::ids::kControlRequest && !is_question_of(state_.stage, answer.command);
+  authority_.answer = to_a_release ? authority_.answer : meaning;  // telemetry tells what became of a release
+  return meaning_of(meaning, answer.command);
+}
+
+void SerialLink::handle_push(const protocol::Message& message) {
+  const protocol::AnswerSessions::Reception reception = answers_.accept(message.header);
+  if (reception.verdict == protocol::AnswerSessions::Verdict::kRepeat) {
+    (void)outbox_.add_answer(reception.bytes);
+    return;
+  }
+  if (reception.verdict == protocol::AnswerSessions::Verdict::kIgnore || !message.has_id) {
+    return;
+  }
+  const core::Expected<protocol::Push> push = protocol::decode_push(message.id, message.value);
+  if (!push) {
+    ++meter_.counters().bad_packages;
+    return;
+  }
+  if (std::holds_alternative<protocol::ControlLost>(*push)) {
+    edges_ |= AuthoritySign::kLostPush;
+    outbox_.drop_command();
+    if (message.header.session >= protocol::kFirstReliableSession) {
+      const core::Expected<protocol::Outgoing> answer =
+          answers_.answer(message.header, protocol::encode_ack(protocol::kAckSuccess), config_.cipher);
+      if (answer) {
+        (void)outbox_.add_answer(answer->bytes);
+      }
+    }
+  }
+}
+
+}  // namespace m100::link
