@@ -2,20 +2,27 @@
 #pragma once
 
 #include "firmware/app/measure.h"
-#include "firmware/app/serial_link.h"
-#include "firmware/safety/facts.h"
+#include "firmware/core/fence.h"
+#include "firmware/ctl/excitation.h"
+#include "firmware/link/serial_link.h"
+#include "firmware/mpc/law.h"
+#include "firmware/safety/limits.h"
 
 namespace m100::app {
 
 /// Everything about a flight that is not the vehicle: tuned at run time, checked once before the first tick.
 struct FlightConfig {
-  LinkConfig link;
+  link::LinkConfig link;
   safety::Limits limits;
   safety::Envelope envelope;
   Plausible plausible;
-  /// Age of the attitude in a telemetry package when its last byte is here: 100 Hz sampling inside the autopilot and
-  /// 1.5 ms on the wire at 921600 (protocol, section 10).
-  core::Duration attitude_age = std::chrono::milliseconds(3);
+  core::Fence fence;
+  mpc::Law law = mpc::Law::kMpc;     ///< of the horizontal axes
+  ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight
+  /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which is told: half a period
+  /// of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick until we
+  /// look.
+  core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   /// How long an order to fly stays valid while start-up and requests for control take their time.
   core::Duration order_lasts = std::chrono::seconds(20);
@@ -26,6 +33,6 @@ static_assert(kDefaultFlight.limits.pose_fresh == std::chrono::milliseconds(60),
 static_assert(kDefaultFlight.limits.pose_fresh < kDefaultFlight.limits.coast);
 static_assert(kDefaultFlight.limits.telemetry_stale < kDefaultFlight.limits.telemetry_dead);
 static_assert(kDefaultFlight.envelope.tilt_rad < 35.0 * core::kPi / 180.0, "promise R12: never above 35 degrees");
-static_assert(kDefaultFlight.attitude_age < core::kTickPeriod);
+static_assert(kDefaultFlight.attitude_age < 2 * core::kTickPeriod);
 
 }  // namespace m100::app

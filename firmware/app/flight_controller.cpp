@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/flight_controller.h"
 
+#include "firmware/core/assert.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
+#include "firmware/ctl/settle.h"
 
 namespace m100::app {
 namespace {
 
 constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
-constexpr int kBacklogReads = 32;                         ///< of PoseLink::kBytesPerTick: more than a driver holds
+constexpr double kErrorSigmas = 3.0;
+constexpr int kBacklogReads = 32;  ///< of PoseLink::kBytesPerTick: more than a driver holds
 /// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
 /// after which the autopilot ends Virtual RC by itself.
 constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
@@ -27,8 +30,6 @@ vrc::Stick stick_of(std::int16_t rc) {
   return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
 }
 
-double as_double(float value) { return static_cast<double>(value); }
-
 }  // namespace
 
 template <typename T, typename S>
@@ -42,7 +43,9 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       measure_(config.plausible),
       observer_(vehicle),
       trajectory_(trajectory),
-      law_(vehicle, tables),
+      fence_(config.fence),
+      law_(vehicle, tables, {.horizontal = config.law}),
+      excitation_(config.excitation),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
       residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod)),
@@ -58,18 +61,25 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   if (!link_.authority().in_control) {
     in_force_ = pilots_command(telemetry);
   }
-  const est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
+  est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
+  timing_.update(measured, estimate_.yaw_rad);                        // times of capture as they were, not as told
   estimate_ = observer_.update(measured, in_force_, elapsed_);        // -> state estimate
   trajectory_.fill(reference_, now, law_.lead());                     // -> reference
+  fence_.hold(reference_, estimate_);                                 // inside the fence, and where one can stop
   wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
+  excite(now);                                                        // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
-  grant_ = supervisor_.review(wanted_, facts(now), core::seconds<T>(elapsed_));  // may only take away
+  observed_ = observation(now);
+  grant_ = supervisor_.review(wanted_, ctl::settle(estimate_), observed_, core::seconds<T>(elapsed_));  // takes away
   start_when_nominal(before, now);
   give_back_unused(now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
   remember(measured);
   watch_residual();
   if (log_ != nullptr) {
+    if (excitation_.state() != ctl::Excitation<T>::State::kIdle) {
+      log_->append(excitation_record(now));
+    }
     log_->append(record(now, sent));
   }
   return sent;
@@ -102,6 +112,7 @@ void FlightController<T, S>::give_back_unused(core::TimePoint now) {
 
 template <typename T, typename S>
 void FlightController<T, S>::note_time(core::TimePoint now) {
+  M100_ASSERT(stats_.ticks == 0 || now >= last_tick_);
   elapsed_ = stats_.ticks == 0 ? core::kTickPeriod : now - last_tick_;
   stats_.stalls += elapsed_ > kStall ? 1U : 0U;
   stats_.longest = elapsed_ > stats_.longest ? elapsed_ : stats_.longest;
@@ -123,8 +134,8 @@ void FlightController<T, S>::remember(const est::Measurement<T>& measured) {
 
 template <typename T, typename S>
 void FlightController<T, S>::watch_residual() {
-  const bool flies_sticks = config_.link.channel.channel == Channel::kVirtualRc && link_.authority().in_control;
-  trim_.update(estimate_, flies_sticks && reference_.constant, core::seconds<T>(elapsed_));
+  const bool flies_sticks = config_.link.channel.channel == link::Channel::kVirtualRc && link_.authority().in_control;
+  trim_.update(estimate_, flies_sticks && reference_.constant && !excitation_.moves(), core::seconds<T>(elapsed_));
   if (!flies_sticks || !measured_.attitude.is_new || elapsed_ > kStall) {
     residual_.interrupt();
     return;
@@ -138,25 +149,16 @@ void FlightController<T, S>::watch_residual() {
 }
 
 template <typename T, typename S>
-PoseReport FlightController<T, S>::pose(core::TimePoint now) {
-  const core::Expected<PoseSample> came = pose_link_.receive(now);
+core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
+  const core::Expected<core::Pose<double>> came = pose_link_.receive(now);
+  pose_link_.ask_time(now);
   if (elapsed_ > kStall) {
     // What waited for us is older than its sender knew, and nobody can say by how much: the next tick has a fresh one.
     for (int backlog = 0; backlog < kBacklogReads && pose_link_.receive(now); ++backlog) {
     }
     return {};
   }
-  if (!came) {
-    return {};
-  }
-  const protocol::PoseMessage& message = came->message;
-  const core::Quaternion<double> rotation{as_double(message.rotation_wb[0]), as_double(message.rotation_wb[1]),
-                                          as_double(message.rotation_wb[2]), as_double(message.rotation_wb[3])};
-  return {.is_new = true,
-          .captured = now - came->age,
-          .position_w_m = {as_double(message.position_w_m[0]), as_double(message.position_w_m[1]),
-                           as_double(message.position_w_m[2])},
-          .yaw_rad = core::yaw_of(rotation)};
+  return came ? *came : core::Pose<double>{};
 }
 
 template <typename T, typename S>
@@ -168,11 +170,21 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
 }
 
 template <typename T, typename S>
-safety::Facts FlightController<T, S>::facts(core::TimePoint now) {
+safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
   return {.now = now,
           .pose_age = estimate_.pose_age,
           .telemetry_age = link_.health().telemetry_age,
+          .pose_latency = {.least = timing_.report().least,
+                           .jitter = timing_.report().jitter,
+                           .interval = timing_.report().interval},
           .refused_poses = estimate_.refused_poses,
+          .refused_for = estimate_.refused_for,
+          .refused_by_m = static_cast<double>(estimate_.refusal.distance_m),
+          .refused_allowed_m = static_cast<double>(estimate_.refusal.allowed_m),
+          .error_m = kErrorSigmas * core::sqrt(static_cast<double>(core::clamp(
+                                        estimate_.x.position_variance_m2, estimate_.y.position_variance_m2, T(1e6)))),
+          .reserve_m = static_cast<double>(fence_.reserve_m()),
+          .refused_turn_rad = static_cast<double>(estimate_.refusal.turned_rad),
           .estimate_healthy = estimate_.healthy,
           .authority = link_.authority().in_control,
           .mode_f = link_.authority().mode_f,
@@ -194,8 +206,38 @@ void FlightController<T, S>::start_when_nominal(safety::Rung before, core::TimeP
   order_until_ = now;
   started_ = now;
   trajectory_.start(now);
+  excitation_.start(now);
   law_.reset();
   commands_.reset();
+}
+
+template <typename T, typename S>
+vrc::Stick FlightController<T, S>::excited_stick() const {
+  const vrc::StickMap& map = commands_.map(static_cast<std::size_t>(excitation_.axis()));
+  const int counts = static_cast<int>(map.neutral_vrc + 0.5F) + excitation_.counts();
+  return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
+}
+
+template <typename T, typename S>
+void FlightController<T, S>::excite(core::TimePoint now) {
+  const bool may = supervisor_.rung() == safety::Rung::kNominal && link_.authority().in_control;
+  excitation_.update(estimate_, reference_, may, fence_.brakes(), now);
+  if (excitation_.moves()) {
+    const auto axis = static_cast<std::size_t>(excitation_.axis());
+    ctl::value_of(wanted_, axis) = static_cast<T>(commands_.map(axis).to_command(excited_stick()));
+  }
+}
+
+/// The map jumps over the dead zone and spreads what it rounds; an excitation has the counts that were asked for, where
+/// the supervisor took nothing from them.
+template <typename T, typename S>
+vrc::Sticks FlightController<T, S>::excited(vrc::Sticks mapped) const {
+  const auto axis = static_cast<std::size_t>(excitation_.axis());
+  if (excitation_.moves() && ctl::value_of(grant_.command, axis) == ctl::value_of(wanted_, axis)) {
+    const std::array<vrc::Stick*, ctl::kStickAxes> all{&mapped.roll, &mapped.pitch, &mapped.throttle, &mapped.yaw};
+    *all[axis] = excited_stick();
+  }
+  return mapped;
 }
 
 template <typename T, typename S>
@@ -211,19 +253,20 @@ core::Status FlightController<T, S>::send(const safety::Grant<T>& grant, core::T
 
 template <typename T, typename S>
 core::Status FlightController<T, S>::tell(const ctl::Command<T>& command, core::TimePoint now) {
-  if (config_.link.channel.channel == Channel::kMovement) {
+  if (config_.link.channel.channel == link::Channel::kMovement) {
     const core::Status sent = link_.send(cast<double>(command), now);
     in_force_ = sent == core::Status::kOk ? command : in_force_;
     return sent;
   }
-  const core::Expected<vrc::Sticks> sticks = commands_.to_sticks(cast<float>(command));
-  if (!sticks) {
-    return sticks.status();
+  const core::Expected<vrc::Sticks> mapped = commands_.to_sticks(cast<float>(command));
+  if (!mapped) {
+    return mapped.status();
   }
-  const core::Status sent = link_.send(*sticks, now);
+  const vrc::Sticks sticks = excited(*mapped);
+  const core::Status sent = link_.send(sticks, now);
   if (sent == core::Status::kOk) {
-    last_sticks_ = *sticks;
-    in_force_ = cast<T>(commands_.to_command(*sticks));
+    last_sticks_ = sticks;
+    in_force_ = cast<T>(commands_.to_command(sticks));
   }
   return sent;
 }

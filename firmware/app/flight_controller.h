@@ -5,11 +5,14 @@
 
 #include "firmware/app/config.h"
 #include "firmware/app/measure.h"
-#include "firmware/app/pose_link.h"
-#include "firmware/app/serial_link.h"
+#include "firmware/ctl/excitation.h"
+#include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
 #include "firmware/est/disturbance_ekf.h"
+#include "firmware/est/pose_timing.h"
 #include "firmware/est/trim_watch.h"
+#include "firmware/link/pose_link.h"
+#include "firmware/link/serial_link.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/model/vehicle.h"
 #include "firmware/mpc/gain_table.h"
@@ -29,7 +32,7 @@ struct TickStats {
 };
 
 /// Writes the bytes that pass a link into the flight log.
-class LogTap final : public ByteTap {
+class LogTap final : public link::ByteTap {
  public:
   LogTap(log::FlightLog* log, log::Stream in, log::Stream out) : log_(log), in_(in), out_(out) {}
   void received(std::span<const std::byte> bytes, core::TimePoint now) override { append(in_, bytes, now); }
@@ -57,7 +60,8 @@ class FlightController {
   FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightConfig& config,
                    hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLog* log);
 
-  /// One period of 10 ms. @returns what became of the command: see SerialLink::send; kRefused: silent by the ladder.
+  /// One period of 10 ms; `now` is never before that of the last one. @returns what became of the command: see
+  ///   SerialLink::send; kRefused: silent by the ladder.
   core::Status tick(core::TimePoint now);
 
   /// The operator's two orders. To fly: control is asked for as the protocol wants it, and the ladder is told to go up;
@@ -66,14 +70,20 @@ class FlightController {
   void engage() { orders_ |= log::kOrderEngage; }
   void release() { orders_ |= log::kOrderRelease; }
 
-  const SerialLink& link() const { return link_; }
+  const link::SerialLink& link() const { return link_; }
+  const link::PoseLink& pose_link() const { return pose_link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::Grant<T>& grant() const { return grant_; }
+  /// What the supervisor was told in the last tick.
+  const safety::Observation& observed() const { return observed_; }
   const MeasureStats& measure_stats() const { return measure_.stats(); }
+  /// What was found about the way of the poses: latency, jitter, and how much older than told they are.
+  const est::PoseTimingReport<T>& pose_timing() const { return timing_.report(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
   const ctl::FlightLaw<T>& law() const { return law_; }
+  const ctl::Excitation<T>& excitation() const { return excitation_; }
   /// Whether the aircraft still answers its sticks as the vehicle file says; Virtual RC only.
   const sysid::ResidualMonitor<T>& residual() const { return residual_; }
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
@@ -85,25 +95,32 @@ class FlightController {
  private:
   void note_time(core::TimePoint now);
   void take_orders(core::TimePoint now);
-  PoseReport pose(core::TimePoint now);
-  safety::Facts facts(core::TimePoint now);
+  core::Pose<double> pose(core::TimePoint now);
+  safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
+  void excite(core::TimePoint now);
+  vrc::Stick excited_stick() const;
+  vrc::Sticks excited(vrc::Sticks mapped) const;
   core::Status send(const safety::Grant<T>& grant, core::TimePoint now);
   core::Status tell(const ctl::Command<T>& command, core::TimePoint now);
   ctl::Command<T> pilots_command(const protocol::Telemetry& telemetry) const;
   void remember(const est::Measurement<T>& measured);
   void watch_residual();
   log::TickRecord record(core::TimePoint now, core::Status sent) const;
+  log::ExcitationRecord excitation_record(core::TimePoint now) const;
 
   LogTap autopilot_tap_;
   LogTap pose_tap_;
-  SerialLink link_;
-  PoseLink pose_link_;
+  link::SerialLink link_;
+  link::PoseLink pose_link_;
   Measure measure_;
+  est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
   ref::Trajectory<T>& trajectory_;
+  ctl::FenceKeeper<T> fence_;
   ctl::FlightLaw<T> law_;
+  ctl::Excitation<T> excitation_;
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;
   sysid::ResidualMonitor<T> residual_;
@@ -115,6 +132,7 @@ class FlightController {
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
   ctl::Command<T> wanted_{};  ///< of the law, in every tick, whether or not a command may leave
+  safety::Observation observed_;
   safety::Grant<T> grant_;
   ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
   vrc::Sticks last_sticks_{};

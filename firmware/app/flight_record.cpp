@@ -50,7 +50,7 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, core::Status
   out.late = core::seconds<float>(elapsed_ - core::kTickPeriod);
   out.sticks = {counts(last_sticks_.roll), counts(last_sticks_.pitch), counts(last_sticks_.throttle),
                 counts(last_sticks_.yaw)};
-  out.facts = static_cast<std::uint32_t>(supervisor_.seen());
+  out.facts = static_cast<std::uint32_t>(supervisor_.signs());
   out.refused_poses = e.refused_poses;
   out.dropped_messages = log_ != nullptr ? log_->dropped() : 0U;
   out.residual = static_cast<float>(residual_.report(residual_.worst()).ratio);
@@ -62,9 +62,26 @@ log::TickRecord FlightController<T, S>::record(core::TimePoint now, core::Status
   out.link_state = static_cast<std::uint8_t>(link_.authority().stage);
   out.mpc_path_x = static_cast<std::uint8_t>(law_.report().path_x);
   out.mpc_path_y = static_cast<std::uint8_t>(law_.report().path_y);
+  out.mpc_changes = static_cast<std::uint8_t>(law_.report().changes < 255U ? law_.report().changes : 255U);
   return out;
 }
 
+template <typename T, typename S>
+log::ExcitationRecord FlightController<T, S>::excitation_record(core::TimePoint now) const {
+  return {.timestamp = static_cast<std::uint64_t>(now.time_since_epoch().count()),
+          .distance = static_cast<float>(excitation_.distance()),
+          .speed = static_cast<float>(excitation_.speed()),
+          .counts = static_cast<std::int16_t>(excitation_.counts()),
+          .sample = static_cast<std::uint16_t>(excitation_.sample()),
+          .piece = static_cast<std::uint8_t>(excitation_.piece()),
+          .axis = static_cast<std::uint8_t>(excitation_.axis()),
+          .state = static_cast<std::uint8_t>(excitation_.state()),
+          .abort = static_cast<std::uint8_t>(excitation_.abort())};
+}
+
+template log::ExcitationRecord FlightController<double>::excitation_record(core::TimePoint) const;
+template log::ExcitationRecord FlightController<float>::excitation_record(core::TimePoint) const;
+template log::ExcitationRecord FlightController<float, core::Fixed>::excitation_record(core::TimePoint) const;
 template log::TickRecord FlightController<double>::record(core::TimePoint, core::Status) const;
 template log::TickRecord FlightController<float>::record(core::TimePoint, core::Status) const;
 template log::TickRecord FlightController<float, core::Fixed>::record(core::TimePoint, core::Status) const;

@@ -45,11 +45,11 @@ bool Measure::believable(const protocol::Telemetry& telemetry, const core::Euler
   return good && !stuck;
 }
 
-bool Measure::believable(const PoseReport& pose, core::TimePoint now) {
+bool Measure::believable(const core::Pose<double>& pose, core::TimePoint now) {
   const bool good = within(pose.position_w_m.x(), plausible_.position_m) &&
                     within(pose.position_w_m.y(), plausible_.position_m) &&
                     within(pose.position_w_m.z(), plausible_.position_m) && within(pose.yaw_rad, 2.0 * core::kPi) &&
-                    pose.captured <= now;
+                    pose.captured_at() <= now;
   stats_.refused_poses += good ? 0U : 1U;
   // An aircraft in the air never gives the same bits twice; a capture that lost it does, with fresh stamps.
   const std::array<double, 4> seen{pose.position_w_m.x(), pose.position_w_m.y(), pose.position_w_m.z(), pose.yaw_rad};
@@ -61,12 +61,11 @@ bool Measure::believable(const PoseReport& pose, core::TimePoint now) {
 
 template <typename T>
 est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
-                                    const PoseReport& pose, core::TimePoint now) {
+                                    const core::Pose<double>& pose, core::TimePoint now) {
   est::Measurement<T> measured;
+  measured.now = now;
   if (pose.is_new && believable(pose, now)) {
-    measured.pose.is_new = true;
-    measured.pose.age = now - pose.captured;
-    measured.pose.position_w_m = pose.position_w_m.template cast<T>();
+    measured.pose = pose.template cast<T>();
     measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(pose.yaw_rad));
   }
   if (!telemetry.has(protocol::TelemetryItem::kAttitude) || !telemetry.has(protocol::TelemetryItem::kAngularVelocity)) {
@@ -83,9 +82,9 @@ est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::
   return measured;
 }
 
-template est::Measurement<float> Measure::update(const protocol::Telemetry&, core::Duration, const PoseReport&,
+template est::Measurement<float> Measure::update(const protocol::Telemetry&, core::Duration, const core::Pose<double>&,
                                                  core::TimePoint);
-template est::Measurement<double> Measure::update(const protocol::Telemetry&, core::Duration, const PoseReport&,
+template est::Measurement<double> Measure::update(const protocol::Telemetry&, core::Duration, const core::Pose<double>&,
                                                   core::TimePoint);
 
 }  // namespace m100::app

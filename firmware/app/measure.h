@@ -11,14 +11,6 @@
 
 namespace m100::app {
 
-/// The newest pose of the pose link, in our frames.
-struct PoseReport {
-  bool is_new = false;  ///< came in this tick
-  core::TimePoint captured{};
-  core::Vector<double, 3> position_w_m = core::Vector<double, 3>::Zero();
-  double yaw_rad = 0.0;
-};
-
 /// Numbers that a working sensor cannot give; what lies outside is dropped and counted.
 struct Plausible {
   double position_m = 100.0;          ///< the estimator's own range
@@ -42,14 +34,14 @@ class Measure {
 
   /// @param attitude_age how old the telemetry's attitude is.
   template <typename T>
-  est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age, const PoseReport& pose,
-                             core::TimePoint now);
+  est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
+                             const core::Pose<double>& pose, core::TimePoint now);
 
   const MeasureStats& stats() const { return stats_; }
 
  private:
   bool believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler);
-  bool believable(const PoseReport& pose, core::TimePoint now);
+  bool believable(const core::Pose<double>& pose, core::TimePoint now);
 
   Plausible plausible_;
   MeasureStats stats_;

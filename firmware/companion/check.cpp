@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 check: do the vehicle file, the gain table, the flight file, the course and the limits of the program agree?
+// Nothing flies.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <vector>
+
+#include "firmware/app/config.h"
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/preparation.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+struct Options {
+  std::string vehicle;
+  std::string gains;
+  std::string flight;
+  std::string course;
+};
+
+struct Finding {
+  bool holds;
+  std::string what;
+};
+
+bool same(double a, double b) { return std::abs(a - b) <= 1e-9 * (1.0 + std::abs(a)); }
+
+std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<double>& tables) {
+  const model::Vehicle& vehicle = file.vehicle;
+  const safety::Envelope& envelope = app::kDefaultFlight.envelope;
+  std::vector<Finding> out;
+  for (const char* section : {"axis.roll", "axis.pitch", "axis.yaw_rate", "axis.climb"}) {
+    out.push_back({file.sections.contains(section), std::string("[") + section + "] is in the vehicle file"});
+  }
+  const double limit = vehicle.translation.tilt_limit_rad;
+  out.push_back({same(tables.x.input_max_rad, limit) && same(tables.y.input_max_rad, limit),
+                 "the tables' input limit is the vehicle's tilt limit"});
+  out.push_back({limit <= envelope.tilt_rad + 1e-12, "the tilt limit is inside the supervisor's envelope"});
+  out.push_back(
+      {vehicle.altitude.climb_limit_m_s <= envelope.climb_m_s, "the climb limit is inside the supervisor's envelope"});
+  out.push_back({vehicle.yaw.rate_limit_rad_s <= envelope.yaw_rate_rad_s + 1e-12,
+                 "the yaw rate limit is inside the supervisor's envelope"});
+  out.push_back({same(tables.x.delay.delay_s, vehicle.pitch.transport_delay_s) &&
+                     same(tables.y.delay.delay_s, vehicle.roll.transport_delay_s),
+                 "the tables predict through the vehicle's transport delays"});
+  out.push_back({std::abs(vehicle.roll.trim_counts) < 200.0 && std::abs(vehicle.pitch.trim_counts) < 200.0,
+                 "the trims leave the sticks room on both sides"});
+  return out;
+}
+
+/// Flight file and course, read and refused as `fly` does.
+void check_orders(const Options& options) {
+  FlyOptions files;
+  files.flight = options.flight;
+  files.course = options.course;
+  const Orders orders(files);
+  const Range start_z_m = check_offsets(orders);
+  if (orders.flight) {
+    std::cout << "ok    the flight file has a box around the start, and every key in its range\n";
+  }
+  if (!options.course.empty()) {
+    std::cout << "ok    the course can be flown";
+    if (orders.flight) {
+      std::cout << ", inside the fence if it starts at a height of " << start_z_m.low << " to " << start_z_m.high
+                << " m";
+    }
+    std::cout << "\n";
+  }
+}
+
+void run(const Options& options) {
+  const FlightModel model(options.vehicle, options.gains);  // refuses any changed bit, and tables of another vehicle
+  std::cout << "ok    the gain table is intact and was made from this vehicle file\n";
+  check_orders(options);
+  bool all = true;
+  for (const Finding& finding : findings(model.file(), model.tables())) {
+    std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what << "\n";
+    all = all && finding.holds;
+  }
+  if (!all) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+void add_check(CLI::App& m100) {
+  auto options = std::make_shared<Options>();
+  CLI::App* app =
+      m100.add_subcommand("check", "see whether vehicle file, gain table, flight file, course and limits agree");
+  app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
+  app->add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table")->required();
+  app->add_option("--flight", options->flight, "flight file (TOML), as fly takes it");
+  app->add_option("--course", options->course, "course file, as fly takes it");
+  app->footer(course_help());
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/course.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <vector>
+
+#include "firmware/companion/files/course_line.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr double kDegree_rad = std::numbers::pi / 180.0;
+constexpr double kSamePlace_m = 1e-3;
+constexpr std::string_view kTable = "t_s";
+
+core::Duration seconds_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
+
+/// Why the trajectory refuses, for the person who wrote the line.
+std::string reason(core::Status status) {
+  switch (status) {
+    case core::Status::kResourceExhausted:
+      return "the course has more than " + std::to_string(ref::Trajectory<double>::kMaxPieces) +
+             " pieces; take fewer points or turns";
+    case core::Status::kInvalidArgument:
+      return "times must rise by 0.05 s to an hour from point to point";
+    case core::Status::kOutOfRange:
+      return "a time must be above 0, a place within 1000 m, a curve 5 cm to 500 m wide, flown at 0.01 to 100 m/s in "
+             "0.01 to 100 turns";
+    default:
+      return std::string(core::name(status));
+  }
+}
+
+/// Lays one line after the other.
+template <typename T>
+class Layer {
+ public:
+  Layer(const ref::Waypoint<T>& start, ref::Trajectory<T>& course, const std::string& name)
+      : start_(start), course_(course), name_(name) {
+    course.hold(start);
+  }
+
+  void line(const std::string& text, int number) {
+    const std::vector<std::string> words = split(text, ' ');
+    if (words.empty()) {
+      return;
+    }
+    if (words[0].starts_with(kTable) && text.find(',') != std::string::npos) {
+      end_run();
+      begin_table(split(text, ','), {name_, number, std::string(kTable)});
+    } else if (!columns_.empty() && text.find(',') != std::string::npos) {
+      row(split(text, ','), {name_, number, std::string(kTable)});
+    } else {
+      word(words, {name_, number, words[0]});
+    }
+  }
+
+  std::vector<CoursePiece> finish() {
+    end_run();
+    return std::move(pieces_);
+  }
+
+ private:
+  using Words = std::vector<std::string>;
+  struct Entry {
+    std::string_view word;
+    core::Status (Layer::*lay)(const Words&, const Spot&);
+  };
+  void word(const Words& words, const Spot& spot) {
+    if (spot.word == "through") {
+      end_table();
+      const std::vector<double> n = numbers(words, 4, spot);
+      through_.push_back(place(n));
+      spots_.push_back(spot);
+      return;
+    }
+    end_run();
+    if (spot.word == "limits") {
+      set_limits(words, spot);
+      return;
+    }
+    constexpr std::array kPieces{Entry{"step", &Layer::step},     Entry{"quintic", &Layer::quintic},
+                                 Entry{"square", &Layer::square}, Entry{"circle", &Layer::circle},
+                                 Entry{"eight", &Layer::eight},   Entry{"polynomial", &Layer::polynomial}};
+    const auto* const entry =
+        std::find_if(kPieces.begin(), kPieces.end(), [&](const Entry& row) { return row.word == spot.word; });
+    if (entry == kPieces.end()) {
+      spot.fail("no such piece");
+    }
+    const core::Duration begin = course_.duration();
+    const core::Status status = (this->*entry->lay)(words, spot);
+    if (status != core::Status::kOk) {
+      spot.fail(reason(status));
+    }
+    note(spot, begin, course_.duration());
+  }
+
+  core::Status step(const Words& words, const Spot& spot) {
+    const std::vector<double> n = numbers(words, 5, spot);
+    return course_.append_step(place(n), seconds_of(n[4]));
+  }
+  core::Status quintic(const Words& words, const Spot& spot) {
+    const std::vector<double> n = numbers(words, 5, spot);
+    return course_.append_quintic(place(n), seconds_of(n[4]));
+  }
+  core::Status square(const Words& words, const Spot& spot) {
+    const std::vector<double> n = numbers(words, 3, spot);
+    return course_.append_square(static_cast<T>(n[0]), seconds_of(n[1]), seconds_of(n[2]));
+  }
+  core::Status circle(const Words& words, const Spot& spot) {
+    const std::vector<double> n = numbers(words, 3, spot);
+    return course_.append_curve(ref::Curve::circle(n[0], n[1], n[2]), limits_);
+  }
+  core::Status eight(const Words& words, const Spot& spot) {
+    const std::vector<double> n = numbers(words, 4, spot);
+    return course_.append_curve(ref::Curve::figure_of_eight(n[0], n[1], n[2], n[3]), limits_);
+  }
+
+  core::Status polynomial(const Words& words, const Spot& spot) {
+    constexpr std::array<std::string_view, ref::kDimensions> kAxes{"x", "y", "z", "yaw"};
+    if (words.size() < 4) {
+      spot.fail("needs a time, an axis (x, y, z, yaw) and its coefficients");
+    }
+    const double duration_s = number(words[1], spot);
+    const std::array<double, ref::kDimensions> origin = offset(start_);
+    std::array<ref::Polynomial<double>, ref::kDimensions> axes{};
+    const std::array<double, ref::kDimensions> here = offset(course_.end());
+    for (std::size_t d = 0; d < ref::kDimensions; ++d) {
+      axes[d].c[0] = here[d];  // an axis that is not named stays
+    }
+    std::size_t axis = kAxes.size(), count = 0;
+    double scale = 1.0;
+    for (std::size_t i = 2; i < words.size(); ++i) {
+      const auto* const named = std::find(kAxes.begin(), kAxes.end(), words[i]);
+      if (named != kAxes.end()) {
+        axis = static_cast<std::size_t>(named - kAxes.begin());
+        count = 0;
+        scale = 1.0;
+        continue;
+      }
+      if (axis == kAxes.size()) {
+        spot.fail("'" + words[i] + "' is no axis: x, y, z, yaw are");
+      }
+      if (count == ref::kCoefficients) {
+        spot.fail("has more than 8 coefficients for " + std::string(kAxes[axis]));
+      }
+      axes[axis].c[count] = number(words[i], spot) * scale + (count == 0 ? origin[axis] : 0.0);
+      scale *= duration_s;
+      ++count;
+    }
+    return course_.append_polynomial(axes, seconds_of(duration_s));
+  }
+
+  void set_limits(const Words& words, const Spot& spot) {
+    struct Limit {
+      std::string_view key;
+      double ref::SpeedLimits::*member;
+      double unit;
+    };
+    constexpr std::array kLimits{Limit{"speed_m_s", &ref::SpeedLimits::speed_m_s, 1.0},
+                                 Limit{"acceleration_m_s2", &ref::SpeedLimits::acceleration_m_s2, 1.0},
+                                 Limit{"tilt_deg", &ref::SpeedLimits::tilt_rad, kDegree_rad},
+                                 Limit{"yaw_rate_deg_s", &ref::SpeedLimits::yaw_rate_rad_s, kDegree_rad}};
+    if (words.size() < 3 || words.size() % 2 == 0) {
+      spot.fail("needs pairs of a limit and a number");
+    }
+    for (std::size_t i = 1; i < words.size(); i += 2) {
+      const auto* const limit =
+          std::find_if(kLimits.begin(), kLimits.end(), [&](const Limit& row) { return row.key == words[i]; });
+      if (limit == kLimits.end()) {
+        spot.fail("'" + words[i] + "' is no limit: speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s are");
+      }
+      const double value = number(words[i + 1], spot);
+      const double most = limit->key == "tilt_deg" ? 60.0 : 100.0;
+      if (value < 0.1 || value > most) {
+        spot.fail(words[i] + " = " + words[i + 1] + " is outside [0.1, " + (most == 60.0 ? "60" : "100") + "]");
+      }
+      limits_.*limit->member = named_.*limit->member = value * limit->unit;
+    }
+  }
+
+  void begin_table(const Words& names, const Spot& spot) {
+    constexpr std::array<std::string_view, 6> kKnown{"t_s", "x_m", "y_m", "z_m", "yaw_rad", "yaw_deg"};
+    columns_ = names;
+    for (const std::string& name : names) {
+      if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end() ||
+          std::count(names.begin(), names.end(), name) > 1) {
+        spot.fail("'" + name + "' is no column, or stands twice: t_s, x_m, y_m, z_m, yaw_rad or yaw_deg are");
+      }
+    }
+    for (const std::string_view needed : {"t_s", "x_m", "y_m", "z_m"}) {
+      if (std::find(names.begin(), names.end(), needed) == names.end()) {
+        spot.fail("the column " + std::string(needed) + " is missing");
+      }
+    }
+  }
+
+  void row(const Words& values, const Spot& spot) {
+    if (values.size() != columns_.size()) {
+      spot.fail("the row has " + std::to_string(values.size()) + " values, the head " +
+                std::to_string(columns_.size()));
+    }
+    std::vector<double> n(4, 0.0);
+    double at_s = 0.0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = number(values[i], spot);
+      const std::string& column = columns_[i];
+      (column == "t_s" ? at_s
+                       : n[column == "x_m"   ? 0
+                           : column == "y_m" ? 1
+                           : column == "z_m" ? 2
+                                             : 3]) = column == "yaw_deg" ? value * kDegree_rad : value;
+    }
+    const ref::Waypoint<T> there = place(n);
+    if (at_s == 0.0 && timed_.empty()) {  // says where the table begins, which is where the course is
+      if ((there.position_w_m - course_.end().position_w_m).norm() > static_cast<T>(kSamePlace_m)) {
+        spot.fail("the first place is not where the course is then; give it a time above 0 to be there");
+      }
+      return;
+    }
+    timed_.push_back({.place = there, .at = seconds_of(at_s)});
+    spots_.push_back(spot);
+  }
+
+  void end_table() {
+    if (!timed_.empty()) {
+      laid(course_.append_timed(std::span<const ref::TimedWaypoint<T>>(timed_)));
+      timed_.clear();
+    }
+    columns_.clear();
+  }
+
+  /// Lays the waypoints that were collected.
+  void end_run() {
+    end_table();
+    if (!through_.empty()) {
+      laid(course_.append_minimum_snap(std::span<const ref::Waypoint<T>>(through_), limits_));
+      through_.clear();
+    }
+  }
+
+  void laid(core::Status status) {
+    if (status != core::Status::kOk) {
+      spots_.front().fail(reason(status));
+    }
+    const std::size_t first = course_.pieces() - spots_.size();
+    for (std::size_t i = 0; i < spots_.size(); ++i) {
+      note(spots_[i], first + i == 0 ? core::Duration{0} : course_.piece_end(first + i - 1),
+           course_.piece_end(first + i));
+    }
+    spots_.clear();
+  }
+
+  void note(const Spot& spot, core::Duration begin, core::Duration end) {
+    pieces_.push_back({spot.line, spot.word, begin, end, named_});
+  }
+
+  static std::array<double, ref::kDimensions> offset(const ref::Waypoint<T>& place) {
+    return {static_cast<double>(place.position_w_m.x()), static_cast<double>(place.position_w_m.y()),
+            static_cast<double>(place.position_w_m.z()), static_cast<double>(place.yaw_rad)};
+  }
+
+  ref::Waypoint<T> place(const std::vector<double>& n) const {
+    ref::Waypoint<T> out = start_;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      out.position_w_m[i] += static_cast<T>(n[static_cast<std::size_t>(i)]);
+    }
+    out.yaw_rad += static_cast<T>(n[3]);
+    return out;
+  }
+
+  const ref::Waypoint<T>& start_;
+  ref::Trajectory<T>& course_;
+  const std::string& name_;
+  ref::SpeedLimits limits_;
+  ref::SpeedLimits named_ = kNoLimits;  ///< what a line with 'limits' said of them
+  std::vector<CoursePiece> pieces_;
+  std::vector<ref::Waypoint<T>> through_;
+  Words columns_;  ///< of the table that is being read
+  std::vector<ref::TimedWaypoint<T>> timed_;
+  std::vector<Spot> spots_;  ///< of the waypoints that wait to be laid
+};
+
+}  // namespace
+
+std::string course_help() {
+  std::string help =
+      "A course file has one piece a line; places are offsets from the start [m, rad], along the axes of the world:\n";
+  for (const CourseWord& word : kCourseWords) {
+    help += "  " + std::string(word.word) + (word.arguments.empty() ? "" : " ") + std::string(word.arguments) +
+            "\n      " + std::string(word.sentence) + "\n";
+  }
+  return help;
+}
+
+template <typename T>
+std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
+                                    const std::string& name) {
+  Layer<T> layer(start, course, name);
+  std::istringstream lines{std::string(text)};
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    layer.line(line.substr(0, line.find('#')), number);
+  }
+  return layer.finish();
+}
+
+template std::vector<CoursePiece> lay_course<float>(std::string_view, const ref::Waypoint<float>&,
+                                                    ref::Trajectory<float>&, const std::string&);
+template std::vector<CoursePiece> lay_course<double>(std::string_view, const ref::Waypoint<double>&,
+                                                     ref::Trajectory<double>&, const std::string&);
+
+}  // namespace m100::companion

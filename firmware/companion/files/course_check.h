@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+
+#include "firmware/companion/files/course.h"
+#include "firmware/safety/limits.h"
+
+namespace m100::companion {
+
+/// What any course may ask for. Tilt, climb and yaw rate end where the supervisor would cut the command off.
+struct CourseLimits {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double speed_m_s = kNone;
+  double acceleration_m_s2 = kNone;
+  double tilt_rad = safety::Envelope{}.tilt_rad;
+  double climb_m_s = safety::Envelope{}.climb_m_s;
+  double yaw_rate_rad_s = safety::Envelope{}.yaw_rate_rad_s;
+};
+
+/// What the limits look at, in one moment.
+struct Effort {
+  double speed_m_s = 0.0;
+  double acceleration_m_s2 = 0.0;
+  double tilt_rad = 0.0;  ///< ref::tilt_of the acceleration
+  double climb_m_s = 0.0;
+  double yaw_rate_rad_s = 0.0;
+};
+Effort effort_of(const ref::Motion& motion);
+
+/// Calls for moments of a course at most 10 ms apart (in pieces above 40 s: 4000 a piece), with both ends of each
+/// piece.
+void for_each_moment(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
+                     const std::function<void(const CoursePiece&, core::Duration at, const ref::Motion&)>& look);
+
+/// "1.25 s after the beginning, at (1.20, 0.40, 1.00) m from the start"
+std::string when_and_where(core::Duration at, const ref::Motion& motion, const ref::Waypoint<double>& start);
+
+/// Refuses a course that asks for more than its own 'limits', the given ones or the supervisor's (1 % is let through:
+/// that is how closely a way of least snap keeps its limits), whose pieces do not join in place, velocity and
+/// acceleration (1 mm, 1 cm/s, 5 cm/s^2; a set point may jump, but from rest), or which ends in motion.
+/// Errors: CourseError with file, line, word, time and place.
+void expect_flyable(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
+                    const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name);
+
+}  // namespace m100::companion

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "firmware/companion/files/course.h"
+
+// What reading one line of a course takes; course.cpp alone includes it.
+namespace m100::companion {
+
+/// A place in the file that can be complained about.
+struct Spot {
+  const std::string& name;
+  int line;
+  std::string word;
+  [[noreturn]] void fail(const std::string& what) const {
+    throw CourseError(name + ":" + std::to_string(line) + ": '" + word + "': " + what);
+  }
+};
+
+inline std::vector<std::string> split(const std::string& line, char separator) {
+  std::vector<std::string> out;
+  std::string part;
+  for (std::istringstream parts(line);
+       separator == ' ' ? bool(parts >> part) : bool(std::getline(parts, part, separator));) {
+    const std::size_t first = part.find_first_not_of(" \t\r"), last = part.find_last_not_of(" \t\r");
+    out.push_back(first == std::string::npos ? "" : part.substr(first, last - first + 1));
+  }
+  return out;
+}
+
+inline double number(const std::string& text, const Spot& spot) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, wrong] = std::from_chars(text.data() + (text.starts_with('+') ? 1 : 0), end, value);
+  if (wrong != std::errc{} || stop != end || !std::isfinite(value)) {
+    spot.fail("'" + text + "' is not a number");
+  }
+  return value;
+}
+
+inline std::vector<double> numbers(const std::vector<std::string>& words, std::size_t needed, const Spot& spot) {
+  if (words.size() != needed + 1) {
+    spot.fail("needs " + std::to_string(needed) + " numbers");
+  }
+  std::vector<double> out;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    out.push_back(number(words[i], spot));
+  }
+  return out;
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/ctl/excitation.h"
+
+namespace m100::companion {
+
+/// What is wrong with an excitation, in one line: "e.csv:3: 'stick_roll': is not a number".
+class ExcitationFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Stick movements as `m100-lab excite --out` makes them, ready to fly. Linux only; read before the first tick.
+///
+///   # limits roll distance 8 braking 2 speed 6 tilt 0.5     one line for each stick that moves; '#' begins it
+///   t_s,piece,stick_roll,...                                 further columns are for people
+///   0.00,1,120,...                                           piece 0: the stick rests; in flight the law returns
+///
+/// A piece moves one stick: roll, pitch, throttle or yaw.
+struct ExcitationFile {
+  std::vector<std::int16_t> counts;
+  std::vector<ctl::ExcitationPiece> pieces;
+  std::array<ctl::ExcitationLimits, ctl::kStickAxes> limits{};
+
+  /// Views of this object.
+  ctl::ExcitationPlan plan() const { return {.counts = counts, .pieces = pieces, .limits = limits}; }
+  bool moves(ctl::StickAxis axis) const;
+  double length_s() const;
+};
+
+std::string_view name(ctl::StickAxis axis);
+
+/// Reads and checks a file. Samples every 20 ms, sticks within their travel, one stick a piece, limits for each that
+/// moves. Errors: ExcitationFileError. @param name stands for the file in messages.
+ExcitationFile parse_excitation(std::string_view text, const std::string& name);
+
+/// The same as a note in a log, which holds no more than 60 000 bytes, and back. Errors: ExcitationFileError.
+std::string note_of(const ExcitationFile& excitation, const std::string& name);
+ExcitationFile excitation_of_note(const std::string& note);
+
+}  // namespace m100::companion

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/flight_file.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+namespace m100::companion {
+namespace {
+
+/// One key: where it stands, what it fills, what it may be. Exactly one of the three places is set.
+struct Key {
+  std::string_view section;  ///< empty: the top of the file
+  std::string_view key;
+  double FlightFile::*number = nullptr;
+  Range FlightFile::*range = nullptr;
+  Mode FlightFile::*mode = nullptr;
+  double low = 0.0;
+  double high = 0.0;
+  bool required = false;
+};
+
+constexpr double kFarthest_m = 1000.0;
+constexpr double kRounding_m = 1e-3;  ///< a pose has millimetres; a course along the fence is inside
+constexpr std::array kKeys{
+    Key{.section = "", .key = "mode", .mode = &FlightFile::mode},
+    Key{.section = "fence",
+        .key = "x_m",
+        .range = &FlightFile::fence_x_m,
+        .low = -kFarthest_m,
+        .high = kFarthest_m,
+        .required = true},
+    Key{.section = "fence",
+        .key = "y_m",
+        .range = &FlightFile::fence_y_m,
+        .low = -kFarthest_m,
+        .high = kFarthest_m,
+        .required = true},
+    Key{.section = "fence",
+        .key = "z_m",
+        .range = &FlightFile::fence_z_m,
+        .low = -kFarthest_m,
+        .high = kFarthest_m,
+        .required = true},
+    Key{.section = "fence",
+        .key = "ground_z_m",
+        .number = &FlightFile::ground_z_m,
+        .low = -kFarthest_m,
+        .high = kFarthest_m},
+    Key{.section = "wind", .key = "class_m_s", .number = &FlightFile::wind_m_s, .low = 0.0, .high = 20.0},
+    // Promise R3: a pose is never taken for fresh for longer than 250 ms.
+    Key{.section = "pose", .key = "fresh_s", .number = &FlightFile::pose_fresh_s, .low = 0.02, .high = 0.25},
+    Key{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 3.0},
+    Key{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
+    Key{.section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
+    Key{.section = "limits",
+        .key = "acceleration_m_s2",
+        .number = &FlightFile::course_acceleration_m_s2,
+        .low = 0.1,
+        .high = 20.0},
+    Key{.section = "limits", .key = "tilt_deg", .number = &FlightFile::course_tilt_deg, .low = 1.0, .high = 25.0},
+    Key{.section = "limits",
+        .key = "yaw_rate_deg_s",
+        .number = &FlightFile::course_yaw_rate_deg_s,
+        .low = 1.0,
+        .high = 100.0},
+};
+
+std::string full_name(std::string_view section, std::string_view key) {
+  return section.empty() ? std::string(key) : std::string(section) + "." + std::string(key);
+}
+
+std::string text_of(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string text_of(const Range& range) { return "[" + text_of(range.low) + ", " + text_of(range.high) + "]"; }
+
+std::string place(const std::string& file, const toml::node* node) {
+  const auto line = node == nullptr ? 0U : node->source().begin.line;
+  return file + (line > 0 ? ":" + std::to_string(line) : "");
+}
+
+[[noreturn]] void fail(const std::string& file, const toml::node* node, const std::string& key,
+                       const std::string& what) {
+  throw FlightFileError(place(file, node) + ": '" + key + "': " + what);
+}
+
+double number(const toml::node& node, const Key& key, const std::string& file) {
+  const std::string full = full_name(key.section, key.key);
+  if (!node.is_number()) {
+    fail(file, &node, full, key.range != nullptr ? "must be two numbers, the lower one first" : "must be a number");
+  }
+  const double value = *node.value<double>();
+  if (!(value >= key.low && value <= key.high)) {
+    fail(file, &node, full, text_of(value) + " is outside " + text_of(Range{key.low, key.high}));
+  }
+  return value;
+}
+
+Range range(const toml::node& node, const Key& key, const std::string& file) {
+  const toml::array* const pair = node.as_array();
+  const std::string full = full_name(key.section, key.key);
+  if (pair == nullptr || pair->size() != 2) {
+    fail(file, &node, full, "must be two numbers, the lower one first");
+  }
+  const Range value{number((*pair)[0], key, file), number((*pair)[1], key, file)};
+  if (!(value.low < value.high)) {
+    fail(file, &node, full, "must be two numbers, the lower one first");
+  }
+  return value;
+}
+
+void take(const toml::node& node, const Key& key, const std::string& file, FlightFile& into) {
+  if (key.number != nullptr) {
+    into.*key.number = number(node, key, file);
+  } else if (key.range != nullptr) {
+    into.*key.range = range(node, key, file);
+  } else {
+    into.*key.mode = mode_of(node.value<std::string>().value_or(""), place(file, &node) + ": 'mode'");
+  }
+}
+
+bool is_section(std::string_view word) {
+  return std::any_of(kKeys.begin(), kKeys.end(), [&](const Key& key) { return key.section == word; });
+}
+
+/// Every key of one table of the file has a row, or is refused.
+void read_section(const toml::table& table, std::string_view section, const std::string& file, FlightFile& into) {
+  for (const auto& [word, node] : table) {
+    const Key* const key = std::find_if(kKeys.begin(), kKeys.end(), [&, &name = word](const Key& row) {
+      return row.section == section && row.key == name.str();
+    });
+    if (key != kKeys.end()) {
+      take(node, *key, file, into);
+    } else if (section.empty() && is_section(word.str()) && node.is_table()) {
+      read_section(*node.as_table(), word.str(), file, into);
+    } else {
+      fail(file, &node, full_name(section, word.str()),
+           section.empty() && is_section(word.str()) ? "must be a table" : "unknown key");
+    }
+  }
+}
+
+void check_together(const toml::table& root, const std::string& file, const FlightFile& flight) {
+  for (const Key& key : kKeys) {
+    const toml::node* const section = root.get(key.section);
+    if (key.required && !root[key.section][key.key]) {
+      fail(file, section, full_name(key.section, key.key), "is missing: without a box nothing flies");
+    }
+  }
+  for (const auto& [key, box] : {std::pair{"x_m", flight.fence_x_m}, std::pair{"y_m", flight.fence_y_m}}) {
+    if (!box.contains(0.0)) {
+      fail(file, root["fence"][key].node(), std::string("fence.") + key, "the start, 0, is not inside " + text_of(box));
+    }
+  }
+  if (flight.fence_z_m.low <= flight.ground_z_m) {
+    fail(file, root["fence"]["z_m"].node(), "fence.z_m",
+         "its floor is not above the ground at " + text_of(flight.ground_z_m) + " m ('fence.ground_z_m')");
+  }
+  const safety::Limits limits = limits_of(flight);
+  if (limits.coast <= limits.pose_fresh) {
+    fail(file, root.get("pose"), "pose.coast_s", "must be longer than pose.fresh_s");
+  }
+}
+
+core::Duration or_else(double seconds, core::Duration otherwise) {
+  return seconds > 0.0 ? core::Duration(std::llround(seconds * 1e6)) : otherwise;
+}
+
+/// One axis of a place, and what the box allows there.
+struct Side {
+  const char* axis;
+  double at_m;
+  Range box;
+};
+
+}  // namespace
+
+std::string_view name(Mode mode) { return mode == Mode::kField ? "field" : "calm_room"; }
+
+Mode mode_of(std::string_view word, const std::string& where) {
+  for (const Mode mode : {Mode::kField, Mode::kCalmRoom}) {
+    if (word == name(mode)) {
+      return mode;
+    }
+  }
+  throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
+}
+
+FlightFile parse_flight(std::string_view text, const std::string& name) {
+  toml::table root;
+  try {
+    root = toml::parse(text);
+  } catch (const toml::parse_error& wrong) {
+    throw FlightFileError(name + ":" + std::to_string(wrong.source().begin.line) + ": " +
+                          std::string(wrong.description()));
+  }
+  FlightFile flight;
+  read_section(root, "", name, flight);
+  check_together(root, name, flight);
+  return flight;
+}
+
+core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start) {
+  const auto side = [](const Range& range, double from_m) {
+    return core::Fence::Side{.low_m = from_m + range.low, .high_m = from_m + range.high};
+  };
+  return {.side = {side(flight.fence_x_m, start.position_w_m.x()), side(flight.fence_y_m, start.position_w_m.y()),
+                   side(flight.fence_z_m, 0.0)},
+          .wind_m_s = flight.wind_m_s};
+}
+
+safety::Limits limits_of(const FlightFile& flight) {
+  safety::Limits limits;
+  limits.pose_fresh = or_else(flight.pose_fresh_s, limits.pose_fresh);
+  limits.pose_fresh_is_said = flight.pose_fresh_s > 0.0;
+  limits.coast = or_else(flight.pose_coast_s, limits.coast);
+  limits.level = or_else(flight.pose_level_s, limits.level);
+  return limits;
+}
+
+CourseLimits course_limits_of(const FlightFile& flight) {
+  constexpr double kDegree_rad = std::numbers::pi / 180.0;
+  CourseLimits limits;
+  const auto take = [](double said, double unit, double& limit) { limit = said > 0.0 ? said * unit : limit; };
+  take(flight.course_speed_m_s, 1.0, limits.speed_m_s);
+  take(flight.course_acceleration_m_s2, 1.0, limits.acceleration_m_s2);
+  take(flight.course_tilt_deg, kDegree_rad, limits.tilt_rad);
+  take(flight.course_yaw_rate_deg_s, kDegree_rad, limits.yaw_rate_rad_s);
+  return limits;
+}
+
+void expect_inside(const FlightFile& flight, const ref::Waypoint<double>& start, const ref::Trajectory<double>& course,
+                   std::span<const CoursePiece> pieces, const std::string& course_name) {
+  const auto expect = [&](const core::Vector<double, 3>& place_w_m, const auto& who, const auto& when) {
+    const core::Vector<double, 3> offset_m = place_w_m - start.position_w_m;
+    for (const Side& side : {Side{"x", offset_m.x(), flight.fence_x_m}, Side{"y", offset_m.y(), flight.fence_y_m},
+                             Side{"z", place_w_m.z(), flight.fence_z_m}}) {
+      if (!Range{side.box.low - kRounding_m, side.box.high + kRounding_m}.contains(side.at_m)) {
+        throw FlightFileError(who() + ": " + side.axis + " = " + text_of(side.at_m) + " m is outside the fence, " +
+                              side.axis + "_m = " + text_of(side.box) + when());
+      }
+    }
+  };
+  expect(
+      start.position_w_m, [] { return std::string("the start of the flight"); }, [] { return std::string(); });
+  for_each_moment(course, pieces, [&](const CoursePiece& piece, core::Duration at, const ref::Motion& motion) {
+    expect(
+        {motion[0][0], motion[1][0], motion[2][0]},
+        [&] { return course_name + ":" + std::to_string(piece.line) + ": '" + piece.word + "'"; },
+        [&] { return ", " + when_and_where(at, motion, start); });
+  });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sys/stat.h>
+
+#include <fstream>
+#include <string>
+
+#include "firmware/companion/subcommands.h"
+#include "protocol/cipher.h"
+
+namespace m100::companion {
+
+/// Why a key file is refused. `what` is empty: it is not.
+struct KeyFileProblem {
+  long line = 0;  ///< 0: the file as a whole
+  std::string what;
+};
+
+/// Reads the app's key: 64 hexadecimal digits, the first word of the file. Who has it can fly the aircraft, so a file
+/// that others than its owner can read or change is refused, and no program takes a key on its command line, where
+/// every user of the machine can read it.
+inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key) {
+  std::ifstream file(path);
+  if (!file) {
+    return {.line = 0, .what = "cannot be read"};
+  }
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    return {.line = 0, .what = "holds a key that others can read: chmod 600 " + path};
+  }
+  std::string hex;
+  file >> hex;
+  if (hex.size() != 2 * key.size() || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
+    return {.line = 1, .what = "the key needs 64 hexadecimal digits"};
+  }
+  for (std::size_t i = 0; i < key.size(); ++i) {
+    key[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));
+  }
+  return {};
+}
+
+/// The same for `m100`. Errors: UsageError.
+inline protocol::CipherKey read_key(const std::string& path) {
+  protocol::CipherKey key{};
+  if (const KeyFileProblem problem = load_key(path, key); !problem.what.empty()) {
+    throw UsageError(path + (problem.line > 0 ? ":" + std::to_string(problem.line) : "") + ": " + problem.what);
+  }
+  return key;
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/log/flight_log.h"
+#include "hal/linux/file_storage.h"
+
+namespace m100::companion {
+
+/// A log on its way to a file: a thread of its own waits for the medium, the tick never does.
+class LogFile {
+ public:
+  /// @param when_full ends the line on stderr that says why the medium takes no more.
+  explicit LogFile(const std::string& path, std::string when_full = "the flight goes on without the rest of its log")
+      : file_(path), when_full_(std::move(when_full)), storage_(kRingBytes), ring_(storage_), log_(ring_) {
+    if (file_.open() != core::Status::kOk) {
+      throw UsageError(path + (std::filesystem::exists(path)
+                                   ? ": exists already; a log is not overwritten"
+                                   : ": cannot be written: " + why_not_written(file_.last_error())));
+    }
+  }
+  ~LogFile() { finish(); }
+  LogFile(const LogFile&) = delete;
+  LogFile& operator=(const LogFile&) = delete;
+
+  void start() {
+    writer_ = std::thread([this] {
+      while (running_ || !ring_.front().empty()) {
+        if (!drain()) {
+          return;  // the medium is full or gone: the ring fills, and the log counts what it drops
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      }
+    });
+  }
+  /// Writes what is there and waits for the medium. Nothing may be appended after it.
+  void finish() {
+    running_ = false;
+    if (writer_.joinable()) {
+      writer_.join();
+      (void)file_.sync();
+    }
+  }
+  log::FlightLog& log() { return log_; }
+  log::Ring& ring() { return ring_; }
+  /// The medium took no more: the rest is not in the file.
+  bool is_cut() const { return is_cut_; }
+
+ private:
+  static constexpr std::size_t kRingBytes = 1U << 20U;
+
+  bool drain() {
+    while (!ring_.front().empty()) {
+      const core::Expected<std::size_t> taken = file_.append(ring_.front());
+      if (!taken) {
+        std::cerr << "m100: " << file_.path() << ": " << why_not_written(file_.last_error()) << "; " << when_full_
+                  << "\n";
+        is_cut_ = true;
+        return false;
+      }
+      ring_.pop(*taken);
+    }
+    return true;
+  }
+
+  hal::FileStorage file_;
+  std::string when_full_;
+  std::vector<std::byte> storage_;
+  log::Ring ring_;
+  log::FlightLog log_;
+  std::atomic<bool> running_{true};
+  std::atomic<bool> is_cut_{false};
+  std::thread writer_;
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "firmware/core/time.h"
+#include "firmware/log/records.h"
+
+namespace m100::companion {
+
+/// A log that cannot be replayed, in one line that names the file and the byte.
+class FlightLogError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A flight log as written by log::FlightLog, read back. Linux only.
+struct RecordedFlight {
+  struct Tick {
+    log::TickRecord record;
+    std::vector<std::byte> autopilot_in;
+    std::vector<std::byte> autopilot_out;
+    std::vector<std::byte> pose_in;
+    std::vector<std::byte> pose_out;  ///< questions for the sender's time
+  };
+  std::map<std::string, std::string> notes;
+  std::vector<Tick> ticks;
+};
+
+/// Reads the whole file. Bytes belong to the tick with their time stamp. A cut end is ignored: the power may have gone.
+/// Errors: FlightLogError, for a file that is not ours or of another version.
+RecordedFlight read_flight(const std::string& path);
+
+}  // namespace m100::companion

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/vehicle_file.h"
+
+#define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
+#include <toml++/toml.h>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <span>
+#include <sstream>
+#include <type_traits>
+
+#include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/vehicle_keys.h"
+
+namespace m100::companion {
+namespace {
+
+using model::AxisUnit;
+using model::DeadZoneShape;
+using model::Vehicle;
+
+std::string shortest(double value) {
+  std::array<char, 32> buffer{};
+  const std::to_chars_result end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  std::string text(buffer.data(), end.ptr);
+  return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;  // TOML: a float needs a point
+}
+
+[[noreturn]] void fail(const std::string& file, const toml::node* node, const std::string& key,
+                       const std::string& what) {
+  const auto line = node == nullptr ? 0U : node->source().begin.line;
+  throw VehicleFileError(file + (line > 0 ? ":" + std::to_string(line) : "") + ": '" + key + "': " + what);
+}
+
+constexpr std::string_view kShapeKey = "dead_zone_shape";
+
+/// Reads the sections of one file into one struct.
+class Reader {
+ public:
+  Reader(const toml::table& root, const std::string& file, VehicleFile& out) : root_(root), file_(file), out_(out) {}
+
+  template <typename T>
+  void section(const std::string& name, std::span<const NumberKey<T>> keys, T& into) {
+    const toml::node_view<const toml::node> view = root_.at_path(name);
+    known_.insert(name);
+    if (!view) {
+      return;
+    }
+    const toml::table* table = view.as_table();
+    if (table == nullptr) {
+      fail(file_, view.node(), name, "must be a table");
+    }
+    out_.sections.insert(name);
+    for (const auto& [key, node] : *table) {
+      read_key(name, std::string(key.str()), node, keys, into);
+    }
+    check_order(name, *table, keys, into);
+  }
+
+  /// Names the first section that nobody reads.
+  void refuse_unknown() const {
+    for (const auto& [key, node] : root_) {
+      const std::string name(key.str());
+      if (name != "axis" && !known_.contains(name)) {
+        fail(file_, &node, name, "unknown section");
+      }
+      if (name == "axis" && node.as_table() == nullptr) {
+        fail(file_, &node, name, "must be a table");
+      }
+      if (name == "axis") {
+        for (const auto& [axis, axis_node] : *node.as_table()) {
+          if (!known_.contains("axis." + std::string(axis.str()))) {
+            fail(file_, &axis_node, "axis." + std::string(axis.str()), "unknown axis");
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  template <typename T>
+  void read_key(const std::string& section, const std::string& key, const toml::node& node,
+                std::span<const NumberKey<T>> keys, T& into) {
+    const std::string full = section + "." + key;
+    if (key == "source") {
+      if (!node.is_string()) {
+        fail(file_, &node, full, "must be a text");
+      }
+      out_.sources[section] = *node.value<std::string>();
+      return;
+    }
+    if constexpr (requires { into.dead_zone_shape; }) {
+      if (key == kShapeKey) {
+        const std::string shape = node.value<std::string>().value_or("");
+        if (shape != "continuous" && shape != "jump") {
+          fail(file_, &node, full, "must be \"continuous\" or \"jump\"");
+        }
+        into.dead_zone_shape = shape == "jump" ? DeadZoneShape::kJump : DeadZoneShape::kContinuous;
+        return;
+      }
+    }
+    for (const NumberKey<T>& known : keys) {
+      if (known.key == key) {
+        into.*known.member = number(node, full, known.low, known.high);
+        return;
+      }
+    }
+    fail(file_, &node, full, "unknown key");
+  }
+
+  double number(const toml::node& node, const std::string& full, double low, double high) const {
+    if (!node.is_number()) {
+      fail(file_, &node, full, "must be a number");
+    }
+    const double value = *node.value<double>();
+    // Zero stands for "no such effect" in keys whose range begins above it (time constants and the like).
+    const bool absent = value == 0.0 && low > 0.0 && low < 1.0 && full.find("scale") == std::string::npos;
+    if (!absent && !(value >= low && value <= high)) {
+      fail(file_, &node, full, shortest(value) + " is outside [" + shortest(low) + ", " + shortest(high) + "]");
+    }
+    return value;
+  }
+
+  /// An axis is of first order (time constant) or of second order (frequency and damping), never both or neither.
+  template <typename T>
+  void check_order(const std::string& name, const toml::table& table, std::span<const NumberKey<T>> keys,
+                   const T& axis) const {
+    if constexpr (std::is_same_v<T, model::StickAxis>) {
+      const bool first = axis.time_constant_s > 0.0;
+      const bool second = axis.natural_frequency_rad_s > 0.0;
+      if (first && second) {
+        fail(file_, table.get("time_constant_s"), name + ".time_constant_s",
+             "an axis has a time constant or a natural frequency, not both");
+      }
+      if (!first && !second) {
+        fail(file_, &table, name + ".time_constant_s",
+             "missing: give it, or natural_frequency_rad_s and damping_ratio");
+      }
+      if (second && !(axis.damping_ratio > 0.0)) {
+        fail(file_, &table, name + ".damping_ratio", "missing beside natural_frequency_rad_s");
+      }
+      if (!table.contains(keys.front().key)) {
+        fail(file_, &table, name, "its scale per count is missing");
+      }
+    }
+  }
+
+  const toml::table& root_;
+  const std::string& file_;
+  VehicleFile& out_;
+  std::set<std::string> known_;
+};
+
+/// Writes what Reader reads; the same tables, so that nothing can be written that is not read back.
+class Writer {
+ public:
+  explicit Writer(const std::map<std::string, std::string>& sources) : sources_(sources) {}
+
+  template <typename T>
+  void section(const std::string& name, std::span<const NumberKey<T>> keys, const T& from) {
+    if constexpr (std::is_same_v<T, model::StickAxis>) {
+      if (!from.is_identified()) {
+        return;  // nobody has identified this axis yet
+      }
+    }
+    text_ << "[" << name << "]\n";
+    for (const NumberKey<T>& key : keys) {
+      if (key.only_if_set && from.*key.member == T{}.*key.member) {
+        continue;
+      }
+      if (from.*key.member != T{}.*key.member || key.low <= 0.0 || key.low >= 1.0 || from.*key.member != 0.0) {
+        text_ << key.key << " = " << shortest(from.*key.member) << "\n";
+      }
+    }
+    if constexpr (requires { from.dead_zone_shape; }) {
+      text_ << kShapeKey << " = \"" << (from.dead_zone_shape == DeadZoneShape::kJump ? "jump" : "continuous") << "\"\n";
+    }
+    if (const auto source = sources_.find(name); source != sources_.end()) {
+      toml::table quoted;
+      quoted.insert("source", source->second);
+      text_ << quoted << "\n";
+    }
+    text_ << "\n";
+  }
+  std::string text() const { return text_.str(); }
+
+ private:
+  const std::map<std::string, std::string>& sources_;
+  std::ostringstream text_;
+};
+
+/// The one list of sections, in file order.
+template <typename Visitor, typename VehicleRef>
+void visit_sections(Visitor& visitor, VehicleRef& vehicle) {
+  visitor.section("axis.roll", axis_keys(AxisUnit::kTilt_rad), vehicle.roll);
+  visitor.section("axis.pitch", axis_keys(AxisUnit::kTilt_rad), vehicle.pitch);
+  visitor.section("axis.yaw_rate", axis_keys(AxisUnit::kYawRate_rad_s), vehicle.yaw_rate);
+  visitor.section("axis.climb", axis_keys(AxisUnit::kClimb_m_s), vehicle.climb);
+  visitor.section("translation", translation_keys(), vehicle.translation);
+  visitor.section("mpc", mpc_keys(), vehicle.mpc);
+  visitor.section("estimator", estimator_keys(), vehicle.estimator);
+  visitor.section("altitude", altitude_keys(), vehicle.altitude);
+  visitor.section("yaw", yaw_keys(), vehicle.yaw);
+}
+
+}  // namespace
+
+VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
+  VehicleFile file;
+  toml::table root;
+  try {
+    root = toml::parse(text);
+  } catch (const toml::parse_error& wrong) {
+    throw VehicleFileError(name + ":" + std::to_string(wrong.source().begin.line) + ": " +
+                           std::string(wrong.description()));
+  }
+  if (root.empty()) {
+    throw VehicleFileError(name + ": the file is empty");
+  }
+  Reader reader(root, name, file);
+  visit_sections(reader, file.vehicle);
+  reader.refuse_unknown();
+  file.digest = core::sha256(std::as_bytes(std::span(text.data(), text.size())));
+  return file;
+}
+
+VehicleFile load_vehicle(const std::string& path) {
+  if (const std::string why = why_not_read(path); !why.empty()) {
+    throw VehicleFileError(path + ": " + why);
+  }
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) {
+    throw VehicleFileError(path + ": cannot be opened");
+  }
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return parse_vehicle(text.str(), path);
+}
+
+std::string to_text(const Vehicle& vehicle, const std::map<std::string, std::string>& sources) {
+  Writer writer(sources);
+  visit_sections(writer, vehicle);
+  return writer.text();
+}
+
+VehicleFile save_vehicle(const std::string& path, const Vehicle& vehicle,
+                         const std::map<std::string, std::string>& sources) {
+  const std::string text = to_text(vehicle, sources);
+  VehicleFile file = parse_vehicle(text, path);  // what cannot be read back is not written
+  std::ofstream stream(path, std::ios::binary);
+  stream << text;
+  stream.flush();
+  if (!stream) {
+    throw VehicleFileError(path + ": cannot be written");
+  }
+  return file;
+}
+
+VehicleFile as_file(const Vehicle& vehicle, const std::map<std::string, std::string>& sources) {
+  return parse_vehicle(to_text(vehicle, sources), "(vehicle in memory)");
+}
+
+}  // namespace m100::companion

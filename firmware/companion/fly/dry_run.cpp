@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly --dry-run: reads, checks, listens, estimates and logs as a flight does, and sends nothing at all.
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/files/log_file.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/listening_port.h"
+#include "firmware/companion/fly/preparation.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+/// What could be seen without sending.
+struct Seen {
+  bool telemetry = false;
+  std::optional<bool> pose;  ///< no value: nobody looked
+  link::LinkHealth health;
+  std::uint32_t stalls = 0;
+};
+
+/// Ticks until --hold is over or a signal comes.
+template <typename Tick>
+std::uint32_t listen(const FlyOptions& options, const Tick& tick) {
+  TickClock clock(options.port);
+  for (core::TimePoint now = clock.now();
+       core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_asked(); now = clock.next()) {
+    tick(now);
+  }
+  return clock.stalls();
+}
+
+/// Without a vehicle or a pose there is nothing to estimate: the link alone.
+Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal::Uart& port) {
+  link::SerialLink link(port, config);
+  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { link.receive(now); });
+  return {.telemetry = link.authority().telemetry_fresh, .pose = {}, .health = link.health(), .stalls = stalls};
+}
+
+/// The whole program but its voice.
+Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightModel& model,
+                  const link::LinkConfig& link, hal::Uart& port) {
+  hal::SerialPort pose_port(options.pose_port, options.pose_baud);
+  open_or_explain(pose_port);
+  const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
+  const auto course = std::make_unique<ref::Trajectory<double>>();
+  lay_and_check(orders, start, *course);
+  const app::FlightConfig config = flight_config(options, orders, start, link);
+  ListeningPort silent_pose_port(pose_port);
+  std::optional<LogFile> log;
+  if (!options.log.empty()) {
+    log.emplace(options.log);
+    write_notes(log->log(), options, model, orders, start, config, core::TimePoint{});
+    log->start();
+  }
+  const auto controller = std::make_unique<app::FlightController<double>>(
+      model.vehicle(), model.tables(), config, port, silent_pose_port, *course, log ? &log->log() : nullptr);
+  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { (void)controller->tick(now); });
+  const est::Estimate<double>& estimate = controller->estimate();
+  return {.telemetry = controller->link().authority().telemetry_fresh,
+          .pose = estimate.healthy &&
+                  controller->observed().pose_age <= fresh_limit(config.limits, controller->observed().pose_latency),
+          .health = controller->link().health(),
+          .stalls = stalls};
+}
+
+void tell(const FlyOptions& options, const Seen& seen) {
+  std::cout << "autopilot: " << (seen.telemetry ? "telemetry comes" : "no telemetry; m100 probe tells why") << "\n";
+  if (seen.pose) {
+    std::cout << "pose:      " << (*seen.pose ? "fresh, and the estimate is healthy" : "too old, or not believed")
+              << "\n";
+  }
+  print(std::cout, seen.health);
+  nlohmann::json out{{"dry_run", true},
+                     {"channel", options.channel},
+                     {"baud", options.baud},
+                     {"obtained", false},
+                     {"released", false},
+                     {"telemetry", seen.telemetry},
+                     {"stalls", seen.stalls},
+                     {"bytes_sent", seen.health.bytes_sent},
+                     {"health", to_json(seen.health)}};
+  if (seen.pose) {
+    out["pose"] = *seen.pose;
+  }
+  write_result(options.json, out);
+}
+
+}  // namespace
+
+bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart& autopilot) {
+  std::cout << "dry run: nothing is sent to the autopilot" << std::endl;
+  const Orders orders(options);
+  const bool has_model = !options.vehicle.empty() && !options.gains.empty();
+  if (options.vehicle.empty() != options.gains.empty()) {
+    throw UsageError("fly: --vehicle and --gains belong together");
+  }
+  if (!options.log.empty() && (!has_model || options.pose_port.empty())) {
+    throw UsageError("fly: --log needs --pose-port, --vehicle and --gains");
+  }
+  std::optional<FlightModel> model;
+  if (has_model) {
+    model.emplace(options.vehicle, options.gains);
+  }
+  ListeningPort port(autopilot);
+  Seen seen;
+  if (model && !options.pose_port.empty()) {
+    seen = fly_silently(options, orders, *model, link, port);
+  } else {
+    check_offsets(orders);
+    seen = listen_only(options, link, port);
+  }
+  tell(options, seen);
+  return seen.telemetry && seen.pose.value_or(true);
+}
+
+}  // namespace m100::companion

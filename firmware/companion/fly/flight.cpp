@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly: the flight controller on a course, from the first pose to the hand-over.
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/files/log_file.h"
+#include "firmware/companion/fly/excitation.h"
+#include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/keeper.h"
+#include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/pilotage.h"
+#include "firmware/companion/fly/preparation.h"
+#include "firmware/companion/fly/words.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/link/farewell.h"
+#include "firmware/vrc/command_map.h"
+#include "hal/linux/service_watchdog.h"
+
+namespace m100::companion {
+namespace {
+
+using Controller = app::FlightController<double>;
+constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
+
+/// What an assertion handler can reach.
+hal::SerialPort* farewell_port = nullptr;
+const link::Farewell* farewell = nullptr;
+
+void say_farewell(const char* file, int line) {
+  (void)farewell_port->write(farewell->bytes());
+  std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
+  std::_Exit(kAnswerIsNo);
+}
+
+link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
+  return options.channel == "movement" ? link::ChannelCommand(ctl::Command<double>{})
+                                       : link::ChannelCommand(vrc::CommandMap(vehicle).neutral());
+}
+
+/// The library would make the buffer of the standard output when the first line is said, in flight (promise R1).
+void give_output_its_buffer() {
+  static std::array<char, BUFSIZ> buffer;
+  (void)std::setvbuf(stdout, buffer.data(), _IOFBF, buffer.size());
+}
+
+void ask_for_real_time() {
+  const sched_param priority{.sched_priority = kPriority};
+  if (sched_setscheduler(0, SCHED_FIFO, &priority) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    std::cout << "no real-time rights; m100 doctor tells how to get them\n";
+  }
+}
+
+constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
+/// How long a service manager may hear nothing: more than the keeper's 0.7 s, which ends a hang more gently.
+constexpr core::Duration kServicePatience = std::chrono::seconds(1);
+
+/// Lines for the terminal and the log.
+class Ears final : public Listener {
+ public:
+  explicit Ears(log::FlightLog* log) : log_(log) {}
+  void hear(core::TimePoint now, std::string_view line) override {
+    TextLine timed;
+    timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
+    say(timed.text());
+    if (log_ != nullptr) {
+      log_->append(now, line);
+    }
+  }
+
+ private:
+  log::FlightLog* log_;
+};
+
+nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const safety::LadderStep& step : pilotage.steps()) {
+    TextLine seen;
+    describe(seen, step.cause, step.seen, limits);
+    out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
+                   {"from", safety::name(step.from)},
+                   {"to", safety::name(step.to)},
+                   {"cause", safety::name(step.cause)},
+                   {"seen", std::string(seen.text())}});
+  }
+  return out;
+}
+
+nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pilotage& pilotage,
+                       const Controller& controller, std::uint32_t stalls, const safety::Limits& limits) {
+  const link::AuthorityView& authority = controller.link().authority();
+  const est::Estimate<double>& estimate = controller.estimate();
+  nlohmann::json out{{"channel", options.channel},
+                     {"baud", options.baud},
+                     {"mode", name(orders.flight->mode)},
+                     {"obtained", pilotage.flew()},
+                     {"released", pilotage.given_back()},
+                     {"last_stage", safety::name(authority.stage)},
+                     {"last_reason", safety::name(authority.reason)},
+                     {"ladder", steps_json(pilotage, limits)},
+                     {"stalls", stalls},
+                     {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
+                     {"health", companion::to_json(controller.link().health())}};
+  if (orders.excitation) {
+    out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
+  }
+  return out;
+}
+
+}  // namespace
+
+bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
+  if (options.pose_port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
+    throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
+  }
+  const FlightModel model(options.vehicle, options.gains);
+  const Orders orders(options);
+  const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
+  const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
+  Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
+  keeper.hold(port.descriptor(), port.openings());
+  hal::SerialPort pose_port(options.pose_port, options.pose_baud);
+  open_or_explain(pose_port);
+  const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
+  const auto trajectory = std::make_unique<ref::Trajectory<double>>();
+  lay_and_check(orders, start, *trajectory);
+  const app::FlightConfig config = flight_config(options, orders, start, link);
+  TickClock clock(options.port);
+  std::optional<LogFile> log;
+  if (!options.log.empty()) {
+    log.emplace(options.log);
+    write_notes(log->log(), options, model, orders, start, config, clock.now());
+    log->start();
+  }
+  const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port,
+                                                       *trajectory, log ? &log->log() : nullptr);
+  const link::Farewell last_words(neutral, cipher);
+  farewell = &last_words;
+  farewell_port = &port;
+  const core::AssertionHandler former = core::set_assertion_handler(&say_farewell);
+  give_output_its_buffer();
+  ask_for_real_time();
+  Ears ears(log ? &log->log() : nullptr);
+  Pilotage pilotage({.take_control = options.take_control, .hold_s = options.hold_s, .once = options.once},
+                    config.limits, *controller, ears);
+  hal::ServiceWatchdog service;
+  service.start(kServicePatience);
+  core::TimePoint health_logged_at{};
+  HealthText health_text{};
+  for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
+    keeper.hold(port.descriptor(), port.openings());
+    if (!keeper.beat(controller->link().authority().in_control)) {
+      controller->release();
+      say("this program stood still for too long: control was given back to the transmitter");
+    }
+    (void)controller->tick(now);  // what became of the command stands in the log
+    if (log && now - health_logged_at >= kHealthPeriod) {
+      log->log().append(now, health_line(controller->link().health(), health_text));
+      health_logged_at = now;
+    }
+    if (!pilotage.tick(now, {.word = key_pressed(), .stops = stops()})) {
+      break;
+    }
+  }
+  core::set_assertion_handler(former);
+  controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
+  print(std::cout, controller->link().health());
+  write_result(options.json, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits));
+  const bool excited = !orders.excitation || controller->excitation().state() == ctl::Excitation<double>::State::kOver;
+  return pilotage.given_back() && excited;
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly: the options of a flight, and what the dry run, the handshake and the flight share.
+#include "firmware/companion/fly/fly.h"
+
+#include <poll.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/key_file.h"
+#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/fly/words.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+std::atomic<std::uint32_t> stop_signals{0};
+std::atomic<bool> word_signal{false};
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "handlers of signals may touch no other");
+void on_signal(int) { ++stop_signals; }
+void on_word(int) { word_signal = true; }
+
+link::LinkConfig link_config(const FlyOptions& options) {
+  link::LinkConfig config;
+  config.baud = options.baud;
+  config.app_id = options.app_id;
+  config.channel = {.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc,
+                    .rate_hz = options.rate_hz,
+                    .paper_100_hz = options.paper_100_hz};
+  if (!link::command_period(config.channel)) {
+    throw UsageError(
+        "--rate: virtual_rc takes 5 to 25 Hz, movement 1 to 50 Hz; the paper's 100 Hz is asked for with "
+        "--paper-100hz");
+  }
+  return config;
+}
+
+void run(const FlyOptions& options) {
+  if (!options.pose_port.empty() && hal::is_simulated(options.port) != hal::is_simulated(options.pose_port)) {
+    throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
+  }
+  if (!options.excite.empty() && options.channel != "virtual_rc") {
+    throw UsageError("--excite: is made of sticks, and needs --channel virtual_rc");
+  }
+  const PreparedLink prepared(options);
+  watch_signals();
+  hal::SerialPort port(options.port, options.baud);
+  open_or_explain(port);
+  const bool done =
+      options.dry_run ? dry_run(options, prepared.config, port) : fly_course(options, prepared.config, port);
+  if (!done) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(options)) {
+  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // passes every comparison of a range
+    throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
+  }
+  if (!options.key_file.empty()) {
+    cipher.emplace(read_key(options.key_file));
+    config.cipher = &*cipher;
+    config.encrypt_commands = true;
+  }
+  expect_writable(options.json);
+}
+
+std::uint32_t stops() { return stop_signals; }
+
+void watch_signals() {
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  std::signal(SIGHUP, on_signal);  // the terminal is gone, the aircraft is not
+  std::signal(SIGQUIT, on_signal);
+  std::signal(SIGUSR1, on_word);
+  // A reader of our output that left, or a log that may not grow, must not end a flight.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+bool key_pressed() {
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  char line[64];
+  const bool typed = poll(&input, 1, 0) > 0 && read(STDIN_FILENO, line, sizeof line) > 0;
+  return word_signal.exchange(false) || typed;
+}
+
+void say(std::string_view line) {
+  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+  if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
+    std::cout << line << std::endl;
+  }
+}
+
+void open_or_explain(hal::SerialPort& port) {
+  switch (port.open()) {
+    case core::Status::kOk:
+      return;
+    case core::Status::kRefused:
+      throw UsageError(port.path() + ": no right to open it, or another program holds it (m100 doctor tells more)");
+    case core::Status::kInvalidArgument:
+      throw UsageError(port.path() + ": this baud rate is not supported");
+    default:
+      throw UsageError(port.path() +
+                       (std::filesystem::exists(port.path()) ? ": is not a serial port" : ": no such serial port"));
+  }
+}
+
+std::string describe(const link::AuthorityView& authority) {
+  TextLine line;
+  describe(line, authority);
+  return std::string(line.text());
+}
+
+core::TimePoint TickClock::next() {
+  const core::TimePoint now = clock_.now();
+  const bool late = now - deadline_ > core::kTickPeriod;
+  deadline_ = (late ? now : deadline_) + core::kTickPeriod;
+  clock_.sleep_until(deadline_);
+  const core::TimePoint woken = clock_.now();
+  if (last_ != core::TimePoint{}) {
+    stalls_ += woken - last_ > 2 * core::kTickPeriod ? 1U : 0U;
+    longest_ = std::max(longest_, woken - last_);
+  }
+  last_ = woken;
+  return woken;
+}
+
+void add_link_options(CLI::App& app, FlyOptions& options) {
+  app.add_option("--port", options.port, "serial port of the autopilot")->required();
+  app.add_option("--baud", options.baud, "as set in DJI's assistant")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app.add_option("--app-id", options.app_id, "from DJI's developer site");
+  app.add_option("--key-file", options.key_file,
+                 "file with the app's key, 64 hexadecimal digits, that only its owner can read; encrypts commands");
+  app.add_option("--channel", options.channel, "how commands are sent")
+      ->check(CLI::IsMember({"virtual_rc", "movement"}));
+  app.add_option("--rate", options.rate_hz, "commands per second, inside the channel's window; 0: the channel's own");
+  app.add_flag("--paper-100hz", options.paper_100_hz, "the paper's command rate, beyond what DJI allows");
+  app.add_option("--json", options.json, "result as JSON");
+}
+
+void add_fly(CLI::App& m100) {
+  CLI::App* app =
+      m100.add_subcommand("fly", "fly a course by the pose at a second port, inside the flight file's fence");
+  auto options = std::make_shared<FlyOptions>();
+  add_link_options(*app, *options);
+  app->add_flag(
+      "--dry-run", options->dry_run,
+      "send nothing at all: read and check the files, listen, estimate and log for --hold seconds; then exit");
+  app->add_flag("--take-control", options->take_control,
+                "ask for control once as soon as all is ready, and give it back after --hold");
+  app->add_flag("--once", options->once,
+                "for scripts: end (exit code 1) where the program would wait for the operator");
+  app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; of a dry run")
+      ->check(CLI::Range(0.0, 3600.0));
+  app->add_option("--pose-port", options->pose_port,
+                  "serial port of the pose (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
+  app->add_option("--pose-baud", options->pose_baud, "its baud rate")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
+  app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
+  app->add_option("--flight", options->flight, "flight file (TOML): the fence, and what else the flight may do");
+  app->add_option("--mode", options->mode, "tuning; default: the flight file's")
+      ->check(CLI::IsMember({"field", "calm_room"}));
+  app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
+      ->check(CLI::IsMember({"mpc", "lqr"}));
+  CLI::Option* const course =
+      app->add_option("--course", options->course, "course file; default: hover where the aircraft is");
+  app->add_option("--excite", options->excite,
+                  "stick movements of m100-lab excite --out, flown stick by stick around where the aircraft is; with "
+                  "--take-control, --hold counts from their end")
+      ->excludes(course);
+  app->footer(course_help());
+  app->add_option("--log", options->log, "flight log to write (ULog); must not exist");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 handshake: start-up, control, neutral commands, release; on the bench, with the propellers off.
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/keeper.h"
+#include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+using nlohmann::json;
+
+struct Change {
+  core::TimePoint at;
+  safety::Stage stage;
+  safety::Reason reason;
+};
+
+link::ChannelCommand neutral_of(const FlyOptions& options) {
+  return options.channel == "movement" ? link::ChannelCommand(ctl::Command<double>{})
+                                       : link::ChannelCommand(vrc::Sticks{});
+}
+
+/// The course of one session at the autopilot. A signal gives control back.
+class Session {
+ public:
+  Session(const FlyOptions& options, link::SerialLink& link)
+      : options_(options), neutral_(neutral_of(options)), link_(link) {}
+
+  /// One tick. @returns false: over.
+  bool tick(core::TimePoint now) {
+    link_.receive(now);
+    note_changes(now);
+    const link::AuthorityView& authority = link_.authority();
+    if (authority.in_control) {
+      obtained_at_ = obtained_ ? obtained_at_ : now;
+      obtained_ = true;
+      held_until_ = now;
+      ++ticks_in_control_;
+      (void)link_.send(neutral_, now);
+    }
+    switch (phase_) {
+      case Phase::kStarting:
+        return start(now);
+      case Phase::kAsked:
+        return ask(now);
+      case Phase::kHolding:
+        return hold(now);
+      case Phase::kReleasing:
+        released_ = authority.reason == safety::Reason::kReleased;
+        return authority.stage == safety::Stage::kReleasing || now <= release_at_ + core::kTickPeriod;
+    }
+    return false;
+  }
+
+  bool asked() const { return phase_ != Phase::kStarting; }
+  bool succeeded() const { return released_; }
+  json to_json() const {
+    json stages = json::array();
+    for (const Change& change : changes_) {
+      stages.push_back({{"t_s", seconds(change.at)},
+                        {"stage", safety::name(change.stage)},
+                        {"reason", safety::name(change.reason)}});
+    }
+    return {{"obtained", obtained_},
+            {"released", released_},
+            {"control_s", core::seconds<double>(held_until_ - obtained_at_)},
+            {"ticks_in_control", ticks_in_control_},
+            {"stages", stages}};
+  }
+
+ private:
+  enum class Phase { kStarting, kAsked, kHolding, kReleasing };
+
+  static double seconds(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
+
+  bool start(core::TimePoint now) {
+    if (link_.authority().stage == safety::Stage::kReady) {
+      link_.request_control(now);
+      phase_ = Phase::kAsked;
+      asked_at_ = now;
+      return true;
+    }
+    return seconds(now) <= options_.patience_s && !stop_asked();
+  }
+  bool ask(core::TimePoint now) {
+    if (link_.authority().in_control) {
+      phase_ = Phase::kHolding;
+    } else if (was_refused(now)) {
+      return false;
+    } else if (stop_asked()) {
+      release(now);  // what is only asked for may already be granted
+    }
+    return true;
+  }
+  bool hold(core::TimePoint now) {
+    if (!link_.authority().in_control) {
+      return false;  // lost: nothing is sent any more, and nobody asks again
+    }
+    if (stop_asked() || core::seconds<double>(now - obtained_at_) >= options_.hold_s) {
+      release(now);
+    }
+    return true;
+  }
+  void release(core::TimePoint now) {
+    link_.release(now);
+    phase_ = Phase::kReleasing;
+    release_at_ = now;
+  }
+  /// The table has gone back to a stage that waits for the operator.
+  bool was_refused(core::TimePoint now) const {
+    const safety::Stage stage = link_.authority().stage;
+    const bool waits =
+        stage == safety::Stage::kReady || stage == safety::Stage::kSilent || stage == safety::Stage::kSilentCold;
+    return waits && now - asked_at_ > 2 * safety::kRequestSpacing;
+  }
+  void note_changes(core::TimePoint now) {
+    const link::AuthorityView& authority = link_.authority();
+    if (!changes_.empty() && changes_.back().stage == authority.stage && changes_.back().reason == authority.reason) {
+      return;
+    }
+    changes_.push_back({now, authority.stage, authority.reason});
+    std::ostringstream line;
+    line << seconds(now) << " s  " << describe(authority);
+    say(line.str());
+  }
+
+  const FlyOptions& options_;
+  const link::ChannelCommand neutral_;
+  link::SerialLink& link_;
+  Phase phase_ = Phase::kStarting;
+  bool obtained_ = false;
+  bool released_ = false;
+  core::TimePoint obtained_at_{};
+  core::TimePoint held_until_{};
+  core::TimePoint asked_at_{};
+  core::TimePoint release_at_{};
+  std::uint32_t ticks_in_control_ = 0;
+  std::vector<Change> changes_;
+};
+
+json to_json(const FlyOptions& options, const Session& session, const link::SerialLink& link, const TickClock& clock) {
+  json out = session.to_json();
+  out.update({{"channel", options.channel},
+              {"baud", options.baud},
+              {"last_stage", safety::name(link.authority().stage)},
+              {"last_reason", safety::name(link.authority().reason)},
+              {"firmware", protocol::text(link.version().version_name)},
+              {"stalls", clock.stalls()},
+              {"longest_tick_s", core::seconds<double>(clock.longest())},
+              {"health", companion::to_json(link.health())}});
+  return out;
+}
+
+void run(const FlyOptions& options) {
+  PreparedLink prepared(options);
+  watch_signals();
+  std::cout << "handshake: takes control and sends neutral commands for " << options.hold_s
+            << " s; the propellers must be off" << std::endl;
+  hal::SerialPort port(options.port, options.baud);
+  open_or_explain(port);
+  Keeper keeper(neutral_of(options), prepared.config.cipher, options.port);
+  link::SerialLink link(port, prepared.config);
+  Session session(options, link);
+  TickClock clock(options.port);
+  for (core::TimePoint now = clock.now();; now = clock.next()) {
+    keeper.hold(port.descriptor(), port.openings());
+    if (!keeper.beat(link.authority().in_control)) {
+      link.release(now);
+    }
+    if (!session.tick(now)) {
+      break;
+    }
+  }
+  session.asked() && !session.succeeded() ? keeper.speak() : keeper.dismiss();
+  std::cout << (session.succeeded() ? "released" : "not completed") << "\n";
+  print(std::cout, link.health());
+  write_result(options.json, to_json(options, session, link, clock));
+  if (!session.succeeded()) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+void add_handshake(CLI::App& m100) {
+  CLI::App* app = m100.add_subcommand(
+      "handshake", "on the bench, propellers off: take control, hold it with neutral commands, give it back");
+  auto options = std::make_shared<FlyOptions>();
+  add_link_options(*app, *options);
+  app->add_option("--hold", options->hold_s, "seconds in control")->check(CLI::Range(0.0, 3600.0));
+  app->add_option("--patience", options->patience_s, "seconds to wait for start-up")->check(CLI::Range(1.0, 3600.0));
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <nlohmann/json_fwd.hpp>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+#include "firmware/link/link_health.h"
+
+namespace m100::companion {
+
+/// The health of a link as one JSON object, in SI units.
+nlohmann::json to_json(const link::LinkHealth& health);
+/// "link_health {...}": the same numbers in one line for the flight log. No heap.
+using HealthText = std::array<char, 1024>;
+std::string_view health_line(const link::LinkHealth& health, HealthText& space);
+
+/// The same for people, a few lines.
+void print(std::ostream& out, const link::LinkHealth& health);
+
+/// Writes the result of a subcommand that is about nothing else. Errors: UsageError naming the file and what is wrong.
+void write_json(const std::string& path, const nlohmann::json& result);
+/// The same after a flight, whose exit code it does not change: what goes wrong is said on stderr. Empty path: nothing.
+void write_result(const std::string& path, const nlohmann::json& result);
+
+}  // namespace m100::companion

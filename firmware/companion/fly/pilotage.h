@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/text_line.h"
+
+namespace m100::companion {
+
+/// What the operator wants of a flight.
+struct Wishes {
+  bool take_control = false;  ///< ask once, as soon as all is ready
+  double hold_s = 5.0;        ///< with take_control: then give back and end
+  bool once = false;          ///< for scripts: end where the program would wait for the operator
+};
+
+/// What the operator did since the tick before.
+struct OperatorInput {
+  bool word = false;        ///< Enter, or SIGUSR1
+  std::uint32_t stops = 0;  ///< signals to end, so far
+};
+
+/// Takes lines for the operator and the log.
+class Listener {
+ public:
+  virtual void hear(core::TimePoint now, std::string_view line) = 0;
+
+ protected:
+  Listener() = default;
+  ~Listener() = default;
+};
+
+/// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
+/// refusal or a release by the ladder does not end the program: it says what was seen, and takes the operator's word
+/// again. It leaves only when telemetry shows that the transmitter has the aircraft, or when the port is gone. No heap.
+class Pilotage {
+ public:
+  static constexpr std::size_t kSteps = 64;  ///< of the ladder that are kept; the first ones
+
+  Pilotage(const Wishes& wishes, const safety::Limits& limits, app::FlightController<double>& controller,
+           Listener& listener)
+      : wishes_(wishes), limits_(limits), controller_(controller), listener_(listener) {}
+
+  /// After each tick. @returns false: over.
+  bool tick(core::TimePoint now, const OperatorInput& input);
+
+  bool flew() const { return flew_; }
+  /// The last flight was ended by the operator, and the transmitter has the aircraft.
+  bool given_back() const { return given_back_; }
+  std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
+
+ private:
+  enum class Phase { kWaiting, kAsking, kFlying, kHandingBack };
+  using View = link::AuthorityView;
+
+  bool wait(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool ask(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
+  void try_to_engage(core::TimePoint now);
+  void begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input);
+  bool is_refused(core::TimePoint now, const View& view) const;
+  void tell_stage(core::TimePoint now, const View& view);
+  void tell_ladder(core::TimePoint now);
+  void tell_excitation(core::TimePoint now);
+  void tell_end(core::TimePoint now, const View& view);
+  void tell_trouble(core::TimePoint now, const View& view);
+  void tell(core::TimePoint now, std::string_view what) { listener_.hear(now, what); }
+
+  Wishes wishes_;
+  safety::Limits limits_;
+  app::FlightController<double>& controller_;
+  Listener& listener_;
+  Phase phase_ = Phase::kWaiting;
+  core::TimePoint since_{};           ///< the phase began
+  std::uint32_t outages_before_ = 0;  ///< of the port, when control was asked for
+  std::uint32_t stops_before_ = 0;    ///< signals that this hand-back answers
+  bool order_given_ = false;          ///< that of take_control
+  bool engaged_ = false;              ///< the ladder let something through in this flight
+  bool by_operator_ = false;
+  bool ends_ = false;  ///< when the hand-back is over
+  bool flew_ = false;
+  bool given_back_ = false;
+  enum class Trouble { kNone, kStillOurs, kUnheard, kNothingHeard, kPortGone };
+  Trouble told_trouble_ = Trouble::kNone;
+  bool told_stage_ = false;
+  ctl::Excitation<double>::State told_excitation_ = ctl::Excitation<double>::State::kIdle;
+  safety::Stage last_stage_ = safety::Stage::kListening;
+  safety::Reason last_reason_ = safety::Reason::kNone;
+  std::uint32_t told_steps_ = 0;
+  std::array<safety::LadderStep, kSteps> steps_{};
+  std::size_t step_count_ = 0;
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/preparation.h"
+
+#include <CLI/Error.hpp>
+#include <algorithm>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/replay/replay.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/companion/version.h"
+#include "firmware/link/pose_link.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr core::Duration kPosePatience = std::chrono::seconds(5);
+constexpr double kEverywhere_m = 1e9;
+
+/// How far the course goes down and up from where it starts.
+Range heights_over_start(const ref::Trajectory<double>& course, const std::vector<CoursePiece>& pieces) {
+  Range heights_m;
+  for_each_moment(course, pieces, [&](const CoursePiece&, core::Duration, const ref::Motion& motion) {
+    heights_m = {std::min(heights_m.low, motion[2][0]), std::max(heights_m.high, motion[2][0])};
+  });
+  return heights_m;
+}
+
+CourseLimits limits_of_course(const Orders& orders) {
+  return orders.flight ? course_limits_of(*orders.flight) : CourseLimits{};
+}
+
+/// The fence keeper brakes before the sides of the fence, and not before its floor: what moves in height must end
+/// inside.
+void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start) {
+  if (!orders.excitation || !orders.excitation->moves(ctl::StickAxis::kThrottle)) {
+    return;
+  }
+  const double distance_m = orders.excitation->limits[static_cast<std::size_t>(ctl::StickAxis::kThrottle)].distance;
+  const double height_m = start.position_w_m.z();
+  const Range fence_m = orders.flight->fence_z_m;
+  if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
+    throw ExcitationFileError(orders.excitation_name + ": its throttle may go " + std::to_string(distance_m) +
+                              " m up and down, and from " + std::to_string(height_m) + " m that leaves " +
+                              orders.flight_name + "'s fence.z_m");
+  }
+}
+
+}  // namespace
+
+Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_name(options.course) {
+  if (!options.flight.empty()) {
+    flight_text = read_file(options.flight);
+    flight = parse_flight(flight_text, flight_name);
+    if (!options.mode.empty()) {
+      flight->mode = mode_of(options.mode, "--mode");
+    }
+  }
+  course_text = options.course.empty() ? "" : read_file(options.course);
+  if (!options.excite.empty()) {
+    excitation_name = options.excite;
+    excitation = parse_excitation(read_file(options.excite), options.excite);
+  }
+}
+
+ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
+  link::PoseLink link(port, baud);
+  TickClock clock(port.path());
+  for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_asked(); now = clock.next()) {
+    if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
+      ref::Waypoint<double> start;
+      start.position_w_m = pose->position_w_m;
+      start.yaw_rad = pose->yaw_rad;
+      return start;
+    }
+  }
+  if (stop_asked()) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+  throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) +
+                   " s (m100 expects MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
+}
+
+void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
+  const std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, course, orders.course_name);
+  expect_flyable(course, pieces, start, limits_of_course(orders), orders.course_name);
+  if (orders.flight) {
+    expect_inside(*orders.flight, start, course, pieces, orders.course_name);
+    expect_height_for(orders, start);
+  }
+}
+
+Range check_offsets(const Orders& orders) {
+  const auto course = std::make_unique<ref::Trajectory<double>>();
+  ref::Waypoint<double> start;
+  const std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, *course, orders.course_name);
+  expect_flyable(*course, pieces, start, limits_of_course(orders), orders.course_name);
+  if (!orders.flight) {
+    return {-kEverywhere_m, kEverywhere_m};
+  }
+  const Range heights_m = heights_over_start(*course, pieces);
+  const Range fence_m = orders.flight->fence_z_m;
+  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start that the fence lets pass
+  expect_inside(*orders.flight, start, *course, lay_course(orders.course_text, start, *course, orders.course_name),
+                orders.course_name);
+  return {start.position_w_m.z(), fence_m.high - heights_m.high};
+}
+
+app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
+                                const link::LinkConfig& link) {
+  app::FlightConfig config;
+  config.link = link;
+  config.pose_baud = options.pose_baud;
+  config.law = mpc::law_of(options.law).value_or(mpc::Law::kMpc);
+  if (orders.flight) {
+    config.limits = limits_of(*orders.flight);
+    config.fence = fence_of(*orders.flight, start);
+  }
+  if (orders.excitation) {
+    config.excitation = orders.excitation->plan();
+  }
+  return config;
+}
+
+void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
+                 const ref::Waypoint<double>& start, const app::FlightConfig& config, core::TimePoint now) {
+  std::ostringstream place;
+  place.precision(17);
+  place << start.position_w_m.x() << " " << start.position_w_m.y() << " " << start.position_w_m.z() << " "
+        << start.yaw_rad;
+  const std::string where = place.str();
+  const std::string channel = options.channel + (options.paper_100_hz ? " paper_100_hz" : "");
+  const std::string link = link_note(config);
+  const std::string program = version();
+  const std::string mode(orders.flight ? name(orders.flight->mode) : "");
+  std::vector notes{log::Note{kVehicleNote, model.vehicle_text()},
+                    log::Note{kTablesNote, model.table_bytes()},
+                    log::Note{kCourseNote, orders.course_text},
+                    log::Note{kStartNote, where},
+                    log::Note{kChannelNote, channel},
+                    log::Note{kLinkNote, link},
+                    log::Note{kVersionNote, program}};
+  if (orders.flight) {
+    notes.push_back({kFlightNote, orders.flight_text});
+    notes.push_back({kModeNote, mode});
+  }
+  const std::string excitation = orders.excitation ? note_of(*orders.excitation, orders.excitation_name) : "";
+  if (orders.excitation) {
+    notes.push_back({kExcitationNote, excitation});
+  }
+  if (options.dry_run) {
+    notes.push_back({kDryRunNote, "nothing was sent"});
+  }
+  if (log.begin(now, notes) != core::Status::kOk) {
+    throw UsageError(options.log + ": the gain tables are too large for the log's ring");
+  }
+}
+
+}  // namespace m100::companion

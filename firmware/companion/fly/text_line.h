@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <string_view>
+
+namespace m100::companion {
+
+/// A line of text that the thread which flies can write: no heap (promise R1). What does not fit is cut off.
+class TextLine {
+ public:
+  TextLine& add(std::string_view text) {
+    const std::size_t fits = std::min(text.size(), space_.size() - used_);
+    std::copy_n(text.begin(), fits, space_.begin() + static_cast<std::ptrdiff_t>(used_));
+    used_ += fits;
+    return *this;
+  }
+  /// Fixed point. @param digits behind the point.
+  TextLine& add(double value, int digits) {
+    std::array<char, 48> number{};
+    const int size = std::snprintf(number.data(), number.size(), "%.*f", digits, value);
+    return add({number.data(), std::min(number.size() - 1, static_cast<std::size_t>(std::max(size, 0)))});
+  }
+  std::string_view text() const { return {space_.data(), used_}; }
+
+ private:
+  std::array<char, 640> space_{};
+  std::size_t used_ = 0;
+};
+
+}  // namespace m100::companion

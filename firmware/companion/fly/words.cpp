@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/words.h"
+
+#include <array>
+#include <string_view>
+
+#include "firmware/core/time.h"
+
+namespace m100::companion {
+namespace {
+
+using safety::Cause;
+
+constexpr double kTurnShown_rad = 0.35;  ///< the observer's gate; less is no reason for a refusal
+
+void add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
+  if (age > std::chrono::hours(1)) {
+    line.add(what).add(": none has come");
+    return;
+  }
+  line.add(what).add(": ").add(core::seconds<double>(age), 3).add(" s, allowed ");
+  line.add(core::seconds<double>(allowed), 3).add(" s");
+}
+
+void add_refusal(TextLine& line, const safety::Observation& seen) {
+  line.add("pose refused: ");
+  if (seen.refused_turn_rad > kTurnShown_rad) {
+    line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from where it must be, allowed ");
+    line.add(kTurnShown_rad, 2).add(" rad");
+    return;
+  }
+  line.add(seen.refused_by_m, 2).add(" m from where it must be, allowed ").add(seen.refused_allowed_m, 2).add(" m");
+}
+
+}  // namespace
+
+void describe(TextLine& line, const link::AuthorityView& authority) {
+  const bool answered = authority.reason == safety::Reason::kAnswer;
+  const std::string_view remedy = answered ? authority.answer.remedy : safety::remedy(authority.reason);
+  line.add(safety::name(authority.stage)).add(" (").add(safety::name(authority.reason)).add(")");
+  if (answered) {
+    line.add(": ").add(authority.answer.name);
+  }
+  if (!remedy.empty()) {
+    line.add("; ").add(remedy);
+  }
+}
+
+void describe(TextLine& line, Cause cause, const safety::Observation& seen, const safety::Limits& limits) {
+  switch (cause) {
+    case Cause::kPoseRefused:
+      return add_refusal(line, seen);
+    case Cause::kPoseOld:
+      return add_age(line, "pose old", seen.pose_age, fresh_limit(limits, seen.pose_latency));
+    case Cause::kTelemetryOld:
+      return add_age(line, "telemetry old", seen.telemetry_age, limits.telemetry_stale);
+    case Cause::kTelemetrySilent:
+      return add_age(line, "telemetry silent", seen.telemetry_age, limits.telemetry_dead);
+    case Cause::kEstimateLost:
+      line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.pose_age), 2);
+      line.add(" s old, telemetry ").add(core::seconds<double>(seen.telemetry_age), 2).add(" s");
+      return;
+    case Cause::kControlGone:
+      line.add(seen.authority ? "the mode switch left F" : "control is not ours any more");
+      return;
+    case Cause::kCommandUnsound:
+      line.add("the law's command was not finite or far out of range");
+      return;
+    case Cause::kCoastOver:
+      return add_age(line, "no fresh pose while coasting; newest", seen.pose_age,
+                     fresh_limit(limits, seen.pose_latency));
+    case Cause::kReserveSpent:
+      line.add("without a pose the position is known to ").add(seen.error_m, 2);
+      line.add(" m, and the fence leaves ").add(seen.reserve_m, 2).add(" m");
+      return;
+    case Cause::kGivenBack:
+    case Cause::kEngaged:
+      line.add("by the operator's word");
+      return;
+    case Cause::kLevelOver:
+    case Cause::kNeutralOver:
+      line.add("nothing has become better in its time");
+      return;
+    case Cause::kRecovered:
+      line.add("poses are good again");
+      return;
+    case Cause::kNone:
+      line.add("nothing stands in the way");
+      return;
+  }
+}
+
+void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
+  using Excitation = ctl::Excitation<double>;
+  constexpr std::array<std::string_view, ctl::kStickAxes> kSticks{"roll", "pitch", "throttle", "yaw"};
+  const auto piece = [&] {
+    line.add("piece ").add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
+    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
+  };
+  switch (excitation.state()) {
+    case Excitation::State::kIdle:
+    case Excitation::State::kReturning:
+      return;
+    case Excitation::State::kMoving:
+      line.add("excitation: ");
+      piece();
+      return;
+    case Excitation::State::kOver:
+      line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
+      return;
+    case Excitation::State::kAborted:
+      break;
+  }
+  line.add("excitation aborted at ");
+  piece();
+  line.add(": ");
+  switch (excitation.abort()) {
+    case Excitation::Abort::kFence:
+      line.add("the way to stop would end beyond the fence");
+      break;
+    case Excitation::Abort::kDistance:
+      line.add("the way to stop would end beyond its own distance");
+      break;
+    case Excitation::Abort::kTilt:
+      line.add("the tilt is beyond its limit");
+      break;
+    case Excitation::Abort::kSpeed:
+      line.add("the speed is beyond its limit");
+      break;
+    case Excitation::Abort::kNotAtRest:
+      line.add("the law could not bring the aircraft to rest at its place");
+      break;
+    case Excitation::Abort::kLadder:
+    case Excitation::Abort::kNone:
+      line.add("control is gone, or the ladder left its top");
+      break;
+  }
+  line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
+  line.add(" m/s. The law has all sticks");
+}
+
+Cause obstacle(const safety::Observation& seen, const safety::Limits& limits) {
+  if (seen.telemetry_age > limits.telemetry_stale) {
+    return Cause::kTelemetryOld;
+  }
+  if (seen.estimate_healthy && seen.refused_for >= limits.gate_shut) {
+    return Cause::kPoseRefused;
+  }
+  if (seen.pose_age > fresh_limit(limits, seen.pose_latency)) {
+    return Cause::kPoseOld;
+  }
+  return seen.estimate_healthy ? Cause::kNone : Cause::kEstimateLost;
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100: the program on the companion board. Each subcommand is a file or a folder beside this one.
+#include <fcntl.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+
+#include "firmware/companion/subcommands.h"
+#include "firmware/companion/version.h"
+
+namespace {
+
+/// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
+/// the autopilot's port.
+void fill_standard_streams() {
+  int descriptor = open("/dev/null", O_RDWR);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
+    descriptor = open("/dev/null", O_RDWR);
+  }
+  if (descriptor >= 0) {
+    close(descriptor);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  fill_standard_streams();
+  CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
+  m100.require_subcommand(1);
+  m100.set_version_flag("--version", m100::companion::version_text("m100"));
+  m100.option_defaults()->always_capture_default();  // --help of every subcommand shows them
+  m100.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
+  m100::companion::add_fly(m100);
+  m100::companion::add_handshake(m100);
+  m100::companion::add_probe(m100);
+  m100::companion::add_record(m100);
+  m100::companion::add_doctor(m100);
+  m100::companion::add_check(m100);
+  m100::companion::add_replay(m100);
+  if (argc > 1 && argv[1][0] != '-' &&
+      m100.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
+    std::cerr << "m100: no subcommand '" << argv[1] << "'; --help lists them\n";
+    return m100::companion::kBadInput;
+  }
+  try {
+    m100.parse(argc, argv);
+  } catch (const CLI::RuntimeError& stop) {
+    return stop.get_exit_code();
+  } catch (const CLI::Success& help) {
+    return m100.exit(help);
+  } catch (const std::exception& wrong) {
+    std::cerr << "m100: " << wrong.what() << "\n";
+    return m100::companion::kBadInput;
+  }
+  return m100::companion::kDone;
+}

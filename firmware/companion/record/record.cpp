@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 record: listens only, and writes what the autopilot tells and the pose into a log that m100-lab identify reads.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "firmware/companion/files/key_file.h"
+#include "firmware/companion/files/log_file.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/listening_port.h"
+#include "firmware/companion/record/recorder.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/link/pose_link.h"
+#include "hal/linux/serial_port.h"
+#include "protocol/aes256.h"
+
+namespace m100::companion {
+namespace {
+
+/// Short against the 10 ms between packages: what is read is dated by when it is read.
+constexpr core::Duration kVisit = std::chrono::milliseconds(2);
+constexpr double kGoodRate_hz = 50.0;  ///< of sticks and attitude, for a fit of the attitude loop
+
+struct Options {
+  std::string port;
+  std::uint32_t baud = 230400;
+  std::string key_file;
+  std::string pose_port;
+  std::uint32_t pose_baud = 115200;
+  std::string log;
+  double hold_s = 0.0;
+  std::string json;
+};
+
+/// Both ports, the log, and what comes of them.
+class Session {
+ public:
+  explicit Session(const Options& options)
+      : options_(options), port_(options.port, options.baud), log_(options.log, "the recording ends here") {
+    open_or_explain(port_);
+    if (!options.pose_port.empty()) {
+      pose_port_.emplace(options.pose_port, options.pose_baud);
+      open_or_explain(*pose_port_);
+      pose_listener_.emplace(*pose_port_);
+      pose_link_.emplace(*pose_listener_, options.pose_baud);
+    }
+    if (!options.key_file.empty()) {
+      cipher_.emplace(read_key(options.key_file));
+    }
+    recorder_.emplace(writer_, options.baud, cipher_ ? &*cipher_ : nullptr);
+  }
+
+  void run() {
+    hal::PortClock clock(options_.port);
+    const std::array notes{log::Note{"m100_recording", "listened only; columns: m100_recording.toml"}};
+    (void)recorder_->begin(clock.now(), notes);
+    log_.start();
+    const bool for_ever = options_.hold_s <= 0.0;
+    for (core::TimePoint now = clock.now();
+         !stop_asked() && !log_.is_cut() &&
+         (for_ever || core::seconds<double>(now.time_since_epoch()) < options_.hold_s);
+         now = clock.now()) {
+      visit(now);
+      clock.sleep_until(now + kVisit);
+      length_s_ = core::seconds<double>(now.time_since_epoch());
+    }
+    log_.finish();
+  }
+
+  const Recorder& recorder() const { return *recorder_; }
+  bool is_cut() const { return log_.is_cut(); }
+  std::uint32_t dropped() const { return writer_.dropped(); }
+  std::uint32_t outages() const { return outages_; }
+  std::uint32_t lost_poses() const { return pose_link_ ? pose_link_->stats().lost_frames : 0; }
+  double length_s() const { return length_s_; }
+
+ private:
+  void visit(core::TimePoint now) {
+    for (bool more = true; more;) {
+      const core::Expected<std::size_t> count = listener_.read(buffer_);
+      outages_ += !count && !port_was_gone_ ? 1U : 0U;
+      port_was_gone_ = !count;
+      more = count && *count > 0;
+      if (more) {
+        recorder_->take(std::span(buffer_).first(*count), now);
+      }
+    }
+    recorder_->look_for_false_frames(now);
+    if (pose_link_) {
+      if (const core::Expected<core::Pose<double>> pose = pose_link_->receive(now)) {
+        recorder_->take(*pose);
+      }
+    }
+  }
+
+  const Options& options_;
+  hal::SerialPort port_;
+  ListeningPort listener_{port_};
+  std::optional<hal::SerialPort> pose_port_;
+  std::optional<ListeningPort> pose_listener_;
+  std::optional<link::PoseLink> pose_link_;
+  std::optional<protocol::Aes256> cipher_;
+  LogFile log_;
+  log::UlogWriter writer_{log_.ring()};
+  std::optional<Recorder> recorder_;
+  std::array<std::byte, 4096> buffer_{};
+  bool port_was_gone_ = false;
+  std::uint32_t outages_ = 0;
+  double length_s_ = 0.0;
+};
+
+constexpr std::array kStreams{Recorder::kRc,    Recorder::kAttitude, Recorder::kRates,  Recorder::kVelocity,
+                              Recorder::kForce, Recorder::kPosition, Recorder::kStatus, Recorder::kPose};
+constexpr std::array<const char*, 4> kSticks{"roll", "pitch", "throttle", "yaw"};
+
+nlohmann::json to_json(const Options& options, const Session& session, const std::string& trouble) {
+  const Recorder& recorder = session.recorder();
+  nlohmann::json streams, sticks;
+  for (const Recorder::Stream stream : kStreams) {
+    const Recorder::Came& came = recorder.came(stream);
+    streams[std::string(Recorder::name(stream))] = {{"samples", came.samples},
+                                                    {"rate_hz", came.rate_hz()},
+                                                    {"longest_gap_s", core::seconds<double>(came.longest_gap)},
+                                                    {"gaps", came.gaps}};
+  }
+  for (std::size_t stick = 0; stick < kSticks.size() && recorder.came(Recorder::kRc).samples > 0; ++stick) {
+    sticks[kSticks[stick]] = {{"least_counts", recorder.sticks()[stick].least_counts},
+                              {"most_counts", recorder.sticks()[stick].most_counts}};
+  }
+  const protocol::ParserStats& parser = recorder.parser();
+  return {{"recorded", trouble.empty()},
+          {"trouble", trouble},
+          {"log", options.log},
+          {"seconds", session.length_s()},
+          {"packages", recorder.packages()},
+          {"streams", streams},
+          {"sticks", sticks},
+          {"packages_of_a_computer", recorder.packages_of_a_computer()},
+          {"autopilot_restarts", recorder.restarts()},
+          {"outages", session.outages()},
+          {"poses_lost", session.lost_poses()},
+          {"bad_packages", recorder.bad_packages()},
+          {"undecipherable", recorder.undecipherable()},
+          {"frames", parser.frames},
+          {"crc16_errors", parser.crc16_errors},
+          {"crc32_errors", parser.crc32_errors},
+          {"bytes_dropped", parser.bytes_dropped},
+          {"messages_dropped", session.dropped()},
+          {"log_cut", session.is_cut()}};
+}
+
+/// Why the log is of no use for identification; empty: it is.
+std::string trouble_of(const Options& options, const Session& session) {
+  const Recorder& recorder = session.recorder();
+  const auto none = [&](Recorder::Stream stream) { return recorder.came(stream).samples < 2; };
+  if (session.is_cut()) {
+    return options.log + ": the log is cut short";
+  }
+  if (recorder.packages() == 0) {
+    return options.port + ": " +
+           (recorder.undecipherable() > 0 ? "the telemetry is encrypted; name the app's key with --key-file"
+            : recorder.bad_packages() > 0 ? "the telemetry is of another autopilot; m100 probe tells which"
+                                          : "no telemetry came; m100 probe tells why");
+  }
+  if (none(Recorder::kRc) || none(Recorder::kAttitude)) {
+    return options.port + ": the telemetry holds no " + (none(Recorder::kRc) ? "sticks" : "attitude") +
+           "; switch the item on in DJI's assistant";
+  }
+  if (!options.pose_port.empty() && none(Recorder::kPose)) {
+    return options.pose_port + ": no pose came";
+  }
+  return "";
+}
+
+void print(const Session& session) {
+  const Recorder& recorder = session.recorder();
+  std::cout << std::fixed << std::setprecision(1) << "recorded " << session.length_s() << " s\n";
+  for (const Recorder::Stream stream : kStreams) {
+    const Recorder::Came& came = recorder.came(stream);
+    if (came.samples > 0) {
+      std::cout << "  " << std::left << std::setw(9) << Recorder::name(stream) << std::right << std::setw(6)
+                << came.rate_hz() << " Hz, longest gap " << 1000.0 * core::seconds<double>(came.longest_gap) << " ms, "
+                << came.gaps << " gaps\n";
+    }
+  }
+  for (std::size_t stick = 0; stick < kSticks.size() && recorder.came(Recorder::kRc).samples > 0; ++stick) {
+    const Recorder::Moved& moved = recorder.sticks()[stick];
+    std::cout << "  stick " << kSticks[stick] << " from " << moved.least_counts << " to " << moved.most_counts
+              << " counts\n";
+  }
+  const auto slow = [&](Recorder::Stream stream) { return recorder.came(stream).rate_hz() < 0.9 * kGoodRate_hz; };
+  if (recorder.packages() > 0 && (slow(Recorder::kRc) || slow(Recorder::kAttitude))) {
+    std::cout << "  sticks or attitude come slower than 50 Hz: set them to 50 or 100 Hz in DJI's assistant\n";
+  }
+  if (recorder.packages_of_a_computer() > 0) {
+    std::cout << "  a computer had control in " << recorder.packages_of_a_computer()
+              << " packages: there the sticks in the log need not be the pilot's\n";
+  }
+  if (session.dropped() > 0) {
+    std::cout << "  " << session.dropped() << " records were lost: the disk was too slow\n";
+  }
+  std::cout << std::defaultfloat << std::flush;
+}
+
+void run(const Options& options) {
+  if (std::isnan(options.hold_s)) {  // passes every comparison of a range
+    throw UsageError("--hold: is not a number");
+  }
+  if (!options.pose_port.empty() && hal::is_simulated(options.port) != hal::is_simulated(options.pose_port)) {
+    throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
+  }
+  expect_writable(options.json);
+  watch_signals();
+  Session session(options);
+  session.run();
+  const std::string trouble = trouble_of(options, session);
+  print(session);
+  write_result(options.json, to_json(options, session, trouble));
+  if (!trouble.empty()) {
+    if (!session.is_cut()) {  // else the line that says why stands there already
+      std::cerr << "m100: " << trouble << "\n";
+    }
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+void add_record(CLI::App& m100) {
+  CLI::App* app = m100.add_subcommand(
+      "record", "listen only: telemetry with the pilot's sticks, and the pose, into a log for m100-lab identify");
+  auto options = std::make_shared<Options>();
+  app->add_option("--port", options->port, "serial port of the autopilot")->required();
+  app->add_option("--baud", options->baud, "as set in DJI's assistant")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app->add_option("--key-file", options->key_file, "the app's key, where the autopilot encrypts its telemetry");
+  app->add_option("--pose-port", options->pose_port, "serial port of the pose; none: telemetry only");
+  app->add_option("--pose-baud", options->pose_baud, "its baud rate")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  app->add_option(
+         "--log", options->log,
+         "log to write (ULog); must not exist. Its columns: m100_recording.toml, or m100_recording_with_pose.toml")
+      ->required();
+  app->add_option("--hold", options->hold_s, "seconds to record; 0: until Ctrl-C")->check(CLI::Range(0.0, 86400.0));
+  app->add_option("--json", options->json, "rates, gaps and stick travel as JSON");
+  app->footer("Exit codes: 0 recorded, 1 nothing that identification could use, or the disk is full, 2 wrong use.");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+
+#include "firmware/companion/record/clock_fit.h"
+#include "firmware/core/pose.h"
+#include "firmware/link/candidate_watch.h"
+#include "firmware/log/ulog_writer.h"
+#include "protocol/cipher.h"
+#include "protocol/frame_parser.h"
+#include "protocol/session.h"
+#include "protocol/telemetry.h"
+
+namespace m100::companion {
+
+/// The bytes of an autopilot, and poses, as records of a log. It reads and never answers.
+class Recorder {
+ public:
+  /// What is recorded, in the order of the log's topics.
+  enum Stream : std::size_t { kRc, kAttitude, kRates, kVelocity, kForce, kPosition, kStatus, kPose, kStreams };
+  static std::string_view name(Stream stream);
+
+  /// What came of one stream.
+  struct Came {
+    std::uint64_t samples = 0;
+    core::TimePoint first{};
+    core::TimePoint last{};
+    core::Duration longest_gap{0};
+    std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 of its own intervals: what a fit leaves out
+    double rate_hz() const;
+    void note(core::TimePoint at);
+  };
+
+  /// How far a stick was moved, in counts from the middle.
+  struct Moved {
+    double least_counts = std::numeric_limits<double>::infinity();
+    double most_counts = -std::numeric_limits<double>::infinity();
+  };
+
+  /// @param cipher of the app's key, where the autopilot encrypts its telemetry; else null.
+  Recorder(log::UlogWriter& log, std::uint32_t baud, const protocol::Cipher* cipher);
+
+  /// Header and formats of the log. @returns as UlogWriter::begin().
+  core::Status begin(core::TimePoint now, std::span<const log::Note> notes);
+  /// What the autopilot's port gave.
+  void take(std::span<const std::byte> bytes, core::TimePoint now);
+  /// Once per visit, also where nothing came: a false header must not hold good frames back.
+  void look_for_false_frames(core::TimePoint now);
+  void take(const core::Pose<double>& pose);
+
+  const Came& came(Stream stream) const { return came_[stream]; }
+  /// roll, pitch, throttle, yaw
+  const std::array<Moved, 4>& sticks() const { return sticks_; }
+  const protocol::ParserStats& parser() const { return parser_.stats(); }
+  std::uint32_t packages() const { return packages_; }
+  std::uint32_t bad_packages() const { return bad_packages_; }
+  std::uint32_t undecipherable() const { return undecipherable_; }
+  std::uint32_t restarts() const { return clock_.restarts(); }
+  /// Packages in which a computer had control, or Virtual RC was on: then the sticks in the log need not be the
+  /// pilot's.
+  std::uint32_t packages_of_a_computer() const { return packages_of_a_computer_; }
+
+ private:
+  void handle(const protocol::FrameView& frame, core::TimePoint now);
+  void write_package(core::TimePoint arrived);
+  void write_sticks(std::uint64_t stamp_us);
+  void write_motion(std::uint64_t stamp_us);
+  void write_rest(std::uint64_t stamp_us);
+  template <typename Record>
+  void write(Stream stream, const Record& record);
+
+  log::UlogWriter& log_;
+  const protocol::Cipher* cipher_;
+  protocol::FrameParser parser_;
+  link::CandidateWatch candidates_;
+  protocol::CipherScratch scratch_{};
+  protocol::Telemetry telemetry_;
+  ClockFit clock_;
+  std::array<Came, kStreams> came_{};
+  std::array<Moved, 4> sticks_{};
+  std::uint32_t packages_ = 0;
+  std::uint32_t bad_packages_ = 0;
+  std::uint32_t undecipherable_ = 0;
+  std::uint32_t packages_of_a_computer_ = 0;
+};
+
+}  // namespace m100::companion

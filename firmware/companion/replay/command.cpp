@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 replay: the same bytes at the same times through the same code.
+#include "firmware/companion/replay/replay.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "firmware/companion/files/key_file.h"
+#include "firmware/companion/subcommands.h"
+#include "protocol/aes256.h"
+
+namespace m100::companion {
+namespace {
+
+struct Options {
+  std::string log;
+  std::string scalar = "double";
+  std::string key_file;
+  bool hash_only = false;
+};
+
+/// "tick 17 to 19, 40 (4 in all, counted from 0)": the first few runs of them.
+std::string unlike_text(const ReplayResult& result) {
+  constexpr std::size_t kRuns = 5;
+  std::string text;
+  std::size_t runs = 0;
+  for (std::size_t i = 0; i < result.unlike.size() && runs < kRuns; ++runs) {
+    std::size_t last = i;
+    while (last + 1 < result.unlike.size() && result.unlike[last + 1] == result.unlike[last] + 1) {
+      ++last;
+    }
+    text += (text.empty() ? "tick " : ", ") + std::to_string(result.unlike[i]);
+    text += last > i ? " to " + std::to_string(result.unlike[last]) : "";
+    i = last + 1;
+  }
+  return text + " (" + std::to_string(result.unlike.size()) + " in all, counted from 0)";
+}
+
+void run(const Options& options) {
+  const Scalar scalar = options.scalar == "float"   ? Scalar::kFloat
+                        : options.scalar == "fixed" ? Scalar::kFixed
+                                                    : Scalar::kDouble;
+  std::optional<protocol::Aes256> cipher;
+  if (!options.key_file.empty()) {
+    cipher.emplace(read_key(options.key_file));
+  }
+  const RecordedFlight flight = read_flight(options.log);
+  if (flight.ticks.empty()) {
+    throw UsageError(options.log + ": holds no complete tick");
+  }
+  const ReplayResult result = [&] {
+    try {
+      return replay(flight, scalar, cipher ? &*cipher : nullptr);
+    } catch (const FlightLogError& wrong) {
+      throw UsageError(options.log + ": " + wrong.what());
+    }
+  }();
+  const bool judged = scalar == Scalar::kDouble;  // what `m100 fly` flies in; other arithmetic is to differ
+  const auto digits = core::hex(result.digest);
+  std::cout << std::string(digits.data(), digits.size()) << "\n";
+  if (!options.hash_only) {
+    std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " unlike the record";
+    if (result.ticks_unlike > 0) {
+      std::cout << " (the first is " << result.first_unlike << ")";
+    }
+    if (result.messages_missing > 0) {
+      std::cout << "; the log lacks " << result.messages_missing << " messages";
+    }
+    std::cout << "; largest difference " << result.largest_difference_m << " m, command "
+              << result.largest_command_difference_rad << " rad\n";
+  }
+  if (judged && result.ticks_unlike > 0) {
+    std::cerr << "m100: " << options.log << ": not the flight that was logged: " << unlike_text(result) << "\n";
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+void add_replay(CLI::App& m100) {
+  CLI::App* app = m100.add_subcommand("replay", "feed a flight log's bytes and times through the flight code again");
+  auto options = std::make_shared<Options>();
+  app->add_option("log", options->log, "flight log (ULog) of this program")->required();
+  app->add_option("--scalar", options->scalar, "arithmetic to fly in")
+      ->check(CLI::IsMember({"double", "float", "fixed"}));
+  app->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
+  app->add_flag("--hash", options->hash_only, "print the SHA-256 over output bytes and state records only");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/replay/replay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <sstream>
+
+#include "firmware/app/flight_controller.h"
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/files/excitation_file.h"
+#include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/mpc/table_file.h"
+
+namespace m100::companion {
+namespace {
+
+/// Gives a tick the bytes that it had, and keeps what it writes.
+class RecordedUart final : public hal::Uart {
+ public:
+  /// @param mute takes no byte, as the port of a dry run.
+  explicit RecordedUart(bool mute) : mute_(mute) {}
+  void next(const std::vector<std::byte>& input) {
+    input_ = &input;
+    at_ = 0;
+    written_.clear();
+  }
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const std::size_t count = input_ == nullptr ? 0 : std::min(destination.size(), input_->size() - at_);
+    for (std::size_t i = 0; i < count; ++i) {
+      destination[i] = (*input_)[at_ + i];
+    }
+    at_ += count;
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override {
+    if (mute_) {
+      return core::Status::kUnavailable;
+    }
+    written_.insert(written_.end(), source.begin(), source.end());
+    return source.size();
+  }
+  const std::vector<std::byte>& written() const { return written_; }
+
+ private:
+  bool mute_;
+  const std::vector<std::byte>* input_ = nullptr;
+  std::size_t at_ = 0;
+  std::vector<std::byte> written_;
+};
+
+const std::string& note(const RecordedFlight& flight, const char* key) {
+  const auto found = flight.notes.find(key);
+  if (found == flight.notes.end()) {
+    throw FlightLogError(std::string("the log does not hold '") + key + "': it cannot be replayed");
+  }
+  return found->second;
+}
+
+void read_link_note(const std::string& text, app::FlightConfig& config, bool& encrypted) {
+  std::istringstream words(text);
+  std::string app_id, rate, pose_baud, crypt;
+  words >> app_id >> config.link.app_id >> rate >> config.link.channel.rate_hz >> pose_baud >> config.pose_baud >>
+      crypt >> encrypted;
+  if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
+    throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+  }
+  if (std::string baud; words >> baud) {  // it dates what arrives in bunches; logs from before it did have none
+    words >> config.link.baud;
+    if (!words || baud != "baud") {
+      throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+    }
+  }
+  if (std::string law, word; words >> law) {  // only where it is not the MPC
+    words >> word;
+    if (!words || law != "law" || !mpc::law_of(word)) {
+      throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
+    }
+    config.law = *mpc::law_of(word);
+  }
+}
+
+template <typename T>
+ref::Waypoint<T> start_of(const RecordedFlight& flight) {
+  std::istringstream words(note(flight, kStartNote));
+  std::array<double, 4> n{};
+  for (double& value : n) {
+    words >> value;
+  }
+  if (!words) {
+    throw FlightLogError(std::string("'") + kStartNote + "' needs four numbers");
+  }
+  ref::Waypoint<T> start;
+  start.position_w_m = core::Vector<double, 3>(n[0], n[1], n[2]).cast<T>();
+  start.yaw_rad = static_cast<T>(n[3]);
+  return start;
+}
+
+app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher* cipher) {
+  app::FlightConfig config = app::kDefaultFlight;
+  const std::string& channel = note(flight, kChannelNote);
+  config.link.app_id = 1;
+  bool encrypted = false;
+  if (flight.notes.contains(kLinkNote)) {
+    read_link_note(note(flight, kLinkNote), config, encrypted);
+  }
+  if (flight.notes.contains(kFlightNote)) {
+    const FlightFile file = parse_flight(note(flight, kFlightNote), kFlightNote);
+    config.limits = limits_of(file);
+    config.fence = fence_of(file, start_of<double>(flight));
+  }
+  if (encrypted && cipher == nullptr) {
+    throw FlightLogError("the flight's commands were encrypted: its key is needed (--key-file)");
+  }
+  config.link.cipher = encrypted ? cipher : nullptr;
+  config.link.encrypt_commands = encrypted;
+  config.link.channel.channel = channel.starts_with("movement") ? link::Channel::kMovement : link::Channel::kVirtualRc;
+  config.link.channel.paper_100_hz = channel.find("paper_100_hz") != std::string::npos;
+  if (!link::command_period(config.link.channel)) {
+    throw FlightLogError("the log's command rate is outside its channel's window");
+  }
+  return config;
+}
+
+/// The record of a tick as the replayed flight would have logged it: the last message of its ring.
+class LastRecord {
+ public:
+  LastRecord() : ring_(storage_), log_(ring_) {}
+  log::FlightLog& log() { return log_; }
+  log::TickRecord take() {
+    std::vector<std::byte> bytes;
+    while (!ring_.front().empty()) {
+      bytes.insert(bytes.end(), ring_.front().begin(), ring_.front().end());
+      ring_.pop(ring_.front().size());
+    }
+    log::TickRecord record;
+    std::memcpy(&record, bytes.data() + bytes.size() - sizeof record, sizeof record);
+    return record;
+  }
+
+ private:
+  std::array<std::byte, 1U << 16U> storage_{};
+  log::Ring ring_;
+  log::FlightLog log_;
+};
+
+void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same_bytes, std::size_t tick,
+             ReplayResult& result) {
+  const bool same = std::memcmp(&now, &then.record, sizeof now) == 0 && same_bytes;
+  if (!same) {
+    result.first_unlike = result.ticks_unlike++ == 0 ? tick : result.first_unlike;
+    result.unlike.push_back(tick);
+  }
+  for (std::size_t i = 0; i < now.position.size(); ++i) {
+    result.largest_difference_m =
+        std::max(result.largest_difference_m, std::abs(now.position[i] - then.record.position[i]));
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    result.largest_command_difference_rad =
+        std::max(result.largest_command_difference_rad, std::abs(now.granted[i] - then.record.granted[i]));
+  }
+}
+
+core::TimePoint time_of(const RecordedFlight::Tick& tick) {
+  return core::TimePoint(core::Duration(tick.record.timestamp));
+}
+
+bool earlier(const RecordedFlight::Tick& a, const RecordedFlight::Tick& b) { return time_of(a) < time_of(b); }
+
+template <typename T, typename S>
+ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
+  const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
+  const auto tables = std::make_unique<mpc::TableStorage<T>>();
+  const std::string& table_bytes = note(flight, kTablesNote);
+  if (tables->load(std::as_bytes(std::span(table_bytes.data(), table_bytes.size())), vehicle.digest) !=
+      core::Status::kOk) {
+    throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");
+  }
+  ref::Trajectory<T> course;
+  lay_course(note(flight, kCourseNote), start_of<T>(flight), course);
+  std::optional<ExcitationFile> excitation;
+  app::FlightConfig config = config_of(flight, cipher);
+  if (flight.notes.contains(kExcitationNote)) {
+    excitation = excitation_of_note(note(flight, kExcitationNote));
+    config.excitation = excitation->plan();
+  }
+  RecordedUart autopilot(flight.notes.contains(kDryRunNote));
+  RecordedUart pose(false);
+  const auto last = std::make_unique<LastRecord>();
+  const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
+                                                                        autopilot, pose, course, &last->log());
+  if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
+    throw FlightLogError("the times of the log's ticks go backwards: it is damaged");
+  }
+  core::Sha256 hash;
+  ReplayResult result;
+  for (const RecordedFlight::Tick& tick : flight.ticks) {
+    if ((tick.record.orders & log::kOrderEngage) != 0) {
+      controller->engage();
+    }
+    if ((tick.record.orders & log::kOrderRelease) != 0) {
+      controller->release();
+    }
+    autopilot.next(tick.autopilot_in);
+    pose.next(tick.pose_in);
+    static_cast<void>(controller->tick(time_of(tick)));
+    const log::TickRecord record = last->take();
+    hash.update(autopilot.written());
+    hash.update(std::as_bytes(std::span(&record, 1)));
+    compare(record, tick, autopilot.written() == tick.autopilot_out, result.ticks, result);
+    ++result.ticks;
+    result.messages_missing = tick.record.dropped_messages;
+  }
+  result.digest = hash.finish();
+  return result;
+}
+
+}  // namespace
+
+std::string link_note(const app::FlightConfig& config) {
+  std::ostringstream text;
+  text.precision(17);
+  text << "app_id " << config.link.app_id << " rate_hz " << config.link.channel.rate_hz << " pose_baud "
+       << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0) << " baud " << config.link.baud;
+  if (config.law != mpc::Law::kMpc) {
+    text << " law " << mpc::name(config.law);
+  }
+  return text.str();
+}
+
+ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher) {
+  switch (scalar) {
+    case Scalar::kFloat:
+      return run<float, float>(flight, cipher);
+    case Scalar::kFixed:
+      return run<float, core::Fixed>(flight, cipher);
+    case Scalar::kDouble:
+      break;
+  }
+  return run<double, double>(flight, cipher);
+}
+
+}  // namespace m100::companion
