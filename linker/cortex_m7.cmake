@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Bare metal, Cortex-M7 with a double FPU; programs run in QEMU's mps2-an500.
+# Bare metal, Cortex-M7 with a double FPU. A board's own toolchain file includes this and says what else the board is.
 # No --specs=nosys.specs: its _sbrk would let a heap link (promise R1).
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-m7)
@@ -16,5 +16,3 @@ set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections")
 set(CMAKE_EXECUTABLE_SUFFIX_CXX .elf)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-set(CMAKE_CROSSCOMPILING_EMULATOR
-    "qemu-system-arm;-M;mps2-an500;-display;none;-monitor;none;-serial;null;-semihosting-config;enable=on,target=native;-kernel")

@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# How an image for the Cortex-M7 is linked, sized and checked. Only the bare-metal build comes here.
+# How an image for a bare board is linked, sized and checked. Only the bare-metal build comes here; what is the board's own
+# comes from its toolchain file.
+foreach(name M100_BOARD M100_BOARD_SCRIPT M100_BOARD_HEADER M100_BOARD_MAIN)
+  if(NOT DEFINED ${name})
+    message(FATAL_ERROR "The toolchain file ${CMAKE_TOOLCHAIN_FILE} does not say ${name}: see linker/PORTING.md")
+  endif()
+endforeach()
 
 find_package(Python3 COMPONENTS Interpreter REQUIRED)
 set(M100_LINKER_DIR ${CMAKE_CURRENT_LIST_DIR})
@@ -16,9 +22,11 @@ function(m100_image name)
   cmake_parse_arguments(arg "FLIGHT" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${arg_SOURCES} $<TARGET_OBJECTS:m100_startup>)
   target_link_libraries(${name} PRIVATE ${arg_DEPS} m100_numerics m100_warnings)
-  target_link_options(${name} PRIVATE -T ${M100_LINKER_DIR}/mps2_an500.ld
+  target_compile_definitions(${name} PRIVATE M100_BOARD_HEADER="${M100_BOARD_HEADER}")
+  m100_hide_checkout(${name})
+  target_link_options(${name} PRIVATE -T ${M100_BOARD_SCRIPT}
     -Wl,--defsym=m100_stack_bytes=${M100_STACK_BYTES} -Wl,-Map=$<TARGET_FILE:${name}>.map -Wl,--no-warn-rwx-segments)
-  set_target_properties(${name} PROPERTIES LINK_DEPENDS "${M100_LINKER_DIR}/mps2_an500.ld")
+  set_target_properties(${name} PROPERTIES LINK_DEPENDS ${M100_BOARD_SCRIPT})
   if(arg_FLIGHT)
     add_custom_command(TARGET ${name} POST_BUILD VERBATIM
       COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/size_report.py $<TARGET_FILE:${name}>.map
