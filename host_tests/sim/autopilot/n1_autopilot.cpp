@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/autopilot/n1_autopilot.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocol/acks.h"
+#include "protocol/frame_encoder.h"
+#include "protocol/pushes.h"
+
+// The machine itself: time, line, happenings, what it does with the aircraft. What it says unasked is in n1_pushes.cpp,
+// what it is asked in n1_commands.cpp, what it is told without an answer in n1_channels.cpp.
+namespace m100::sim {
+namespace {
+
+constexpr std::int64_t kTicksPerSlot = 4;  // telemetry slots of 10 ms
+constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
+constexpr double kClimbStick_vrc = 1324.0;
+constexpr double kSinkStick_vrc = 824.0;
+constexpr double kOnGround_m = 0.02;
+
+}  // namespace
+
+N1Autopilot::N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& config)
+    : vehicle_(vehicle),
+      config_(config),
+      line_(uart, config.baud, config.seed),
+      random_(config.seed, "n1_autopilot"),
+      senses_(config.noise, config.seed),
+      mode_(config.mode),
+      wanted_mode_(config.mode),
+      rates_(config.rates) {}
+
+void N1Autopilot::tell(std::string_view what, std::string_view name, double value) const {
+  if (sink_) {
+    sink_({.at = time_, .what = what, .name = name, .value = value});
+  }
+}
+
+void N1Autopilot::advance(core::TimePoint now) {
+  while (ticks_next() <= now) {
+    const core::TimePoint before = time_;
+    time_ = ticks_next();
+    ++ticks_;
+    step(time_ - before);
+  }
+}
+
+core::TimePoint N1Autopilot::tick_time(std::int64_t tick) const {
+  const double own_us = static_cast<double>(tick * kTick.count());
+  return core::TimePoint(core::Duration(std::llround(own_us / (1.0 + 1e-6 * config_.clock_drift_ppm))));
+}
+
+void N1Autopilot::step(core::Duration passed) {
+  while (next_line_ < config_.script.size() && time_ >= config_.script[next_line_].at) {
+    happen(config_.script[next_line_]);
+    ++next_line_;
+  }
+  receive();
+  if (mode_ != wanted_mode_ && time_ >= deaf_to_switch_until_) {
+    set_real_mode(wanted_mode_);
+  }
+  if (virtual_rc_on_ && time_ - last_virtual_rc_ > config_.virtual_rc_timeout) {
+    end_virtual_rc(virtual_rc_falls_back_ ? "virtual_rc_silent" : "virtual_rc_silent_failsafe");
+  }
+  watch_transmitter();
+  command_vehicle();
+  vehicle_.advance(passed);
+  if (time_ >= off_until_) {
+    if ((ticks_ - booted_at_tick_) % kTicksPerSlot == 0) {
+      send_telemetry();
+    }
+    line_.pump(time_);
+  }
+}
+
+void N1Autopilot::receive() {
+  // The pieces of one visit are small when the line is paced, so a few visits take all there is.
+  for (int visit = 0; visit < 8; ++visit) {
+    const std::span<const std::byte> bytes = line_.read(time_);
+    if (bytes.empty()) {
+      return;
+    }
+    if (time_ >= off_until_) {
+      parser_.consume(bytes, [this](const protocol::FrameView& frame) {
+        if (!line_.loses_incoming()) {
+          handle(frame);
+        }
+      });
+    }
+  }
+}
+
+void N1Autopilot::happen(const N1ScriptLine& line) {
+  if (line.what == N1Happening::kStick) {
+    tell("happened", "stick", line.move.counts);
+    pilot_.move(line.move);
+  } else {
+    happen(line.what, line.value, line.asked);
+  }
+}
+
+void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
+  switch (what) {
+    case N1Happening::kMode:
+      wanted_mode_ = static_cast<N1Mode>(static_cast<char>(value));
+      break;
+    case N1Happening::kRc:
+      rc_on_ = value != 0.0;
+      tell("happened", rc_on_ ? "rc_on" : "rc_off");
+      if (!rc_on_) {
+        drop_control("rc_off", protocol::ControlDevice::kRemoteController);
+      }
+      break;
+    case N1Happening::kTake:
+      mobile_wants_control_ = static_cast<char>(value) == 'm';
+      drop_control(
+          mobile_wants_control_ ? "taken_by_mobile" : "taken_by_rc",
+          mobile_wants_control_ ? protocol::ControlDevice::kMobileApp : protocol::ControlDevice::kRemoteController);
+      end_virtual_rc("taken");
+      break;
+    case N1Happening::kRestart:
+      restart();
+      break;
+    case N1Happening::kSilence:
+      silent_until_ = time_ + core::Duration{std::llround(value * 1e6)};
+      break;
+    case N1Happening::kLoseAcks:
+      acks_to_lose_ = static_cast<std::uint32_t>(value);
+      acks_to_lose_of_ = asked;
+      break;
+    case N1Happening::kDelayAcks:
+      ack_delay_ = core::Duration{std::llround(value * 1e6)};
+      break;
+    case N1Happening::kDoubleAcks:
+      acks_to_double_ = static_cast<std::uint32_t>(value);
+      break;
+    case N1Happening::kNoise:
+      line_.make_noise(static_cast<std::size_t>(value));
+      break;
+    case N1Happening::kLoss:
+      line_.set_loss(value);
+      break;
+    case N1Happening::kIoc:
+      ioc_ = value != 0.0;
+      break;
+    case N1Happening::kActivation:
+      forced_activation_ = static_cast<std::uint16_t>(value);
+      break;
+    case N1Happening::kEndVirtualRc:
+      end_virtual_rc("ended_by_script");
+      break;
+    case N1Happening::kStick:
+      break;  // which stick, and how: a line of a script tells
+  }
+}
+
+void N1Autopilot::set_real_mode(N1Mode mode) {
+  mode_ = mode;
+  tell("happened", "mode", rc_mode(mode));
+  if (mode != N1Mode::kF) {
+    asked_once_ = false;
+    release_asked_once_ = false;
+    end_virtual_rc("left_f");
+    drop_control("left_f", protocol::ControlDevice::kRemoteController);
+  }
+}
+
+void N1Autopilot::note_loss(bool client_commanded) {
+  if (client_commanded && !authority_lost_) {
+    authority_lost_ = true;
+    lost_at_ = time_;
+    ++record_.losses;
+  }
+}
+
+void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now_in_control) {
+  const bool was_client = client_in_control();
+  note_loss(was_client || virtual_rc_on_);
+  device_ = now_in_control;
+  moving_ = false;
+  task_open_ = false;
+  asked_once_ = false;
+  if (was_client) {
+    tell("did", why);
+    const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
+    push(protocol::ids::kControlLost, *value);
+  }
+}
+
+void N1Autopilot::end_virtual_rc(std::string_view why) {
+  if (!virtual_rc_on_) {
+    return;
+  }
+  note_loss(true);
+  virtual_rc_on_ = false;
+  tell("did", why);
+}
+
+void N1Autopilot::restart() {
+  tell("happened", "restart");
+  note_loss(client_in_control() || virtual_rc_on_);
+  activated_ = false;
+  device_ = protocol::ControlDevice::kRemoteController;
+  asked_once_ = release_asked_once_ = virtual_rc_on_ = moving_ = task_open_ = task_done_ = false;
+  sessions_.reset();
+  parser_ = {};
+  line_.clear();
+  off_until_ = time_ + kBootTime;
+  landed_at_ = {};
+  task_ = {};
+  booted_at_tick_ = ticks_;
+  slot_ = 0;
+}
+
+void N1Autopilot::command_vehicle() {
+  if (moving_ && time_ - last_movement_ > config_.movement_timeout) {
+    moving_ = false;
+    tell("did", "movement_timed_out");
+  }
+  if (task_open_ && !task_done_) {
+    vehicle_.command(task_sticks());
+  } else if (virtual_rc_on_) {
+    const auto channel = [this](std::size_t index) { return static_cast<double>(virtual_rc_.channels[index]); };
+    vehicle_.command(StickInput{.roll_vrc = channel(protocol::vrc_channel::kRoll),
+                                .pitch_vrc = channel(protocol::vrc_channel::kPitch),
+                                .throttle_vrc = channel(protocol::vrc_channel::kThrottle),
+                                .yaw_vrc = channel(protocol::vrc_channel::kYaw)});
+  } else if (moving_) {
+    vehicle_.command(movement_.input(vehicle_.state()));
+  } else if (client_in_control()) {
+    vehicle_.command(MovementInput{});  // it hovers by its own attitude hold, which knows its trim
+  } else {
+    vehicle_.command(pilot_sticks_);
+  }
+}
+
+void N1Autopilot::watch_transmitter() {
+  const bool was_his = transmitter_since_ != core::TimePoint::max();
+  const bool is_his = transmitter_in_control();
+  if (was_his != is_his) {
+    transmitter_since_ = is_his ? time_ : core::TimePoint::max();
+    tell("did", is_his ? "transmitter_has_control" : "transmitter_lost_control");
+  }
+  if (is_his && config_.pilot_holds_place) {
+    pilot_sticks_ = pilot_.fly(vehicle_.state(), kTick);
+  } else if (!is_his) {
+    pilot_.stop();
+    pilot_sticks_ = pilot_.resting();
+  }
+}
+
+StickInput N1Autopilot::task_sticks() {
+  StickInput sticks;
+  const double height_m = vehicle_.state().position_w_m.z();
+  const bool climbing = task_ == protocol::Task::kTakeOff;
+  task_done_ = climbing ? height_m >= kTakeOffHeight_m : height_m <= kOnGround_m;
+  if (!task_done_) {
+    sticks.throttle_vrc = climbing ? kClimbStick_vrc : kSinkStick_vrc;
+  } else if (!climbing) {
+    vehicle_.set_motors(false);
+    landed_at_ = time_;
+    task_open_ = false;
+  }
+  return sticks;
+}
+
+}  // namespace m100::sim

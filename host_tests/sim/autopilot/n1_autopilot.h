@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "firmware/core/time.h"
+#include "hal/uart.h"
+#include "host_tests/sim/autopilot/n1_movement.h"
+#include "host_tests/sim/autopilot/n1_pilot.h"
+#include "host_tests/sim/autopilot/n1_script.h"
+#include "host_tests/sim/autopilot/n1_telemetry.h"
+#include "host_tests/sim/ports/n1_line.h"
+#include "host_tests/sim/world/random.h"
+#include "host_tests/sim/world/vehicle_port.h"
+#include "protocol/cipher.h"
+#include "protocol/commands.h"
+#include "protocol/frame_parser.h"
+#include "protocol/session.h"
+#include "protocol/telemetry.h"
+
+namespace m100::sim {
+
+enum class N1Mode : char { kF = 'F', kA = 'A', kP = 'P' };
+std::int16_t rc_mode(N1Mode mode);  ///< as the RC item of telemetry has it
+
+struct N1Config {
+  std::uint32_t baud = 0;  ///< to pace the line to; 0 where the UART paces itself
+  std::uint64_t seed = 1;
+  N1Mode mode = N1Mode::kF;                  ///< of the real mode switch
+  const protocol::Cipher* cipher = nullptr;  ///< the app's key, for encrypted commands
+  std::uint32_t app_id = 0;                  ///< the only one that activates; 0: any
+  N1Rates rates = kAssistantRates;
+  N1SensorNoise noise{};
+  double clock_drift_ppm = 0.0;  ///< of its clock against ours; positive: its clock runs fast
+  /// While Virtual RC is on, the RC item of telemetry shows its channels instead of the real transmitter (protocol, 7:
+  /// "as far as known").
+  bool rc_item_shows_virtual = true;
+  /// Takes 64 bytes under the on/off id as Virtual RC data, as clients of SDK 3.3 to 4.1 need; else refuses them.
+  bool lenient_virtual_rc = false;
+  /// The pilot flies while the sticks are his: he brakes and holds the place. Else they rest where they are.
+  bool pilot_holds_place = false;
+  core::Duration virtual_rc_timeout = std::chrono::seconds(1);       ///< protocol, 7
+  core::Duration movement_timeout = std::chrono::milliseconds(500);  ///< undocumented; then the aircraft hovers
+  std::vector<N1ScriptLine> script{};
+};
+
+/// One thing received or done. Names are those of the protocol's catalogue where there is one.
+struct N1Event {
+  core::TimePoint at{};
+  std::string_view what;  ///< "received", "answered", "ignored", "did", "happened", "violation"
+  std::string_view name;
+  double value = 0.0;
+};
+
+/// What a strict examiner notes down.
+struct N1Record {
+  std::uint32_t obtain_requests = 0;
+  core::Duration least_obtain_spacing = core::Duration::max();
+  std::uint32_t virtual_rc_on_requests = 0;
+  core::Duration least_on_spacing = core::Duration::max();
+  std::uint32_t movement_taken = 0;
+  std::uint32_t movement_ignored = 0;
+  std::uint32_t virtual_rc_taken = 0;
+  std::uint32_t virtual_rc_ignored = 0;
+  std::uint32_t most_commands_per_s = 0;  ///< of one channel, in any second
+  std::uint32_t losses = 0;               ///< of authority while the client had it
+  std::uint32_t control_after_loss = 0;   ///< control frames of a channel that came when authority was gone
+  core::Duration latest_after_loss{0};    ///< the longest after
+  std::uint32_t telemetry_packages = 0;
+  std::uint32_t bad_commands = 0;  ///< wrong size, unknown, or a number that is not finite
+};
+
+/// An N1 autopilot as protocol, sections 4 to 8 and 11, has it, in front of a vehicle.
+///
+/// Telemetry streams from the start in session 0, before activation. Acknowledgements are two bytes, stored per
+/// session, never executed twice. Control is asked for twice (3, then 2) and dropped when the switch leaves F, with a
+/// push in session 0. Virtual RC ends one second after its last data; its data are told from its switch by length.
+/// Movement without control is ignored. What the wire's reference (protocol, section 11) marks as inferred is stated at
+/// its place.
+///
+/// advance() handles what has arrived by then, in steps of 2.5 ms; call it as often as arrival times shall count.
+/// No heap after construction, if no event sink is set.
+class N1Autopilot {
+ public:
+  static constexpr core::Duration kTick = std::chrono::microseconds(2500);  ///< of its 400 Hz clock
+  static constexpr core::Duration kBootTime = std::chrono::seconds(2);
+  /// "On" sent sooner than this makes the autopilot ignore its own mode switch for a while (protocol, 7).
+  static constexpr core::Duration kSwitchSpacing = std::chrono::seconds(2);
+  static constexpr std::uint32_t kVersion = 0x03010A00;
+
+  N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& config);
+
+  void advance(core::TimePoint now);
+  /// When its clock ticked last and ticks next: up to the one the aircraft has moved, at the other it moves on.
+  core::TimePoint ticked_at() const { return time_; }
+  core::TimePoint ticks_next() const { return tick_time(ticks_ + 1); }
+  void on_event(std::function<void(const N1Event&)> sink) { sink_ = std::move(sink); }
+
+  /// The same as a line of the script, now.
+  void happen(N1Happening what, double value = 0.0, N1Asked asked = N1Asked::kAny);
+  void happen(const N1ScriptLine& line);
+  void set_mode(N1Mode mode) { happen(N1Happening::kMode, static_cast<char>(mode)); }
+  /// Where the pilot's own sticks rest; flown when nobody else commands.
+  void set_pilot_sticks(const StickInput& sticks) {
+    pilot_.set_resting(sticks);
+    pilot_sticks_ = sticks;
+  }
+
+  const N1Record& record() const { return record_; }
+  bool activated() const { return activated_; }
+  bool client_in_control() const { return device_ == protocol::ControlDevice::kOnboardComputer; }
+  bool virtual_rc_on() const { return virtual_rc_on_; }
+  /// The pilot flies by his own sticks: the controlling device is the transmitter, and no virtual one replaces it.
+  bool transmitter_in_control() const {
+    return device_ == protocol::ControlDevice::kRemoteController && !virtual_rc_on_;
+  }
+  /// Since when that is so; the latest time of all while it is not.
+  core::TimePoint transmitter_since() const { return transmitter_since_; }
+  const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
+
+ private:
+  /// Times of the last commands of one channel, for the count in any second.
+  class RateWatch {
+   public:
+    std::uint32_t note(core::TimePoint now);
+    void clear() { count_ = 0; }
+
+   private:
+    static constexpr std::size_t kDepth = 256;
+    std::array<core::TimePoint, kDepth> times_{};
+    std::size_t count_ = 0;
+  };
+
+  core::TimePoint tick_time(std::int64_t tick) const;
+  void step(core::Duration passed);
+  void receive();
+  void handle(const protocol::FrameView& frame);
+  /// The code to answer with.
+  std::uint16_t execute(const protocol::Command& command);
+  void execute_unanswered(const protocol::Command& command, protocol::MessageId id);
+  void answer(const protocol::FrameHeader& to, std::span<const std::byte> value, const protocol::Cipher* cipher,
+              N1Asked asked);
+  void acknowledge(std::span<const std::byte> frame, N1Asked asked);
+  bool loses_ack(N1Asked asked);
+  void refuse(const protocol::FrameHeader& header, const core::Expected<protocol::Message>& message);
+  protocol::Value version_answer() const;
+  std::uint16_t activate(const protocol::Activation& activation);
+  std::uint16_t set_rates(const protocol::TelemetryFrequency& wanted);
+  std::uint16_t control(bool obtain);
+  std::uint16_t motors(bool start);
+  std::uint16_t start_task(const protocol::TaskRequest& request);
+  std::uint16_t task_result(const protocol::TaskQuery& query) const;
+  void switch_virtual_rc(const protocol::VirtualRcSwitch& wanted);
+  void take_virtual_rc(const protocol::VirtualRcData& data);
+  void take_movement(const protocol::Movement& movement);
+  /// @param obeyed the channel is the client's. @returns how many came within the last second.
+  std::uint32_t note_control_frame(RateWatch& watch, bool obeyed);
+
+  void note_loss(bool client_commanded);
+  void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
+  void end_virtual_rc(std::string_view why);
+  void set_real_mode(N1Mode mode);
+  void restart();
+  bool rc_in_f() const { return rc_on_ && mode_ == N1Mode::kF; }
+  void command_vehicle();
+  void watch_transmitter();
+  StickInput task_sticks();
+  void send_telemetry();
+  protocol::Telemetry::Rc rc_item() const;
+  protocol::FlightStatus flight_status() const;
+  void push(protocol::MessageId id, std::span<const std::byte> value);
+  void tell(std::string_view what, std::string_view name, double value = 0.0) const;
+
+  VehiclePort& vehicle_;
+  N1Config config_;
+  N1Line line_;
+  Random random_;
+  std::function<void(const N1Event&)> sink_;
+  protocol::FrameParser parser_;
+  protocol::CipherScratch scratch_{};
+  protocol::AnswerSessions sessions_;
+  N1Record record_;
+  core::TimePoint time_{};  ///< ours
+  std::int64_t ticks_ = 0;  ///< of its own clock
+  N1Senses senses_;
+  std::size_t next_line_ = 0;  ///< of the script
+
+  // What a restart forgets.
+  std::int64_t booted_at_tick_ = 0;
+  bool activated_ = false;
+  protocol::ControlDevice device_ = protocol::ControlDevice::kRemoteController;
+  bool asked_once_ = false;
+  bool release_asked_once_ = false;
+  bool virtual_rc_on_ = false;
+  bool virtual_rc_falls_back_ = true;
+  core::TimePoint last_virtual_rc_{};
+  protocol::VirtualRcData virtual_rc_;
+  bool moving_ = false;
+  core::TimePoint last_movement_{};
+  N1Movement movement_;
+  protocol::Task task_{};
+  bool task_open_ = false;
+  bool task_done_ = false;
+  std::uint8_t task_number_ = 0;
+  core::TimePoint landed_at_{};  ///< by a task; the epoch: not
+  std::uint16_t push_sequence_ = 0;
+
+  // The world around it.
+  N1Mode mode_;
+  bool rc_on_ = true;
+  bool ioc_ = false;
+  bool mobile_wants_control_ = false;
+  core::TimePoint deaf_to_switch_until_{};
+  N1Mode wanted_mode_;
+  N1Pilot pilot_;
+  StickInput pilot_sticks_;
+  core::TimePoint transmitter_since_{};
+  N1Rates rates_;
+  std::uint64_t slot_ = 0;
+  std::uint16_t forced_activation_ = 0;
+  std::uint32_t acks_to_lose_ = 0;
+  N1Asked acks_to_lose_of_ = N1Asked::kAny;
+  /// To which request each session was answered last, for the stored answers.
+  std::array<N1Asked, protocol::kSessionCount> asked_in_session_{};
+  std::uint32_t acks_to_double_ = 0;
+  core::Duration ack_delay_{0};
+  core::TimePoint silent_until_{};
+  core::TimePoint off_until_{};
+  core::TimePoint last_obtain_{};
+  core::TimePoint last_on_{};
+  bool authority_lost_ = false;
+  core::TimePoint lost_at_{};
+  RateWatch movement_watch_;
+  RateWatch virtual_rc_watch_;
+};
+
+}  // namespace m100::sim

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/core/time.h"
+#include "host_tests/sim/autopilot/n1_pilot.h"
+#include "protocol/catalogue.h"
+
+namespace m100::sim {
+
+/// Things that happen to the emulated autopilot at stated times.
+enum class N1Happening : std::uint8_t {
+  kMode,          ///< value: 'F', 'A' or 'P' of the real mode switch
+  kRc,            ///< 1 on, 0 off: the remote controller
+  kTake,          ///< 'm' the mobile app takes control, 'r' it (or the pilot) ends that and the RC has it
+  kRestart,       ///< the autopilot reboots: everything forgotten, silent for two seconds
+  kSilence,       ///< seconds without telemetry
+  kLoseAcks,      ///< the next n acknowledgements are lost, those of one command only where it is named
+  kDelayAcks,     ///< seconds by which acknowledgements are late from now on; 0 ends it
+  kDoubleAcks,    ///< the next n acknowledgements are sent twice
+  kNoise,         ///< bytes of noise towards the client
+  kLoss,          ///< share of frames lost, both ways, from now on
+  kIoc,           ///< 1 on, 0 off: IOC mode
+  kActivation,    ///< activation is answered with this code from now on
+  kEndVirtualRc,  ///< Virtual RC ends without a reason given
+  kStick,         ///< the pilot moves a stick
+};
+
+/// Commands whose acknowledgements can be lost by name.
+enum class N1Asked : std::uint8_t {
+  kAny,
+  kVersion,
+  kActivate,
+  kSetRates,
+  kObtainControl,
+  kReleaseControl,
+  kMotors,
+  kTask,
+  kTaskQuery,
+};
+struct N1AskedWord {
+  std::string_view text;  ///< in a script
+  N1Asked asked;
+  protocol::MessageId id;
+};
+inline constexpr std::array kN1AskedWords{
+    N1AskedWord{"version_query", N1Asked::kVersion, protocol::ids::kVersionQuery},
+    N1AskedWord{"activate", N1Asked::kActivate, protocol::ids::kActivation},
+    N1AskedWord{"set_broadcast_frequency", N1Asked::kSetRates, protocol::ids::kTelemetryFrequency},
+    N1AskedWord{"obtain_control", N1Asked::kObtainControl, protocol::ids::kControlRequest},
+    N1AskedWord{"release_control", N1Asked::kReleaseControl, protocol::ids::kControlRequest},
+    N1AskedWord{"motors", N1Asked::kMotors, protocol::ids::kMotors},
+    N1AskedWord{"task", N1Asked::kTask, protocol::ids::kTask},
+    N1AskedWord{"task_query", N1Asked::kTaskQuery, protocol::ids::kTaskQuery},
+};
+
+struct N1ScriptLine {
+  core::TimePoint at{};
+  N1Happening what = N1Happening::kMode;
+  double value = 0.0;
+  N1Asked asked = N1Asked::kAny;  ///< of kLoseAcks
+  N1StickMove move{};             ///< of kStick
+};
+
+/// A line of a script that cannot be read: its number and what is wrong with it.
+class N1ScriptError : public std::runtime_error {
+ public:
+  N1ScriptError(long line, const std::string& what) : std::runtime_error(what), line_(line) {}
+  long line() const { return line_; }
+
+ private:
+  long line_;
+};
+
+/// Reads a script. One happening per line, `#` begins a comment, times in seconds and not falling:
+///
+///   12.5 mode A | F | P        20 take mobile | rc      25 restart            30 silence 0.6
+///   30 lose_acks 2 [obtain_control]                     30 delay_acks 0.3     30 double_acks 2    30 noise 200
+///   30 loss 0.01               30 ioc on | off          30 rc on | off        0 activation 3
+///   40 end_virtual_rc
+///
+/// and what the pilot does with roll, pitch, throttle or yaw while the sticks are his (counts from where they rest;
+/// positive: right, forward, up, right):
+///
+///   50 stick roll 120 0.5              120 counts for 0.5 s
+///   52 doublet pitch 150 0.4           0.4 s to one side, 0.4 s to the other
+///   55 3211 roll 150 0.3               3, 2, 1, 1 times 0.3 s, to either side in turn
+///   60 chirp roll 100 0.4 2.5 8        a sine from 0.4 to 2.5 Hz within 8 s
+///
+/// @throws N1ScriptError
+std::vector<N1ScriptLine> read_n1_script(const std::string& text);
+
+}  // namespace m100::sim

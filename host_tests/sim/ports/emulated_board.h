@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "firmware/core/time.h"
+#include "hal/cortex_m/lockstep_message.h"
+#include "hal/uart.h"
+
+namespace m100::sim {
+
+/// A flight image in QEMU (mps2-an500), led through time tick by tick: UART0 carries the steps of
+/// hal/cortex_m/lockstep_message.h, UART1 the autopilot's link, UART2 the pose. The three are Unix sockets in a
+/// temporary folder; the emulator is ended with the object.
+class EmulatedBoard {
+ public:
+  /// Starts the emulator. @param arguments words for the image. Throws std::runtime_error where that fails.
+  EmulatedBoard(const std::string& image, const std::string& arguments);
+  ~EmulatedBoard();
+  EmulatedBoard(const EmulatedBoard&) = delete;
+  EmulatedBoard& operator=(const EmulatedBoard&) = delete;
+
+  /// One tick: what waits in the two ends goes to the board, and what it sends comes back into them. Throws
+  /// std::runtime_error if the board does not answer within ten seconds.
+  hal::LockstepReport step(core::TimePoint now, hal::LockstepOrder order, hal::Uart& autopilot, hal::Uart& pose);
+
+  /// Tells the image to end. @returns its exit status, -1 if it did not end by itself.
+  int end();
+  /// Lets an assertion fail in the image, or lets it hang; its last words go into the autopilot's line. @returns as
+  /// end().
+  int break_an_assertion(hal::Uart& autopilot) { return last_words(hal::LockstepOrder::kBreak, autopilot); }
+  int hang(hal::Uart& autopilot) { return last_words(hal::LockstepOrder::kHang, autopilot); }
+
+ private:
+  static constexpr std::size_t kPorts = 3;
+  void order_last(hal::LockstepOrder order);
+  int wait_for_exit();
+  int last_words(hal::LockstepOrder order, hal::Uart& autopilot);
+  void start(const std::string& image, const std::string& arguments);
+  void send(std::size_t port, const std::byte* data, std::size_t size);
+  void receive(std::size_t port, std::byte* data, std::size_t size);
+  std::uint32_t pass_on(hal::Uart& from, std::size_t port);
+  void bring_back(std::size_t port, std::uint32_t& so_far, std::uint32_t total, hal::Uart& to);
+
+  std::string folder_;
+  pid_t emulator_ = -1;
+  std::array<int, kPorts> listening_{-1, -1, -1};
+  std::array<int, kPorts> socket_{-1, -1, -1};
+  std::array<std::uint32_t, kPorts> sent_{};
+  std::array<std::uint32_t, kPorts> received_{};
+};
+
+}  // namespace m100::sim

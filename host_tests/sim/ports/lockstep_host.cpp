@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/ports/lockstep_host.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <utility>
+
+#include "hal/linux/simulated_port.h"
+
+namespace m100::sim {
+namespace {
+
+constexpr int kLook_ms = 50;          // at a program that does not go back to sleep
+constexpr int kPatience_looks = 400;  // then time goes on without it
+constexpr int kHelloPatience_ms = 1000;
+
+/// T: stopped, Z: ended and not yet waited for; 0: there is no such process.
+char process_state(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');
+  return name_end == std::string::npos || name_end + 2 >= text.size() ? '\0' : text[name_end + 2];
+}
+
+pid_t peer_of(int descriptor) {
+  ucred peer{};
+  socklen_t size = sizeof(peer);
+  return ::getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : -1;
+}
+
+template <typename T>
+bool send_all(int descriptor, const T& value) {
+  return ::send(descriptor, &value, sizeof(value), MSG_NOSIGNAL) == static_cast<ssize_t>(sizeof(value));
+}
+
+}  // namespace
+
+LockstepHost::~LockstepHost() {
+  for (EndState& end : ends_) {
+    hang_up(end);
+    ::close(end.listening);
+    ::unlink(end.path.c_str());
+  }
+  for (const Attendant& attendant : attendants_) {
+    ::close(attendant.descriptor);
+  }
+}
+
+LockstepHost::End LockstepHost::add_end(const std::string& path) {
+  ends_.push_back({.path = path});
+  listen(ends_.back());
+  return ends_.size() - 1;
+}
+
+void LockstepHost::listen(EndState& end) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (end.path.size() >= sizeof(address.sun_path)) {
+    throw std::runtime_error(end.path + ": too long for the name of a socket");
+  }
+  std::memcpy(address.sun_path, end.path.c_str(), end.path.size() + 1);
+  ::unlink(end.path.c_str());
+  end.listening = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (end.listening < 0 || ::bind(end.listening, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
+      ::listen(end.listening, 8) != 0) {
+    throw std::runtime_error(end.path + ": " + std::strerror(errno));
+  }
+}
+
+void LockstepHost::hang_up(EndState& end) {
+  if (end.descriptor >= 0) {
+    ::close(end.descriptor);
+  }
+  end.descriptor = -1;
+  end.process = -1;
+  end.baud = 0;
+  end.waiting.clear();
+}
+
+void LockstepHost::unplug(End end) {
+  receive(ends_[end]);
+  hang_up(ends_[end]);
+  ::close(ends_[end].listening);
+  ends_[end].listening = -1;
+  ::unlink(ends_[end].path.c_str());
+}
+
+void LockstepHost::plug_in(End end) { listen(ends_[end]); }
+
+void LockstepHost::receive(EndState& end) {
+  std::array<std::byte, 4096> bytes;
+  while (end.descriptor >= 0) {
+    const ssize_t count = ::recv(end.descriptor, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    if (count > 0) {
+      end.written.insert(end.written.end(), bytes.begin(), bytes.begin() + count);
+    } else if (count < 0 && (errno == EAGAIN || errno == EINTR)) {
+      return;
+    } else {
+      hang_up(end);
+    }
+  }
+}
+
+std::vector<std::byte> LockstepHost::take(End end) {
+  receive(ends_[end]);
+  return std::exchange(ends_[end].written, {});
+}
+
+void LockstepHost::give(End end, std::span<const std::byte> bytes) {
+  EndState& to = ends_[end];
+  if (to.descriptor >= 0) {
+    const std::size_t room = kWaitingBytes - std::min(kWaitingBytes, to.waiting.size());
+    const std::span<const std::byte> kept = bytes.first(std::min(room, bytes.size()));
+    to.waiting.insert(to.waiting.end(), kept.begin(), kept.end());
+  }
+}
+
+void LockstepHost::hand_over(pid_t process) {
+  for (EndState& end : ends_) {
+    if (end.process == process && !end.waiting.empty()) {
+      const ssize_t count = ::send(end.descriptor, end.waiting.data(), end.waiting.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+      end.waiting.erase(end.waiting.begin(), end.waiting.begin() + std::max<ssize_t>(count, 0));
+    }
+  }
+}
+
+void LockstepHost::welcome(EndState& end) {
+  const int descriptor = ::accept4(end.listening, nullptr, nullptr, SOCK_CLOEXEC);
+  if (descriptor < 0) {
+    return;
+  }
+  hal::SimulatedHello hello{};
+  pollfd one{.fd = descriptor, .events = POLLIN, .revents = 0};
+  if (::poll(&one, 1, kHelloPatience_ms) != 1 ||
+      ::recv(descriptor, &hello, sizeof(hello), MSG_WAITALL) != static_cast<ssize_t>(sizeof(hello))) {
+    ::close(descriptor);
+    return;
+  }
+  if (hello.purpose == hal::SimulatedPurpose::kClock) {
+    const std::int64_t now_us = now_.time_since_epoch().count();
+    const pid_t process = peer_of(descriptor);
+    if (send_all(descriptor, now_us)) {
+      attendants_.push_back({.descriptor = descriptor, .process = process, .deadline_us = now_us});
+    }
+    return;
+  }
+  receive(end);  // who held it may have gone
+  const auto granted = static_cast<std::uint8_t>(end.descriptor < 0);
+  if (!send_all(descriptor, granted) || granted == 0) {
+    ::close(descriptor);
+    return;
+  }
+  end.descriptor = descriptor;
+  end.process = peer_of(descriptor);
+  end.baud = hello.value;
+  end.waiting.clear();
+}
+
+void LockstepHost::hear(Attendant& attendant) {
+  const ssize_t count =
+      ::recv(attendant.descriptor, &attendant.deadline_us, sizeof(attendant.deadline_us), MSG_DONTWAIT | MSG_WAITALL);
+  if (count == static_cast<ssize_t>(sizeof(attendant.deadline_us))) {
+    attendant.asleep = true;
+    attendant.seen_stopped = false;
+  } else if (count >= 0 || errno != EAGAIN) {
+    ::close(attendant.descriptor);
+    attendant.descriptor = -1;
+  }
+}
+
+void LockstepHost::drop_the_gone() {
+  std::erase_if(attendants_, [](const Attendant& attendant) { return attendant.descriptor < 0; });
+}
+
+void LockstepHost::service(int patience_ms) {
+  std::vector<pollfd> watched;
+  for (const EndState& end : ends_) {
+    watched.push_back({.fd = end.listening, .events = POLLIN, .revents = 0});
+  }
+  const std::size_t first_attendant = watched.size();
+  const std::size_t known = attendants_.size();
+  for (const Attendant& attendant : attendants_) {
+    watched.push_back({.fd = attendant.descriptor, .events = POLLIN, .revents = 0});
+  }
+  if (::poll(watched.data(), watched.size(), patience_ms) <= 0) {
+    return;
+  }
+  for (std::size_t i = 0; i < known; ++i) {
+    if (watched[first_attendant + i].revents != 0 && attendants_[i].descriptor >= 0) {
+      hear(attendants_[i]);
+    }
+  }
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    if (watched[i].revents != 0) {
+      welcome(ends_[i]);
+    }
+  }
+}
+
+void LockstepHost::await_sleep(std::size_t index) {
+  for (int looks = 0; looks < kPatience_looks && !stopped_; ++looks) {
+    service(kLook_ms);
+    const Attendant& awaited = attendants_[index];
+    if (awaited.asleep || awaited.descriptor < 0) {
+      return;
+    }
+    const char state = process_state(awaited.process);
+    if (state == 'T') {
+      break;
+    }
+    if (state == 'Z' || state == '\0') {  // another process still holds its socket
+      ::close(awaited.descriptor);
+      attendants_[index].descriptor = -1;
+      return;
+    }
+  }
+  attendants_[index].seen_stopped = true;
+}
+
+void LockstepHost::wake(std::size_t index) {
+  hand_over(attendants_[index].process);
+  attendants_[index].asleep = false;
+  const std::int64_t now_us = now_.time_since_epoch().count();
+  if (!send_all(attendants_[index].descriptor, now_us)) {
+    hear(attendants_[index]);
+    return;
+  }
+  await_sleep(index);
+  for (EndState& end : ends_) {
+    receive(end);
+  }
+}
+
+void LockstepHost::await_newcomers() {
+  for (std::size_t i = 0; i < attendants_.size() && !stopped_; ++i) {  // others may come meanwhile
+    if (!attendants_[i].asleep && !attendants_[i].seen_stopped && attendants_[i].descriptor >= 0) {
+      await_sleep(i);
+    }
+  }
+  drop_the_gone();
+}
+
+void LockstepHost::advance(core::TimePoint until) {
+  service(0);
+  drop_the_gone();
+  await_newcomers();
+  const auto runs = [this](const Attendant& attendant) {
+    return attendant.asleep && std::find(suspended_.begin(), suspended_.end(), attendant.process) == suspended_.end();
+  };
+  std::int64_t next_us = until.time_since_epoch().count();
+  for (const Attendant& attendant : attendants_) {
+    next_us = runs(attendant) ? std::min(next_us, attendant.deadline_us) : next_us;
+  }
+  now_ = std::max(now_, core::TimePoint{core::Duration{next_us}});
+  const std::size_t present = attendants_.size();
+  for (std::size_t i = 0; i < present && !stopped_; ++i) {
+    if (attendants_[i].descriptor >= 0 && runs(attendants_[i]) &&
+        attendants_[i].deadline_us <= now_.time_since_epoch().count()) {
+      wake(i);
+    }
+  }
+  drop_the_gone();
+}
+
+bool LockstepHost::wait_for(const std::function<bool()>& condition, double at_most_s) {
+  constexpr int kStep_ms = 10;
+  for (int left = static_cast<int>(at_most_s * 1000.0 / kStep_ms); left > 0 && !stopped_; --left) {
+    service(kStep_ms);
+    drop_the_gone();
+    if (condition()) {
+      return true;
+    }
+  }
+  return condition();
+}
+
+bool LockstepHost::attends(pid_t process) const {
+  return std::any_of(attendants_.begin(), attendants_.end(),
+                     [&](const Attendant& attendant) { return attendant.process == process; });
+}
+
+void LockstepHost::suspend(pid_t process) { suspended_.push_back(process); }
+
+void LockstepHost::resume(pid_t process) { std::erase(suspended_, process); }
+
+}  // namespace m100::sim

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/ports/pose_sender.h"
+
+#include <array>
+#include <cmath>
+
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::sim {
+namespace {
+
+/// System 1, component MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY: where poses come from.
+constexpr mavlink::Address kSource{.system = 1, .component = 197};
+constexpr std::int64_t kNsPerUs = 1000;
+
+core::Duration duration_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
+
+}  // namespace
+
+void PoseSender::answer_questions(core::TimePoint now) {
+  std::array<std::byte, 256> chunk;
+  const std::size_t count = uart_.read(chunk).value_or(0);
+  parser_.consume(std::span(chunk).first(count), [&](const mavlink::FrameView& frame) {
+    if (!source_.tells_time() || !mavlink::is<mavlink::Timesync>(frame)) {
+      return;
+    }
+    const auto question = mavlink::decode<mavlink::Timesync>(frame);
+    if (question.tc1 == 0) {
+      const core::TimePoint heard = now + duration_of(source_.numbers().sync_out_s);
+      questions_.push_back({question.ts1, heard, heard + duration_of(source_.numbers().sync_back_s)});
+    }
+  });
+  for (; !questions_.empty() && questions_.front().answered <= now; questions_.pop_front()) {
+    const Question& question = questions_.front();
+    const std::int64_t own_ns = source_.own_time(question.heard).time_since_epoch().count() * kNsPerUs;
+    static_cast<void>(
+        uart_.write(encode(mavlink::Timesync{.tc1 = own_ns, .ts1 = question.ts1}, kSource, frames_++).bytes()));
+  }
+}
+
+void PoseSender::step(core::TimePoint now, const Vehicle& vehicle, core::TimePoint moved_at) {
+  answer_questions(now);
+  while (const auto sample = source_.step(now, vehicle.state(), vehicle.attitude().yaw_rad, moved_at)) {
+    // World NWU and body FLU as NED and FRD: y and z change sign, and with them the turn about z.
+    const double half_yaw = -0.5 * sample->yaw_rad;
+    const mavlink::AttPosMocap message{
+        .time_usec = static_cast<std::uint64_t>(sample->stamp.time_since_epoch().count()),
+        .q = {static_cast<float>(std::cos(half_yaw)), 0.0F, 0.0F, static_cast<float>(std::sin(half_yaw))},
+        .x = static_cast<float>(sample->position_w_m.x()),
+        .y = static_cast<float>(-sample->position_w_m.y()),
+        .z = static_cast<float>(-sample->position_w_m.z())};
+    static_cast<void>(uart_.write(encode(message, kSource, frames_++).bytes()));
+  }
+}
+
+}  // namespace m100::sim

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/uart_pair.h"
+#include "host_tests/sim/autopilot/n1_autopilot.h"
+#include "host_tests/sim/ports/pose_sender.h"
+#include "host_tests/sim/world/plant.h"
+#include "host_tests/sim/world/vehicle.h"
+
+namespace m100::sim {
+
+struct WorldOptions {
+  std::uint64_t seed = 1;
+  core::Vector<double, 3> position_w_m{0.0, 0.0, 1.5};
+  double yaw_rad = 0.0;
+  N1Config autopilot{};  ///< baud, seed and noise are taken from the plant and the seed
+};
+
+/// What the plant says of the autopilot's sensors, in its own words.
+N1SensorNoise noise_of(const Sensors& sensors);
+
+/// Everything outside the companion computer: aircraft, wind, autopilot behind one cable, motion capture behind the
+/// other, and the clock they share. The program under test holds the two near ends and is called by whoever flies.
+///
+/// A pilot holds the aircraft at the balancing point of its sticks until the program takes over, as before the paper's
+/// experiments. Same plant, same options, same calls: same flight, bit for bit.
+class World {
+ public:
+  World(const Plant& plant, const WorldOptions& options);
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  hal::Uart& autopilot_uart() { return autopilot_line_.a(); }
+  hal::Uart& pose_uart() { return pose_line_.a(); }
+  core::TimePoint now() { return clock_.now(); }
+
+  /// Lets time pass: in steps of the autopilot's 400 Hz, and to each moment in which a pose is taken or arrives.
+  void advance(core::Duration step);
+
+  Vehicle& vehicle() { return vehicle_; }
+  N1Autopilot& autopilot() { return autopilot_; }
+  PoseSource& pose_source() { return pose_sender_.source(); }
+  hal::UartPair& autopilot_line() { return autopilot_line_; }
+  hal::UartPair& pose_line() { return pose_line_; }
+  hal::ManualClock& clock() { return clock_; }
+
+ private:
+  hal::ManualClock clock_;
+  hal::UartPair autopilot_line_;
+  hal::UartPair pose_line_;
+  Vehicle vehicle_;
+  N1Autopilot autopilot_;
+  PoseSender pose_sender_;
+};
+
+}  // namespace m100::sim

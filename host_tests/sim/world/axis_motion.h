@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "firmware/model/stick_axis.h"
+
+namespace m100::sim {
+
+/// One axis of the autopilot in motion, from stick counts to angle (or rate, or climb speed). What the stick commands
+/// is model::StickLaw, shared with identification; delay and dynamics are integrated here, in steps of their own.
+/// Order: memory of the stick, delay | the rest of the law, other axis, saturation | dynamics, lead zero, rate limit.
+class AxisMotion {
+ public:
+  /// @param extra_delay_s of the command path, on top of the axis' own delay.
+  explicit AxisMotion(const model::StickAxis& axis, double extra_delay_s = 0.0);
+
+  /// A stick in counts of the Virtual RC (centre 1024), in force from now on.
+  void set_stick(double counts);
+  /// A command in the axis' own unit, past the stick's law (movement control): delay and dynamics still apply.
+  void set_direct(double command);
+
+  /// The axis is another one from now on; what it does goes on from where it is.
+  void become(const model::StickAxis& axis);
+
+  /// The law's answer to the input as it was a delay ago, before saturation: what crosses over to other axes.
+  double commanded() const;
+  /// Integrates one step (at most 10 ms; midpoint rule) towards commanded() + added.
+  /// @param authority factor on bandwidth, 1 for a fresh battery and no payload.
+  void advance(double step_s, double added, double authority = 1.0);
+
+  double output() const { return output_; }
+  double output_rate() const { return output_rate_; }
+
+ private:
+  struct Input {
+    double since_s = 0.0;
+    double value = 0.0;
+    bool direct = false;
+  };
+  const Input& delayed() const;
+  void remember(double value, bool direct);
+
+  static constexpr std::size_t kPast = 512;  ///< input changes kept, for delays far beyond any measured one
+  model::StickAxis axis_;
+  model::StickLaw<double> law_;
+  double extra_delay_s_;
+  double delay_s_;
+  double stick_counts_ = 0.0;  ///< the last, from neutral
+  std::array<Input, kPast> past_{};
+  std::size_t newest_ = 0;
+  mutable std::size_t in_force_ = 0;  ///< index into past_ of the delayed input; only ever moves forward
+  double time_s_ = 0.0;
+  double state_ = 0.0;
+  double state_rate_ = 0.0;
+  double output_ = 0.0;
+  double output_rate_ = 0.0;
+};
+
+}  // namespace m100::sim

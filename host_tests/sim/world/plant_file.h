@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "host_tests/sim/world/plant.h"
+
+namespace m100::sim {
+
+/// What is wrong with a plant file, in one line: "p.toml:3: 'air.wnid_m_s': unknown key".
+class PlantFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads a plant file (TOML): a list of differences from `base`. What is missing, section or key, is as there; a file
+/// of comments alone is the base itself. The axes have the keys and ranges of the vehicle file; zero switches an effect
+/// off; a time constant replaces the second order of an axis and a natural frequency its first. Unknown sections and
+/// keys, wrong types and values out of range are errors.
+Plant load_plant(const std::string& path, const Plant& base = measured_plant());
+/// The same from text; `name` stands for the file in messages.
+Plant parse_plant(std::string_view text, const std::string& name, const Plant& base = measured_plant());
+
+/// The plant that a vehicle file describes: all four axes with every key, mass, drag and thrust are the file's; air,
+/// source of pose, sensors and link are those of the measured plant.
+Plant plant_of(const model::Vehicle& vehicle);
+/// The plant that plant files differ from: that of the vehicle file at `vehicle_path` (option --plant-from), or the
+/// measured one where the path is empty. Errors: companion::VehicleFileError.
+Plant base_plant(const std::string& vehicle_path);
+/// The plant of a command line: plant file and --plant-from, either or both of them empty.
+Plant plant_of_options(const std::string& plant_path, const std::string& vehicle_path);
+
+}  // namespace m100::sim

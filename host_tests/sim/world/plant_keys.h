@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "firmware/companion/files/vehicle_keys.h"
+#include "host_tests/sim/world/plant.h"
+
+// The keys of a plant file, section by section, beside those of the axes, which are the vehicle file's.
+namespace m100::sim {
+
+using companion::NumberKey;
+
+inline constexpr std::array kOwnAirKeys{
+    NumberKey<Air>{"ground_effect", &Air::ground_effect, 0.0, 20.0},
+    NumberKey<Air>{"thrust_lag_s", &Air::thrust_lag_s, 0.0, 1.0},
+    NumberKey<Air>{"gust_m_s", &Air::gust_m_s, 0.0, 20.0},
+    NumberKey<Air>{"gust_hz", &Air::gust_hz, 0.0, 20.0},
+    NumberKey<Air>{"turbulence_m_s", &Air::turbulence_m_s, 0.0, 20.0},
+    NumberKey<Air>{"turbulence_length_m", &Air::turbulence_length_m, 0.05, 1000.0},
+    NumberKey<Air>{"attitude_disturbance_rad", &Air::attitude_disturbance_rad, 0.0, 0.2},
+    NumberKey<Air>{"climb_disturbance_m_s", &Air::climb_disturbance_m_s, 0.0, 2.0},
+    NumberKey<Air>{"yaw_rate_disturbance_rad_s", &Air::yaw_rate_disturbance_rad_s, 0.0, 2.0},
+};
+/// Those, and the numbers of every translation effect that the simulated world can contain.
+inline const std::vector<NumberKey<Air>>& air_keys() {
+  static const std::vector<NumberKey<Air>> kKeys = [] {
+    std::vector<NumberKey<Air>> keys(kOwnAirKeys.begin(), kOwnAirKeys.end());
+    for (const auto& number : model::kEffectNumbers) {
+      if (model::simulated(number.key)) {
+        keys.push_back({number.key, number.member, number.low, number.high});
+      }
+    }
+    return keys;
+  }();
+  return kKeys;
+}
+inline constexpr std::array kPayloadKeys{
+    NumberKey<Payload>{"mass_kg", &Payload::mass_kg, 0.0, 10.0},
+    NumberKey<Payload>{"picked_up_at_s", &Payload::picked_up_at_s, 0.0, 1e6},
+    NumberKey<Payload>{"slung_length_m", &Payload::slung_length_m, 0.0, 50.0},
+};
+inline constexpr std::array kPoseKeys{
+    NumberKey<PoseNumbers>{"rate_hz", &PoseNumbers::rate_hz, 5.0, 500.0},
+    NumberKey<PoseNumbers>{"latency_s", &PoseNumbers::latency_s, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"jitter_s", &PoseNumbers::jitter_s, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"burst_s", &PoseNumbers::burst_s, 0.0, 10.0},
+    NumberKey<PoseNumbers>{"burst_per_s", &PoseNumbers::burst_per_s, 0.0, 100.0},
+    NumberKey<PoseNumbers>{"clock_drift_ppm", &PoseNumbers::clock_drift_ppm, -10000.0, 10000.0},
+    NumberKey<PoseNumbers>{"reported_age_s", &PoseNumbers::reported_age_s, 0.0, 9.0},
+    NumberKey<PoseNumbers>{"sync_out_s", &PoseNumbers::sync_out_s, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"sync_back_s", &PoseNumbers::sync_back_s, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"noise_m", &PoseNumbers::noise_m, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"noise_rad", &PoseNumbers::noise_rad, 0.0, 0.5},
+    NumberKey<PoseNumbers>{"quantum_m", &PoseNumbers::quantum_m, 0.0, 1.0},
+    NumberKey<PoseNumbers>{"dropout_per_s", &PoseNumbers::dropout_per_s, 0.0, 100.0},
+    NumberKey<PoseNumbers>{"dropout_s", &PoseNumbers::dropout_s, 0.0, 10.0},
+};
+/// Keys of [sensors] that older files have for keys of [pose].
+struct OldName {
+  std::string_view old;
+  std::string_view key;
+};
+inline constexpr std::array kOldPoseKeys{OldName{"pose_noise_m", "noise_m"}, OldName{"pose_yaw_noise_rad", "noise_rad"},
+                                         OldName{"pose_delay_s", "latency_s"},
+                                         OldName{"pose_dropout_per_s", "dropout_per_s"},
+                                         OldName{"pose_dropout_s", "dropout_s"}};
+template <typename T>
+struct Word {
+  std::string_view word;
+  T value;
+};
+inline constexpr std::array kPhases{Word<PosePhase>{"random", PosePhase::kRandom},
+                                    Word<PosePhase>{"locked", PosePhase::kLocked}};
+inline constexpr std::array kReportedAges{Word<ReportedAge>{"true", ReportedAge::kTrue},
+                                          Word<ReportedAge>{"constant", ReportedAge::kConstant},
+                                          Word<ReportedAge>{"none", ReportedAge::kNone}};
+inline constexpr std::array kSensorKeys{
+    NumberKey<Sensors>{"attitude_noise_rad", &Sensors::attitude_noise_rad, 0.0, 0.5},
+    NumberKey<Sensors>{"imu_offset_m_s2", &Sensors::imu_offset_m_s2, 0.0, 10.0},
+    NumberKey<Sensors>{"imu_vibration_m_s2", &Sensors::imu_vibration_m_s2, 0.0, 50.0},
+    NumberKey<Sensors>{"velocity_zero_share", &Sensors::velocity_zero_share, 0.0, 1.0},
+    NumberKey<Sensors>{"height_drift_m", &Sensors::height_drift_m, 0.0, 10.0},
+    NumberKey<Sensors>{"imu_rate_noise_rad_s", &Sensors::imu_rate_noise_rad_s, 0.0, 1.0},
+    NumberKey<Sensors>{"imu_acceleration_noise_m_s2", &Sensors::imu_acceleration_noise_m_s2, 0.0, 10.0},
+};
+inline constexpr std::array kShapes{Word<model::DeadZoneShape>{"continuous", model::DeadZoneShape::kContinuous},
+                                    Word<model::DeadZoneShape>{"jump", model::DeadZoneShape::kJump}};
+inline constexpr std::array kLinkKeys{
+    NumberKey<Link>{"baud", &Link::baud, 9600.0, 4e6},
+    NumberKey<Link>{"clock_drift_ppm", &Link::clock_drift_ppm, -10000.0, 10000.0},
+    NumberKey<Link>{"adapter_s", &Link::adapter_s, 0.0, 0.1},
+    NumberKey<Link>{"command_delay_s", &Link::command_delay_s, 0.0, 0.5},
+    NumberKey<Link>{"drop", &Link::drop, 0.0, 1.0},
+    NumberKey<Link>{"bit_error_rate", &Link::bit_error_rate, 0.0, 0.1},
+};
+inline constexpr std::array kBatteryKeys{NumberKey<Battery>{"sag", &Battery::sag, 0.0, 0.9},
+                                         NumberKey<Battery>{"start_percent", &Battery::start_percent, 0.0, 100.0}};
+inline constexpr std::array kVehicleKeys{NumberKey<Plant>{"mass_kg", &Plant::mass_kg, 0.5, 20.0}};
+
+}  // namespace m100::sim
