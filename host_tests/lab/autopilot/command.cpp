@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab autopilot: an N1 autopilot with a vehicle behind it, on a pseudo-terminal in real time, or on simulated
+// ports that carry time with them.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hal/linux/simulated_port.h"
+#include "host_tests/lab/autopilot/run.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/key_file.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/ports/world.h"
+#include "host_tests/sim/world/plant_file.h"
+#include "protocol/aes256.h"
+
+namespace m100::lab {
+namespace autopilot {
+namespace {
+
+volatile std::sig_atomic_t stop_signal = 0;
+void ask_to_stop(int) { stop_signal = 1; }
+
+std::string read_text(const std::string& path) { return whole_file(path); }
+
+std::vector<sim::N1ScriptLine> read_script(const std::string& path) {
+  try {
+    return sim::read_n1_script(read_text(path));
+  } catch (const sim::N1ScriptError& wrong) {
+    throw InputError(path, wrong.line(), "", wrong.what());
+  }
+}
+
+void expect_one_line(const Options& options) {
+  const int lines = static_cast<int>(!options.pty.empty()) + static_cast<int>(!options.simulated.empty()) +
+                    static_cast<int>(!options.board.empty());
+  if (lines != 1) {
+    throw InputError("--pty", 0, "", "one of --pty, --sim and --board is needed");
+  }
+  if (!options.pty.empty() && options.pose_pty == options.pty) {
+    throw InputError("--pose-pty", 0, "", "must not be the link of --pty");
+  }
+  if (!options.pose_pty.empty() && hal::is_simulated(options.pty) != hal::is_simulated(options.pose_pty)) {
+    throw InputError("--pose-pty", 0, "", "a simulated port and a real one do not live in the same time");
+  }
+  if (std::isnan(options.duration_s) || std::isnan(options.loss)) {  // passes every comparison of a range
+    throw InputError(std::isnan(options.loss) ? "--loss" : "--duration", 0, "", "is not a number");
+  }
+}
+
+void run(const Options& options) {
+  expect_one_line(options);
+  const sim::Plant plant = sim::plant_of_options(options.plant, options.plant_from);
+  std::optional<protocol::Aes256> cipher;
+  if (!options.key_file.empty()) {
+    cipher.emplace(read_key(options.key_file));
+  }
+  sim::N1Config config{.baud = options.baud,
+                       .seed = options.seed,
+                       .mode = static_cast<sim::N1Mode>(options.mode.front()),
+                       .cipher = cipher ? &*cipher : nullptr,
+                       .app_id = options.app_id,
+                       .noise = sim::noise_of(plant.sensors),
+                       .clock_drift_ppm = plant.link.clock_drift_ppm,
+                       .lenient_virtual_rc = options.lenient_virtual_rc,
+                       .pilot_holds_place = options.board.empty()};
+  if (!options.script.empty() && options.script != kLiveScript) {
+    config.script = read_script(options.script);
+  }
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  if (options.board.empty()) {
+    run_on_line(options, plant, config);
+  } else {
+    run_with_board(options, plant, config);
+  }
+}
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option(
+      "--pty", options.pty,
+      "symbolic link to make; clients open it like a serial port. sim:SOCKET: joins somebody's time instead");
+  app.add_option("--pose-pty", options.pose_pty, "a second link, with the pose of the vehicle");
+  app.add_option("--sim", options.simulated,
+                 "socket to make: clients open sim:SOCKET and, for the pose, sim:SOCKET.pose, and fly faster than "
+                 "real time; time stands still until the first one comes")
+      ->excludes("--pty");
+  app.add_option(
+         "--board", options.board,
+         "flight image to run in QEMU instead (m100_mps2.elf): its UART1 is the line, its UART2 the pose, in lockstep")
+      ->check(CLI::ExistingFile)
+      ->excludes("--pty");
+  app.add_option("--course", options.course, "of the board")
+      ->check(CLI::IsMember({"hover", "step", "trajectory"}))
+      ->needs("--board");
+  app.add_option("--plant", options.plant, "plant file (TOML); default: the measured aircraft");
+  app.add_option(
+      "--plant-from", options.plant_from,
+      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
+  app.add_option("--seed", options.seed, "of every noise");
+  app.add_option("--rc-mode", options.mode, "mode switch of the remote controller at the start")
+      ->check(CLI::IsMember({"F", "A", "P"}));
+  app.add_option(
+      "--script", options.script,
+      "what happens when: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'; "
+      "'-': each line of standard input happens when it comes");
+  app.add_option("--events", options.events,
+                 "JSON lines of what it received and did, and of where the aircraft is; the last one sums up");
+  app.add_option("--baud", options.baud,
+                 "line rate to keep to, both ways, and to garble by where the client's differs; 0: as fast as it goes")
+      ->check(CLI::IsMember({0, 115200, 230400, 460800, 921600}));
+  app.add_option("--app-id", options.app_id, "the only app id to activate; default: any");
+  app.add_option("--key-file", options.key_file,
+                 "file with the app's AES key, 64 hexadecimal digits, that only its owner can read");
+  app.add_option("--loss", options.loss, "share of frames lost, each way")->check(CLI::Range(0.0, 1.0));
+  app.add_option("--duration", options.duration_s, "seconds; default: until interrupted")
+      ->check(CLI::Range(0.001, 1e6));
+  app.add_flag("--lenient-virtual-rc", options.lenient_virtual_rc,
+               "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
+}
+
+}  // namespace
+
+bool stop_asked() { return stop_signal != 0; }
+
+}  // namespace autopilot
+
+void add_autopilot(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("autopilot", "emulate an N1 autopilot with a vehicle on a pseudo-terminal");
+  auto options = std::make_shared<autopilot::Options>();
+  app->option_defaults()->always_capture_default();
+  autopilot::add_options(*app, *options);
+  app->callback([options] { autopilot::run(*options); });
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "hal/linux/serial_port.h"
+#include "host_tests/lab/autopilot/event_file.h"
+#include "host_tests/lab/autopilot/run.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/sim/ports/lockstep_host.h"
+#include "host_tests/sim/ports/pose_sender.h"
+#include "host_tests/sim/ports/pty_uart.h"
+
+namespace m100::lab::autopilot {
+namespace {
+
+constexpr std::uint32_t kPoseBaud = 115200;
+
+/// Our end of a line: a pseudo-terminal that we make, or a simulated port of somebody who keeps the time.
+class LineEnd {
+ public:
+  LineEnd(const std::string& name, std::uint32_t baud) {
+    if (hal::is_simulated(name)) {
+      simulated_.emplace(name, baud == 0 ? kPoseBaud : baud);
+    } else {
+      pty_.emplace(name, baud);
+    }
+  }
+  hal::Uart& uart() { return pty_ ? static_cast<hal::Uart&>(*pty_) : static_cast<hal::Uart&>(*simulated_); }
+
+ private:
+  std::optional<sim::PtyUart> pty_;
+  std::optional<hal::SerialPort> simulated_;
+};
+
+/// Simulated ports of our own: whoever opens SOCKET and SOCKET.pose lives in our time, which stands still until then.
+class OwnWorld {
+ public:
+  explicit OwnWorld(const std::string& socket)
+      : client_(host_.add_end(socket)),
+        pose_client_(host_.add_end(socket + ".pose")),
+        ours_(host_.add_end(socket + ".n1")),
+        our_pose_(host_.add_end(socket + ".n1.pose")),
+        keeper_([this] { keep_time(); }) {}
+  ~OwnWorld() {
+    host_.stop();
+    keeper_.join();
+  }
+  OwnWorld(const OwnWorld&) = delete;
+  OwnWorld& operator=(const OwnWorld&) = delete;
+
+ private:
+  void carry(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
+  void keep_time() {
+    constexpr double kLong_s = 86400.0;
+    host_.wait_for([this] { return host_.attendants() >= 2; }, kLong_s);
+    while (!host_.stopped()) {
+      host_.advance(host_.now() + std::chrono::seconds(1));
+      carry(client_, ours_);
+      carry(ours_, client_);
+      carry(our_pose_, pose_client_);
+      carry(pose_client_, our_pose_);
+    }
+  }
+
+  sim::LockstepHost host_;
+  sim::LockstepHost::End client_;
+  sim::LockstepHost::End pose_client_;
+  sim::LockstepHost::End ours_;
+  sim::LockstepHost::End our_pose_;
+  std::thread keeper_;
+};
+
+/// Lines of a script that are typed in while it runs: each happens as soon as it is there, whatever time it names.
+class LiveScript {
+ public:
+  void step(sim::N1Autopilot& autopilot) {
+    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    std::array<char, 256> typed;
+    while (open_ && ::poll(&input, 1, 0) > 0) {
+      const ssize_t count = ::read(STDIN_FILENO, typed.data(), typed.size());
+      open_ = count > 0;
+      text_.append(typed.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    }
+    for (std::size_t end = 0; (end = text_.find('\n')) != std::string::npos; text_.erase(0, end + 1)) {
+      obey(text_.substr(0, end), autopilot);
+    }
+  }
+
+ private:
+  static void obey(const std::string& typed, sim::N1Autopilot& autopilot) {
+    try {
+      for (const sim::N1ScriptLine& line : sim::read_n1_script(typed)) {
+        autopilot.happen(line);
+      }
+    } catch (const sim::N1ScriptError& wrong) {
+      throw InputError("standard input", 0, "", wrong.what());
+    }
+  }
+
+  bool open_ = true;
+  std::string text_;
+};
+
+/// Until the duration is over or a signal comes.
+void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle,
+         sim::PoseSender* pose, EventFile* events) {
+  const core::TimePoint end{core::Duration{static_cast<std::int64_t>(options.duration_s * 1e6)}};
+  core::TimePoint last = clock.now();
+  core::Duration longest_lag{0};
+  LiveScript live;
+  for (core::TimePoint now = last; !stop_asked() && (options.duration_s <= 0.0 || now < end); now = clock.now()) {
+    longest_lag = std::max(longest_lag, now - last);
+    last = now;
+    if (options.script == kLiveScript) {
+      live.step(autopilot);
+    }
+    autopilot.advance(now);
+    if (pose != nullptr) {
+      pose->step(now, vehicle, autopilot.ticked_at());
+    }
+    if (events != nullptr) {
+      events->tell_truth(now, vehicle.state());
+    }
+    const core::TimePoint tick = now + sim::N1Autopilot::kTick;
+    const core::TimePoint event = pose != nullptr && pose->next_event() > now ? pose->next_event() : tick;
+    clock.sleep_until(std::min(tick, event));
+  }
+  if (events != nullptr) {
+    events->summarise(clock.now(), autopilot, longest_lag);
+  }
+}
+
+}  // namespace
+
+void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
+  std::optional<EventFile> events;
+  if (!options.events.empty()) {
+    events.emplace(options.events);
+  }
+  std::signal(SIGPIPE, SIG_IGN);  // a client that leaves
+  const bool own_world = !options.simulated.empty();
+  std::optional<OwnWorld> world;
+  if (own_world) {
+    world.emplace(options.simulated);
+  }
+  const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
+  const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
+  LineEnd line(name, options.baud);
+  sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, 1.5});
+  sim::N1Autopilot autopilot(line.uart(), vehicle, config);
+  autopilot.happen(sim::N1Happening::kLoss, options.loss);
+  if (events) {
+    autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
+  }
+  // The pilot's sticks rest at the balancing point of the aircraft.
+  autopilot.set_pilot_sticks({.roll_vrc = 1024.0 + plant.roll.trim_counts,
+                              .pitch_vrc = 1024.0 + plant.pitch.trim_counts,
+                              .throttle_vrc = 1024.0 + plant.climb.trim_counts,
+                              .yaw_vrc = 1024.0 + plant.yaw_rate.trim_counts});
+  std::optional<LineEnd> pose_line;
+  std::optional<sim::PoseSender> pose;
+  if (!pose_name.empty()) {
+    pose_line.emplace(pose_name, hal::is_simulated(pose_name) ? kPoseBaud : 0);
+    pose.emplace(pose_line->uart(), plant, options.seed);
+  }
+  std::cout << "autopilot on " << (own_world ? "sim:" + options.simulated : options.pty) << ", " << options.baud
+            << " baud, mode switch at " << options.mode << std::endl;
+  hal::PortClock clock(name);
+  fly(options, clock, autopilot, vehicle, pose ? &*pose : nullptr, events ? &*events : nullptr);
+}
+
+}  // namespace m100::lab::autopilot

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace m100::lab::autopilot {
+
+inline constexpr std::string_view kLiveScript = "-";
+
+struct Options {
+  std::string pty;
+  std::string pose_pty;
+  std::string simulated;
+  std::string board;
+  std::string course = "hover";
+  std::string plant;
+  std::string plant_from;
+  std::uint64_t seed = 1;
+  std::string mode = "F";
+  std::string script;  ///< kLiveScript: typed in while it runs
+  std::string events;
+  std::uint32_t baud = 230400;
+  std::uint32_t app_id = 0;
+  std::string key_file;
+  double loss = 0.0;
+  double duration_s = 0.0;
+  bool lenient_virtual_rc = false;
+};
+
+}  // namespace m100::lab::autopilot

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab campaign: worlds x tasks x seeds on all cores, and the parts of other machines put together.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <span>
+#include <thread>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/campaign/campaign.h"
+#include "host_tests/lab/campaign/page.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/plant_file.h"
+
+namespace m100::lab {
+namespace campaign {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::vector<std::string> worlds;
+  std::vector<std::string> merge;
+  std::size_t flights = 10;
+  std::uint64_t seed = 1;
+  std::string vehicle;
+  std::string plant_from;
+  std::string tasks = "hover,step_1m,step_3m,step_6m,square,trajectory";
+  std::string law = "mpc";
+  std::string mode = "field";
+  std::string channel = "virtual_rc";
+  double rate_hz = 0.0;
+  std::size_t jobs = 0;
+  std::string split;
+  std::string json;
+  std::string report;
+};
+
+std::string read_text(const std::string& path) { return whole_file(path); }
+
+std::vector<World> read_worlds(const Options& options) {
+  std::vector<World> worlds;
+  std::set<std::string> names;
+  for (const std::string& path : options.worlds) {
+    const std::string text = read_text(path);
+    const auto digest = core::hex(core::sha256(std::as_bytes(std::span(text.data(), text.size()))));
+    worlds.push_back({.name = std::filesystem::path(path).stem().string(),
+                      .path = path,
+                      .digest = std::string(digest.begin(), digest.end()),
+                      .plant = sim::parse_plant(text, path, sim::base_plant(options.plant_from))});
+    if (!names.insert(worlds.back().name).second) {
+      throw InputError(path, 0, "", "two worlds have the name " + worlds.back().name);
+    }
+  }
+  return worlds;
+}
+
+Share share_of(const std::string& words) {
+  if (words.empty()) {
+    return {};
+  }
+  const std::size_t slash = words.find('/');
+  const bool digits = slash != std::string::npos && slash > 0 && slash + 1 < words.size() && words.size() < 16 &&
+                      words.find_first_not_of("0123456789") == slash &&
+                      words.find_first_not_of("0123456789", slash + 1) == std::string::npos;
+  if (digits) {
+    const Share share{.part = std::stoul(words.substr(0, slash)), .parts = std::stoul(words.substr(slash + 1))};
+    if (share.part >= 1 && share.part <= share.parts) {
+      return share;
+    }
+  }
+  throw InputError("--split", 0, words, "must be I/N with I from 1 to N, such as 3/8");
+}
+
+/// What issue and contract name and this program cannot fly yet.
+void refuse_what_is_not_built(const Options& options) {
+  if (options.mode != "field") {
+    throw InputError("--mode", 0, options.mode, "is not built yet: field is the only tuning that flies");
+  }
+}
+
+Campaign campaign_of(const Options& options) {
+  Campaign out;
+  out.worlds = read_worlds(options);
+  out.tasks = tasks_of(options.tasks);
+  out.first_seed = options.seed;
+  out.flights = options.flights;
+  out.settings.vehicle =
+      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
+  out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
+  out.settings.rate_hz = options.rate_hz;
+  out.settings.law = law_of(options.law);
+  if (!link::command_period({.channel = out.settings.channel, .rate_hz = options.rate_hz})) {
+    throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
+  }
+  const auto repeat = [&out](const char* option, const std::string& value, bool wanted) {
+    if (wanted) {
+      out.options.insert(out.options.end(), {option, value});
+    }
+  };
+  std::ostringstream rate;
+  rate << options.rate_hz;
+  repeat("--vehicle", options.vehicle, !options.vehicle.empty());
+  repeat("--plant-from", options.plant_from, !options.plant_from.empty());
+  repeat("--law", options.law, options.law != "mpc");
+  repeat("--channel", options.channel, options.channel != "virtual_rc");
+  repeat("--rate", rate.str(), options.rate_hz > 0.0);
+  return out;
+}
+
+Json flown(const Options& options) {
+  refuse_what_is_not_built(options);
+  const Campaign campaign = campaign_of(options);
+  const Share share = share_of(options.split);
+  const std::size_t jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  const std::size_t mine = (campaign.size() + share.parts - share.part) / share.parts;
+  std::size_t told = 0;
+  const auto progress = [&](std::size_t done, std::size_t failed) {
+    constexpr std::size_t kLines = 20;
+    if (done * kLines / mine > told * kLines / mine || done == mine) {
+      std::cerr << done << " of " << mine << " flights, " << failed << " did not stay\n";
+    }
+    told = done;
+  };
+  return to_json(campaign, share, fly(campaign, share, jobs, progress));
+}
+
+void run(const Options& options) {
+  if (options.worlds.empty() == options.merge.empty()) {
+    throw InputError("campaign", 0, "", "give the worlds to fly (plant files), or --merge with the parts to join");
+  }
+  const Json report = options.merge.empty() ? flown(options) : merged(options.merge);
+  print_table(std::cout, report);
+  if (!options.json.empty()) {
+    std::ofstream file(options.json);
+    file << report.dump(1) << "\n";
+    file.flush();
+    if (!file) {
+      throw InputError(options.json, 0, "", "cannot be written");
+    }
+  }
+  if (!options.report.empty()) {
+    write_page(options.report, report);
+    std::cout << "wrote " << options.report << "/campaign.html\n";
+  }
+  if (!all_stayed(report)) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+}  // namespace campaign
+
+void add_campaign(CLI::App& lab) {
+  auto options = std::make_shared<campaign::Options>();
+  CLI::App* command =
+      lab.add_subcommand("campaign", "fly many simulated flights in many worlds, and say which of them stay");
+  command->footer("Exit code 0: every flight stayed below nothing worse than coasting and inside its fence; 1: not.");
+  command->add_option("worlds", options->worlds, "plant files (TOML), each a world");
+  command->add_option("--flights", options->flights, "flights of each task in each world, seeds counted up")
+      ->check(CLI::Range(1, 100000));
+  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
+  command->add_option("--plant-from", options->plant_from,
+                      "vehicle file whose axes, drag and thrust the worlds have instead of the measured ones");
+  command->add_option("--tasks", options->tasks, "which tasks to fly");
+  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
+      ->check(CLI::IsMember({"mpc", "lqr"}));
+  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
+  command->add_option("--channel", options->channel, "how commands reach the autopilot")
+      ->check(CLI::IsMember({"virtual_rc", "movement"}));
+  command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  command->add_option("--jobs", options->jobs, "flights at the same time; 0: one per core")->check(CLI::Range(0, 4096));
+  command->add_option("--split", options->split, "I/N: fly only part I of N, to be joined by --merge");
+  command->add_option("--merge", options->merge, "results of parts (--json) to join instead of flying");
+  command->add_option("--json", options->json, "file for the numbers");
+  command->add_option("--report", options->report, "folder for the page with heat maps (campaign.html)");
+  command->callback([options] { campaign::run(*options); });
+}
+
+}  // namespace m100::lab

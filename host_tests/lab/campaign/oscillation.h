@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/experiments/trace.h"
+
+namespace m100::lab::campaign {
+
+/// How the tilt of a flight moves, whatever the ladder thinks of it: a limit cycle of 20 degrees can leave it content.
+struct Swing {
+  /// On roll or pitch, in any 5 s, the deviation from its own mean over 2 s exceeds 3 degrees root mean square, and its
+  /// autocorrelation has a peak above 0.5 between 0.3 and 3 Hz.
+  bool periodic = false;
+  double roll_deviation_deg = 0.0;  ///< root mean square about the flight's mean
+  double pitch_deviation_deg = 0.0;
+};
+
+/// @param trace one point each 10 ms.
+Swing swing_of(const experiments::Trace& trace);
+
+/// Whether a flight oscillates, beside a flight of the same task in a kind world.
+/// @param hovers the task asks for no tilt: then more than 2 degrees about the mean and more than twice the
+///   reference's is an oscillation too.
+bool oscillates(const Swing& flown, const Swing& reference, bool hovers);
+/// Nothing that a reference could say would make it one: the reference need not be flown.
+bool surely_calm(const Swing& flown, bool hovers);
+
+}  // namespace m100::lab::campaign

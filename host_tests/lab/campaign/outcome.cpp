@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/campaign/outcome.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "firmware/safety/ladder.h"
+#include "host_tests/lab/campaign/oscillation.h"
+#include "host_tests/lab/experiments/score.h"
+
+namespace m100::lab::campaign {
+namespace {
+
+using experiments::FlightPlan;
+using experiments::FlightResult;
+using experiments::TracePoint;
+using safety::Rung;
+
+FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
+  FlightPlan plan;
+  plan.plant = world;
+  plan.vehicle = settings.vehicle;
+  plan.course = task.course;
+  plan.duration_s = task.duration_s;
+  plan.seed = seed;
+  plan.channel = settings.channel;
+  plan.rate_hz = settings.rate_hz;
+  plan.law = settings.law;
+  plan.pilot_holds_place = true;
+  plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
+  return plan;
+}
+
+std::string two_digits(double value) {
+  std::ostringstream out;
+  out.precision(2);
+  out << std::fixed << value;
+  return out.str();
+}
+
+/// Which side of the box a place lies beyond; empty: inside.
+std::string breach(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
+  const auto beyond = [](const char* axis, double value, const companion::Range& range) {
+    return range.contains(value) ? std::string()
+                                 : std::string(axis) + " = " + two_digits(value) + " m is outside the fence [" +
+                                       two_digits(range.low) + ", " + two_digits(range.high) + "]";
+  };
+  std::string x = beyond("x", point.position_m[0] - flight.start_w_m.x(), file.fence_x_m);
+  std::string y = beyond("y", point.position_m[1] - flight.start_w_m.y(), file.fence_y_m);
+  return !x.empty() ? x : !y.empty() ? y : beyond("z", point.position_m[2], file.fence_z_m);
+}
+
+double tilt_deg(const TracePoint& point) {
+  return std::acos(std::cos(point.roll_rad) * std::cos(point.pitch_rad)) * 180.0 / std::numbers::pi;
+}
+
+bool below_coast(const TracePoint& point) {
+  const auto rung = static_cast<Rung>(point.rung);
+  return rung != Rung::kNominal && rung != Rung::kCoast;
+}
+
+/// What a hand-over in motion does is still our doing.
+constexpr double kAftermath_s = 2.0;
+
+/// The first thing that went wrong; everything that happened while we commanded and shortly after.
+void judge(const FlightResult& flight, const companion::FlightFile& file, Outcome& out) {
+  double silent_since_s = -1.0;
+  for (const TracePoint& point : flight.trace) {
+    const auto rung = static_cast<Rung>(point.rung);
+    silent_since_s = rung == Rung::kSilent && silent_since_s < 0.0 ? point.t_s : silent_since_s;
+    if (silent_since_s >= 0.0 && point.t_s > silent_since_s + kAftermath_s) {
+      break;
+    }
+    out.coasted = out.coasted || rung == Rung::kCoast;
+    out.released = out.released || rung == Rung::kRelease || rung == Rung::kSilent;
+    out.worst_tilt_deg = std::max(out.worst_tilt_deg, tilt_deg(point));
+    if (point.nees >= 0.0 && out.why.empty()) {
+      out.nees_sum += point.nees;
+      ++out.nees_count;
+    }
+    const std::string side = breach(point, flight, file);
+    out.breached = out.breached || !side.empty();
+    if (out.why.empty() && (below_coast(point) || !side.empty())) {
+      out.failed_at_s = point.t_s;
+      out.why = !side.empty() ? side : "below coast: " + flight.descent;
+    }
+  }
+}
+
+experiments::Trace until(const experiments::Trace& trace, double end_s) {
+  const auto behind = std::find_if(trace.begin(), trace.end(), [&](const TracePoint& p) { return p.t_s >= end_s; });
+  return {trace.begin(), behind};
+}
+
+}  // namespace
+
+sim::Plant kind_world(const sim::Plant& world) {
+  sim::Plant kind = sim::measured_plant();
+  kind.air = world.air;
+  kind.payload = world.payload;
+  kind.change = world.change;
+  kind.mass_kg = world.mass_kg;
+  return kind;
+}
+
+Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
+  const FlightPlan plan = plan_of(world, task, seed, settings);
+  const FlightResult flight = experiments::fly(plan);
+  Outcome out;
+  if (!flight.flew) {
+    out.why = "never flew: " + flight.authority;
+    return out;
+  }
+  judge(flight, *plan.flight_file, out);
+  out.stayed = out.why.empty();
+  const double until_s = out.stayed ? task.duration_s : out.failed_at_s;
+  const experiments::Cell cell = experiments::score(flight.trace, 0.0, until_s);
+  out.nis_sum = out.stayed ? flight.nis_sum : 0.0;
+  out.nis_count = out.stayed ? flight.nis_count : 0;
+  out.pose_rms_m = cell.pose_m;
+  out.tilt_rms_deg = cell.tilt_deg;
+  out.command_deg_s = cell.input_variation_deg_s;
+  const Swing flown = swing_of(until(flight.trace, until_s));
+  if (!surely_calm(flown, task.hovers)) {
+    const FlightResult reference = experiments::fly(plan_of(kind_world(world), task, seed, settings));
+    out.oscillated = oscillates(flown, swing_of(until(reference.trace, until_s)), task.hovers);
+  }
+  return out;
+}
+
+}  // namespace m100::lab::campaign

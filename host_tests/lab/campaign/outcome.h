@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "host_tests/lab/campaign/tasks.h"
+#include "host_tests/lab/experiments/flight.h"
+
+namespace m100::lab::campaign {
+
+/// What a campaign keeps of one flight.
+struct Outcome {
+  bool stayed = false;  ///< never below coast and inside the fence until the task was over
+  bool coasted = false;
+  bool released = false;  ///< control went back before the task was over
+  bool breached = false;  ///< outside the fence while the task lasted
+  bool oscillated = false;
+  double worst_tilt_deg = 0.0;  ///< of the thrust axis, from the start of the course to the end of the task
+  double pose_rms_m = 0.0;      ///< distance from the reference, until the task was over or the flight failed
+  double tilt_rms_deg = 0.0;
+  double command_deg_s = 0.0;  ///< summed change of both tilt commands per second
+  double nees_sum = 0.0;       ///< over the ticks that count, each expected 4
+  std::uint32_t nees_count = 0;
+  double nis_sum = 0.0;  ///< over the poses that were used, each expected 2; of flights that stayed
+  std::uint32_t nis_count = 0;
+  double failed_at_s = 0.0;  ///< from the start of the course
+  std::string why;           ///< empty: it stayed
+};
+
+/// How all flights of a campaign are flown.
+struct Settings {
+  companion::VehicleFile vehicle;
+  link::Channel channel = link::Channel::kVirtualRc;
+  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
+  mpc::Law law = mpc::Law::kMpc;
+};
+
+/// One flight of a task in a world. Same arguments: same outcome, bit for bit, whoever else flies beside it.
+Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings);
+
+/// The kind world in which the reference of an oscillation flies: the measured axes in this world's air and with its
+/// payload and change, source of pose, sensors and link at their defaults.
+sim::Plant kind_world(const sim::Plant& world);
+
+}  // namespace m100::lab::campaign

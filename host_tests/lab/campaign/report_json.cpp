@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a campaign found, as JSON. Summaries are made from the JSON of the single flights alone, so that a merged report
+// cannot differ from one that was made in one go.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/campaign/campaign.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::campaign {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Between the values of two ranks it lies on the straight line (the usual definition, type 7).
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) {
+    return 0.0;
+  }
+  std::sort(values.begin(), values.end());
+  const double at = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
+}
+
+Json spread(const std::vector<double>& values) {
+  return {{"median", quantile(values, 0.5)}, {"p95", quantile(values, 0.95)}, {"max", quantile(values, 1.0)}};
+}
+
+Json json_of(const Campaign& campaign, const Flown& flown) {
+  const std::size_t task = flown.number / campaign.flights;
+  const Outcome& out = flown.outcome;
+  return {{"number", flown.number},
+          {"world", campaign.worlds[task / campaign.tasks.size()].name},
+          {"task", campaign.tasks[task % campaign.tasks.size()].name},
+          {"seed", campaign.first_seed + flown.number % campaign.flights},
+          {"stayed", out.stayed},
+          {"coasted", out.coasted},
+          {"released", out.released},
+          {"fence_breach", out.breached},
+          {"oscillating", out.oscillated},
+          {"worst_tilt_deg", out.worst_tilt_deg},
+          {"pose_rms_m", out.pose_rms_m},
+          {"tilt_rms_deg", out.tilt_rms_deg},
+          {"command_deg_s", out.command_deg_s},
+          {"nees_sum", out.nees_sum},
+          {"nees_count", out.nees_count},
+          {"nis_sum", out.nis_sum},
+          {"nis_count", out.nis_count},
+          {"at_s", out.failed_at_s},
+          {"why", out.why}};
+}
+
+/// Counts and sums over some flights.
+struct Sums {
+  std::size_t flights = 0;
+  std::map<std::string, std::size_t> counts;
+  std::map<std::string, double> sums;
+  double worst_tilt_deg = 0.0;
+  double tilt_square = 0.0;
+  std::vector<double> pose_rms_m;
+
+  void add(const Json& flight) {
+    ++flights;
+    for (const char* const key : {"stayed", "coasted", "released", "fence_breach", "oscillating"}) {
+      counts[key] += flight.at(key).get<bool>() ? 1U : 0U;
+    }
+    for (const char* const key : {"command_deg_s", "nees_sum", "nees_count", "nis_sum", "nis_count"}) {
+      sums[key] += flight.at(key).get<double>();
+    }
+    worst_tilt_deg = std::max(worst_tilt_deg, flight.at("worst_tilt_deg").get<double>());
+    const double tilt_deg = flight.at("tilt_rms_deg").get<double>();
+    tilt_square += tilt_deg * tilt_deg;
+    pose_rms_m.push_back(flight.at("pose_rms_m").get<double>());
+  }
+  /// Null where nothing was counted.
+  Json mean(const char* sum, const char* count, double freedom) const {
+    const double number = sums.at(count);
+    return number > 0.0 ? Json(sums.at(sum) / number / freedom) : Json();
+  }
+};
+
+Json task_json(const Sums& sums) {
+  const auto flights = static_cast<double>(sums.flights);
+  return {{"flights", sums.flights},
+          {"stayed", sums.counts.at("stayed")},
+          {"oscillating", sums.counts.at("oscillating")},
+          {"worst_tilt_deg", sums.worst_tilt_deg},
+          {"pose_rms_m", spread(sums.pose_rms_m)},
+          {"tilt_rms_deg", std::sqrt(sums.tilt_square / flights)},
+          {"command_deg_s", sums.sums.at("command_deg_s") / flights}};
+}
+
+/// A word of a shell's command line that the shell leaves as it is.
+std::string quoted(const std::string& word) {
+  const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+") ==
+                         std::string::npos &&
+                     !word.empty();
+  if (plain) {
+    return word;
+  }
+  std::string out = "'";
+  for (const char letter : word) {
+    out += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+  }
+  return out + "'";
+}
+
+Json failure(const Json& settings, const Json& world, const Json& flight) {
+  const std::string seed = std::to_string(flight.at("seed").get<std::uint64_t>());
+  const std::string task = flight.at("task").get<std::string>();
+  std::string command = "m100-lab campaign " + quoted(world.at("path").get<std::string>()) + " --tasks " + task +
+                        " --flights 1 --seed " + seed;
+  for (const Json& option : settings.at("options")) {
+    command += " " + quoted(option.get<std::string>());
+  }
+  return {{"task", task},
+          {"seed", flight.at("seed")},
+          {"at_s", flight.at("at_s")},
+          {"why", flight.at("why")},
+          {"command", command}};
+}
+
+Json world_json(const Json& settings, const Json& world, const Json& flown) {
+  Sums all;
+  std::map<std::string, Sums> by_task;
+  Json failures = Json::array();
+  for (const Json& flight : flown) {
+    if (flight.at("world") != world.at("name")) {
+      continue;
+    }
+    all.add(flight);
+    by_task[flight.at("task").get<std::string>()].add(flight);
+    if (!flight.at("stayed").get<bool>()) {
+      failures.push_back(failure(settings, world, flight));
+    }
+  }
+  if (all.flights == 0) {
+    return {{"flights", 0}};
+  }
+  Json tasks = Json::object();
+  for (const Json& name : settings.at("tasks")) {
+    const auto found = by_task.find(name.get<std::string>());
+    if (found != by_task.end()) {
+      tasks[found->first] = task_json(found->second);
+    }
+  }
+  return {{"flights", all.flights},
+          {"stayed", all.counts.at("stayed")},
+          {"coasted", all.counts.at("coasted")},
+          {"released", all.counts.at("released")},
+          {"fence_breaches", all.counts.at("fence_breach")},
+          {"oscillating", all.counts.at("oscillating")},
+          {"worst_tilt_deg", all.worst_tilt_deg},
+          {"pose_rms_m", spread(all.pose_rms_m)},
+          {"nees", all.mean("nees_sum", "nees_count", 4.0)},
+          {"nis", all.mean("nis_sum", "nis_count", 2.0)},
+          {"tasks", tasks},
+          {"failures", failures}};
+}
+
+Json assembled(const Json& settings, const Json& part, const Json& flown) {
+  Json report;
+  report["simulated"] = true;
+  Json& worlds = report["worlds"] = Json::object();
+  for (const Json& world : settings.at("worlds")) {
+    worlds[world.at("name").get<std::string>()] = world_json(settings, world, flown);
+  }
+  report["campaign"] = settings;
+  if (!part.is_null()) {
+    report["part"] = part;
+  }
+  report["flown"] = flown;
+  return report;
+}
+
+Json settings_json(const Campaign& campaign) {
+  Json worlds = Json::array();
+  for (const World& world : campaign.worlds) {
+    worlds.push_back({{"name", world.name}, {"path", world.path}, {"sha256", world.digest}});
+  }
+  Json tasks = Json::array();
+  for (const Task& task : campaign.tasks) {
+    tasks.push_back(task.name);
+  }
+  const auto digest = core::hex(campaign.settings.vehicle.digest);
+  return {{"worlds", worlds},
+          {"tasks", tasks},
+          {"first_seed", campaign.first_seed},
+          {"flights", campaign.flights},
+          {"vehicle_sha256", std::string(digest.begin(), digest.end())},
+          {"options", campaign.options}};
+}
+
+Json read_part(const std::string& path) {
+  Json part = Json::parse(whole_file(path), nullptr, false);
+  if (part.is_discarded() || !part.is_object() || !part.contains("campaign") || !part.contains("flown") ||
+      !part.at("flown").is_array()) {
+    throw InputError(path, 0, "", "is no report of m100-lab campaign");
+  }
+  return part;
+}
+
+}  // namespace
+
+Json to_json(const Campaign& campaign, const Share& share, const std::vector<Flown>& flown) {
+  Json flights = Json::array();
+  for (const Flown& one : flown) {
+    flights.push_back(json_of(campaign, one));
+  }
+  const Json part = share.parts > 1 ? Json(std::to_string(share.part) + "/" + std::to_string(share.parts)) : Json();
+  return assembled(settings_json(campaign), part, flights);
+}
+
+Json merged(const std::vector<std::string>& paths) {
+  Json settings;
+  std::map<std::size_t, Json> by_number;
+  for (const std::string& path : paths) {
+    const Json part = read_part(path);
+    if (!settings.is_null() && settings != part.at("campaign")) {
+      throw InputError(path, 0, "campaign", "differs from that of " + paths.front() + ": not parts of one campaign");
+    }
+    settings = part.at("campaign");
+    for (const Json& flight : part.at("flown")) {
+      const auto number = flight.at("number").get<std::size_t>();
+      if (!by_number.emplace(number, flight).second) {
+        throw InputError(path, 0, "flown", "flight " + std::to_string(number) + " stands in two parts");
+      }
+    }
+  }
+  const std::size_t size =
+      settings.at("worlds").size() * settings.at("tasks").size() * settings.at("flights").get<std::size_t>();
+  if (by_number.size() != size) {
+    throw InputError(
+        paths.front(), 0, "flown",
+        std::to_string(by_number.size()) + " of " + std::to_string(size) + " flights are here: a part is missing");
+  }
+  Json flown = Json::array();
+  for (const auto& [number, flight] : by_number) {
+    flown.push_back(flight);
+  }
+  return assembled(settings, Json(), flown);
+}
+
+bool all_stayed(const Json& report) {
+  const Json& flown = report.at("flown");
+  return std::all_of(flown.begin(), flown.end(), [](const Json& flight) { return flight.at("stayed").get<bool>(); });
+}
+
+}  // namespace m100::lab::campaign

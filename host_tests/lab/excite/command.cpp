@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab excite: stick movements for identification, and how well they will separate the candidates.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/excite/manoeuvre.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  excite::Wish wish;
+  std::string axes = "roll";
+  std::string vehicle, out, json;
+  Options() { wish.fence_m = 0.0; }  // chosen by axis
+};
+
+// What air and autopilot leave with a resting stick; the climb's from the measured flight.
+constexpr double kAirClimb_m_s = 0.06;
+constexpr double kAirYaw_rad_s = 0.02;
+
+/// One axis, made.
+struct Made {
+  excite::Wish wish;
+  model::StickAxis axis;
+  excite::Manoeuvre manoeuvre;
+  std::vector<excite::Forecast> table;
+};
+
+const char* stick_of(const std::string& axis) {
+  return axis == "climb" ? "throttle" : axis == "yaw_rate" ? "yaw" : axis == "pitch" ? "pitch" : "roll";
+}
+
+/// What the flight is aborted by: room for a forecast that is not quite right, below what the aircraft may do.
+double speed_limit(const Made& one) {
+  constexpr double kUnknownTilt_m_s2 = 0.3;  // of a balancing point that is 30 counts off: a piece goes on for seconds
+  double longest_s = 0.0;
+  double piece_s = 0.0;
+  for (std::size_t k = 0; k < one.manoeuvre.piece.size(); ++k) {
+    const bool goes_on = one.manoeuvre.piece[k] != 0 && k > 0 && one.manoeuvre.piece[k] == one.manoeuvre.piece[k - 1];
+    piece_s = goes_on ? piece_s + one.manoeuvre.period_s : 0.0;
+    longest_s = std::max(longest_s, piece_s);
+  }
+  return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.wish.rate ? 0.0 : kUnknownTilt_m_s2 * longest_s);
+}
+double tilt_limit(const Made& one) {
+  constexpr double kOthers_rad = 0.35;  // the law's own tilts while another stick moves
+  constexpr double kMost_rad = 0.55;    // promise R12: never above 35 degrees
+  if (one.wish.rate) {
+    return kOthers_rad;
+  }
+  const std::vector<double> tilt = excite::response(one.manoeuvre, one.axis, one.wish, "", 0.0);
+  double largest = 0.0;
+  for (const double value : tilt) {
+    largest = std::max(largest, std::abs(value));
+  }
+  return std::min(kMost_rad, std::max(kOthers_rad, 1.5 * largest));
+}
+
+/// For `m100 fly --excite`: the limits, then the samples of one axis after the other.
+void write_sticks(const std::vector<Made>& all, const std::string& file) {
+  std::ofstream out(file);
+  out << "# Stick movements for m100 fly --excite, from m100-lab excite. Piece 0: the stick rests; in flight the law\n"
+         "# returns to the place. Counts from the balancing point: right, forward, up, right.\n";
+  for (const Made& one : all) {
+    out << "# limits " << stick_of(one.wish.axis) << " distance " << one.wish.fence_m << " braking "
+        << one.wish.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
+  }
+  out << "t_s,piece";
+  for (const Made& one : all) {
+    out << ",stick_" << stick_of(one.wish.axis);
+  }
+  out << ",forecast_position_m,forecast_speed_m_s\n";
+  std::size_t row = 0;
+  int pieces = 0;
+  for (std::size_t moved = 0; moved < all.size(); ++moved) {
+    const excite::Manoeuvre& manoeuvre = all[moved].manoeuvre;
+    for (std::size_t k = 0; k < manoeuvre.stick_counts.size(); ++k, ++row) {
+      const int piece = manoeuvre.piece[k];
+      out << static_cast<double>(row) * manoeuvre.period_s << "," << (piece == 0 ? 0 : pieces + piece);
+      for (std::size_t axis = 0; axis < all.size(); ++axis) {
+        out << "," << (axis == moved ? manoeuvre.stick_counts[k] : 0.0);
+      }
+      out << "," << manoeuvre.position_m[k] << "," << manoeuvre.speed_m_s[k] << "\n";
+    }
+    pieces += *std::max_element(manoeuvre.piece.begin(), manoeuvre.piece.end());
+  }
+  if (!out) {
+    throw InputError(file, 0, "--out", "cannot be written");
+  }
+}
+
+bool enough(const excite::Forecast& one) {
+  return one.sigma >= excite::kEnough_sigma && one.apart_sigma >= excite::kEnough_sigma;
+}
+
+void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecast>& table, const excite::Wish& wish) {
+  const char* const unit = wish.axis == "yaw_rate" ? "rad" : "m";
+  std::printf("%s on %s: %.1f s, %.0f counts, at most %.1f %s from the start, %zu returns\n", wish.kind.c_str(),
+              wish.axis.c_str(), static_cast<double>(manoeuvre.stick_counts.size()) * manoeuvre.period_s,
+              manoeuvre.amplitude_counts, manoeuvre.farthest_m, unit, manoeuvre.returns);
+  std::printf("abort: sticks neutral and fly back when |x| + v^2 / %.1f %s/s^2 > %.1f %s, v outwards\n",
+              2 * wish.brake_m_s2, unit, wish.fence_m, unit);
+  std::printf("%-16s %9s %8s  %-16s %9s %8s\n", "effect", "size", "sigma", "most alike", "likeness", "apart");
+  for (const excite::Forecast& one : table) {
+    std::printf("%-16s %9.4g %8.1f  %-16s %9.3f %8.1f%s\n", one.effect.c_str(), one.size, one.sigma,
+                one.nearest.c_str(), one.likeness, one.apart_sigma, enough(one) ? "" : "  not enough");
+  }
+}
+
+Made make(const std::string& axis, const Options& options, const model::Vehicle& vehicle) {
+  Made out{.wish = options.wish, .axis = {}, .manoeuvre = {}, .table = {}};
+  excite::Wish& wish = out.wish;
+  wish.axis = axis;
+  wish.rate = axis == "climb" || axis == "yaw_rate";
+  wish.air = axis == "climb" ? kAirClimb_m_s : axis == "yaw_rate" ? kAirYaw_rad_s : wish.air;
+  wish.fence_m = wish.fence_m > 0.0 ? wish.fence_m : axis == "climb" ? 2.0 : wish.rate ? 3.0 : 8.0;
+  out.axis = axis == "roll"    ? vehicle.roll
+             : axis == "pitch" ? vehicle.pitch
+             : axis == "climb" ? vehicle.climb
+                               : vehicle.yaw_rate;
+  try {
+    out.manoeuvre = excite::make(wish, out.axis);
+  } catch (const std::invalid_argument& wrong) {
+    throw InputError("excite", 0, "", wrong.what());
+  }
+  out.table = excite::forecast(out.manoeuvre, out.axis, wish);
+  return out;
+}
+
+nlohmann::json to_json(const Made& one) {
+  nlohmann::json json{{"axis", one.wish.axis},
+                      {"amplitude_counts", one.manoeuvre.amplitude_counts},
+                      {"farthest_m", one.manoeuvre.farthest_m},
+                      {"fence_m", one.wish.fence_m},
+                      {"abort_brake_m_s2", one.wish.brake_m_s2}};
+  for (const excite::Forecast& effect : one.table) {
+    json["forecast"].push_back({{"effect", effect.effect},
+                                {"size", effect.size},
+                                {"sigma", effect.sigma},
+                                {"most_alike", effect.nearest},
+                                {"likeness", effect.likeness},
+                                {"apart_sigma", effect.apart_sigma},
+                                {"enough", enough(effect)}});
+  }
+  return json;
+}
+
+void run(const Options& options) {
+  const model::Vehicle vehicle =
+      options.vehicle.empty() ? mpc::generated::kVehicle : companion::load_vehicle(options.vehicle).vehicle;
+  std::vector<Made> all;
+  for (const std::string& axis : parts(options.axes, ',')) {
+    const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
+    const bool is_repeated =
+        std::any_of(all.begin(), all.end(), [&](const Made& one) { return one.wish.axis == axis; });
+    if (!is_known || is_repeated) {
+      throw InputError("--axis", 0, axis, "roll, pitch, climb or yaw_rate, each once");
+    }
+    all.push_back(make(axis, options, vehicle));
+    print(all.back().manoeuvre, all.back().table, all.back().wish);
+  }
+  if (all.empty()) {
+    throw InputError("--axis", 0, "", "roll, pitch, climb or yaw_rate, each once");
+  }
+  if (!options.out.empty()) {
+    write_sticks(all, options.out);
+  }
+  if (!options.json.empty()) {
+    nlohmann::json json = to_json(all.front());  // the first axis, as where there is one only
+    for (const Made& one : all) {
+      json["axes"][one.wish.axis] = to_json(one);
+    }
+    std::ofstream out(options.json);
+    out << json.dump(1) << "\n";
+    if (!out) {
+      throw InputError(options.json, 0, "--json", "cannot be written");
+    }
+  }
+}
+
+}  // namespace
+
+void add_excite(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("excite", "make stick movements inside a fence, forecast what they will separate");
+  auto options = std::make_shared<Options>();
+  app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
+  app->add_option("--kind", options->wish.kind, "doublet, 3211, chirp or mixed");
+  app->add_option("--amplitude", options->wish.amplitude_counts, "stick counts");
+  app->add_option("--duration", options->wish.duration_s, "seconds on each axis");
+  app->add_option("--fence", options->wish.fence_m, "metres from the start (yaw_rate: rad)")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--brake", options->wish.brake_m_s2, "deceleration that the abort counts on");
+  app->add_option("--vehicle", options->vehicle, "vehicle file; without it the project's default");
+  app->add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");
+  app->add_option("--json", options->json, "the forecast as JSON");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

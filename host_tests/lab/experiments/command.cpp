@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab experiments: the paper's tasks, flown by the whole program against the emulated autopilot.
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/experiments/rates.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/sim/world/plant_file.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string plant;
+  std::string plant_from;
+  std::string vehicle;
+  std::string only;
+  std::uint64_t seed = 1;
+  int seeds = 1;
+  std::string channel = "virtual_rc";
+  double rate_hz = 0.0;
+  bool paper_100_hz = false;
+  bool rates = false;
+  std::string law = "mpc";
+  bool baseline = false;
+  std::string report;
+  std::string json;
+};
+
+experiments::SuiteOptions suite_of(const Options& options) {
+  experiments::SuiteOptions suite;
+  suite.plant = sim::plant_of_options(options.plant, options.plant_from);
+  suite.vehicle =
+      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
+  suite.only = options.only;
+  suite.seed = options.seed;
+  suite.seeds = options.seeds;
+  suite.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
+  suite.rate_hz = options.rate_hz;
+  suite.paper_100_hz = options.paper_100_hz;
+  suite.law = law_of(options.law);
+  suite.baseline = options.baseline;
+  suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
+  return suite;
+}
+
+void write_json(const std::string& path, const nlohmann::json& json) {
+  if (path.empty()) {
+    return;
+  }
+  std::ofstream file(path);
+  file << json.dump(2) << "\n";
+  if (!file) {
+    throw InputError(path, 0, "", "cannot be written");
+  }
+}
+
+std::string about(const Options& options) {
+  return "All numbers here are simulated: the flight program over the emulated wire, autopilot and aircraft. Plant: " +
+         (options.plant.empty() ? std::string("the measured one") : options.plant) +
+         (options.plant_from.empty() ? "" : ", on the axes of " + options.plant_from) +
+         ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
+         (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law +
+         ", seeds: " + std::to_string(options.seeds) + ".";
+}
+
+void run_rates(const Options& options) {
+  const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
+  experiments::print_rates(std::cout, costs);
+  write_json(options.json, experiments::rates_to_json(costs));
+  if (!options.report.empty()) {
+    experiments::write_rates_report(options.report, costs, about(options));
+    std::cout << "wrote " << options.report << "/rates.html\n";
+  }
+}
+
+void run(const Options& options) {
+  link::ChannelConfig channel{.channel = suite_of(options).channel, .rate_hz = options.rate_hz};
+  if (!link::command_period(channel)) {
+    throw InputError("", 0, "--rate", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
+  }
+  const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
+  experiments::print_table(std::cout, results);
+  write_json(options.json, experiments::to_json(results));
+  if (!options.report.empty()) {
+    experiments::write_report(options.report, results, about(options));
+    std::cout << "wrote " << options.report << "/experiments.html\n";
+  }
+}
+
+}  // namespace
+
+void add_experiments(CLI::App& lab) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = lab.add_subcommand("experiments", "fly the paper's tasks in simulation, its table beside ours");
+  command->add_option("--plant", options->plant, "what the simulated world is (TOML); default: the measured plant");
+  command->add_option(
+      "--plant-from", options->plant_from,
+      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
+  command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
+  command->add_option("--only", options->only, "one task")
+      ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m"}));
+  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seeds", options->seeds, "flights per cell, seeds counted up")->check(CLI::Range(1, 1000));
+  command->add_option("--channel", options->channel, "how commands reach the autopilot")
+      ->check(CLI::IsMember({"virtual_rc", "movement"}));
+  command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
+  command->add_flag("--rates", options->rates,
+                    "what each command rate of both channels costs: hover, step, trajectory");
+  command->add_flag("--paper-100-hz", options->paper_100_hz, "the paper's command rate, beyond what DJI allows");
+  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
+      ->check(CLI::IsMember({"mpc", "lqr"}));
+  command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show it beside");
+  command->add_option("--report", options->report, "folder for the page with figures");
+  command->add_option("--json", options->json, "file for the numbers");
+  command->callback([options] { options->rates ? run_rates(*options) : run(*options); });
+}
+
+}  // namespace m100::lab

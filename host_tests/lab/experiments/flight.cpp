@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/experiments/flight.h"
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <sstream>
+
+#include "firmware/companion/files/course.h"
+#include "firmware/companion/replay/replay.h"
+#include "host_tests/lab/gains/write_tables.h"
+
+namespace m100::lab::experiments {
+namespace {
+
+using Controller = app::FlightController<double>;
+constexpr core::Duration kMostStartUp = std::chrono::seconds(30);
+constexpr core::Duration kHandOver = std::chrono::seconds(4);
+constexpr std::size_t kLogRingBytes = 1U << 18U;
+
+app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>& start) {
+  app::FlightConfig config;
+  config.link.channel.channel = plan.channel;
+  config.link.channel.rate_hz = plan.rate_hz;
+  config.link.channel.paper_100_hz = plan.paper_100_hz;
+  config.link.app_id = 1;
+  config.law = plan.law;
+  config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
+  if (plan.flight_file) {
+    config.limits = companion::limits_of(*plan.flight_file);
+    config.fence = companion::fence_of(*plan.flight_file, start);
+  }
+  return config;
+}
+
+sim::WorldOptions world_of(const FlightPlan& plan) {
+  sim::WorldOptions options{.seed = plan.seed};
+  options.autopilot.pilot_holds_place = plan.pilot_holds_place;
+  return options;
+}
+
+/// Of position and velocity of one axis, error' P^-1 error with the observer's own P; negative: it has none.
+double normalised_square(const est::AxisEstimate<double>& axis, double position_m, double velocity_m_s) {
+  const double pp = axis.position_variance_m2;
+  const double pv = axis.position_velocity_m2_s;
+  const double vv = axis.velocity_variance_m2_s2;
+  const double p = axis.position_m - position_m;
+  const double v = axis.velocity_m_s - velocity_m_s;
+  const double determinant = pp * vv - pv * pv;
+  return determinant > 0.0 ? (vv * p * p - 2.0 * pv * p * v + pp * v * v) / determinant : -1.0;
+}
+
+/// The ring that a flight's log goes through, and what came out of it.
+class LogSink {
+ public:
+  explicit LogSink(bool keep) : storage_(keep ? kLogRingBytes : 1), ring_(storage_), log_(ring_) {}
+  log::FlightLog& log() { return log_; }
+  void drain(std::vector<std::uint8_t>& into) {
+    while (!ring_.front().empty()) {
+      const std::span<const std::byte> piece = ring_.front();
+      const auto* const first = reinterpret_cast<const std::uint8_t*>(piece.data());
+      into.insert(into.end(), first, first + piece.size());
+      ring_.pop(piece.size());
+    }
+  }
+
+ private:
+  std::vector<std::byte> storage_;
+  log::Ring ring_;
+  log::FlightLog log_;
+};
+
+/// Everything that one flight needs, in the order in which it must be made.
+class Flight {
+ public:
+  explicit Flight(const FlightPlan& plan)
+      : plan_(plan),
+        vehicle_text_(companion::to_text(plan.vehicle.vehicle, plan.vehicle.sources)),
+        tables_(
+            gains::make_gain_tables(plan.vehicle.vehicle, companion::parse_vehicle(vehicle_text_, "vehicle").digest)),
+        world_(plan.plant, world_of(plan)),
+        sink_(plan.keep_log) {
+    start_.position_w_m = world_.vehicle().state().position_w_m;
+    companion::lay_course(plan.course, start_, trajectory_);
+    if (plan.keep_log) {
+      begin_log();
+    }
+    controller_ =
+        std::make_unique<Controller>(plan.vehicle.vehicle, tables_, config_of(plan, start_), world_.autopilot_uart(),
+                                     world_.pose_uart(), trajectory_, plan.keep_log ? &sink_.log() : nullptr);
+  }
+
+  FlightResult run() {
+    if (!obtain()) {
+      return finish();
+    }
+    result_.flew = true;
+    const core::TimePoint begin = controller_->started();
+    const est::EkfCounters before = controller_->observer_counters();
+    const auto end = begin + core::Duration(static_cast<std::int64_t>(plan_.duration_s * 1e6));
+    while (world_.now() < end) {
+      const double t_s = core::seconds<double>(world_.now() - begin);
+      if (plan_.disturb) {
+        plan_.disturb(world_, t_s);
+      }
+      note(t_s);
+      tick();
+    }
+    const est::EkfCounters after = controller_->observer_counters();
+    result_.nis_sum = static_cast<double>(after.nis_sum - before.nis_sum);
+    result_.nis_count = after.poses_used - before.poses_used;
+    controller_->release();
+    for (const core::TimePoint last = world_.now() + kHandOver; world_.now() < last;) {
+      tick();
+    }
+    result_.handed_over = !world_.autopilot().client_in_control() && !world_.autopilot().virtual_rc_on();
+    return finish();
+  }
+
+ private:
+  /// All that a replay needs beside the bytes.
+  void begin_log() {
+    const gains::TableSet set{.tables = tables_, .x = {}, .y = {}};
+    const std::vector<std::byte> tables = gains::to_file(set);
+    std::ostringstream start;
+    start.precision(17);
+    start << start_.position_w_m.x() << " " << start_.position_w_m.y() << " " << start_.position_w_m.z() << " "
+          << start_.yaw_rad;
+    const std::string channel = std::string(plan_.channel == link::Channel::kMovement ? "movement" : "virtual_rc") +
+                                (plan_.paper_100_hz ? " paper_100_hz" : "");
+    const std::string place = start.str();
+    const std::string link = companion::link_note(config_of(plan_, start_));
+    const std::array notes{log::Note{companion::kVehicleNote, vehicle_text_},
+                           log::Note{companion::kTablesNote,
+                                     std::string_view(reinterpret_cast<const char*>(tables.data()), tables.size())},
+                           log::Note{companion::kCourseNote, plan_.course},
+                           log::Note{companion::kStartNote, place},
+                           log::Note{companion::kChannelNote, channel},
+                           log::Note{companion::kLinkNote, link}};
+    M100_ASSERT(sink_.log().begin(core::TimePoint{}, notes) == core::Status::kOk);
+  }
+
+  void tick() {
+    world_.advance(core::kTickPeriod);
+    static_cast<void>(controller_->tick(world_.now()));
+    sink_.drain(result_.log);
+    const core::Euler<double>& attitude = world_.vehicle().attitude();
+    const double tilt_deg =
+        std::acos(std::cos(attitude.roll_rad) * std::cos(attitude.pitch_rad)) * 180.0 / std::numbers::pi;
+    result_.largest_tilt_deg = std::max(result_.largest_tilt_deg, tilt_deg);
+  }
+
+  /// Start-up over the wire, then the operator's order, until the ladder is at its top.
+  bool obtain() {
+    bool ordered = false;
+    for (const core::TimePoint last = world_.now() + kMostStartUp; world_.now() < last;) {
+      tick();
+      const bool ready = controller_->link().authority().stage == safety::Stage::kReady;
+      if (ready && !ordered) {
+        if (plan_.pilot_holds_place) {
+          start_.position_w_m = world_.vehicle().state().position_w_m;
+          start_.yaw_rad = world_.vehicle().attitude().yaw_rad;
+          companion::lay_course(plan_.course, start_, trajectory_);
+        }
+        controller_->engage();
+        ordered = true;
+      }
+      if (controller_->grant().rung == safety::Rung::kNominal) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  void note(double t_s) {
+    const sim::VehicleState& truth = world_.vehicle().state();
+    const core::Euler<double>& attitude = world_.vehicle().attitude();
+    const ref::Window<double> reference = trajectory_.window(world_.now(), core::Duration{0});
+    const safety::Grant<double>& grant = controller_->grant();
+    TracePoint point;
+    point.t_s = t_s;
+    point.reference_m = {reference.x[0].position_m, reference.y[0].position_m, reference.height.position_m};
+    point.position_m = {truth.position_w_m.x(), truth.position_w_m.y(), truth.position_w_m.z()};
+    point.velocity_m_s = {truth.velocity_w_m_s.x(), truth.velocity_w_m_s.y(), truth.velocity_w_m_s.z()};
+    point.reference_yaw_rad = reference.yaw_rad;
+    point.yaw_rad = attitude.yaw_rad;
+    point.roll_rad = attitude.roll_rad;
+    point.pitch_rad = attitude.pitch_rad;
+    point.granted = {grant.command.roll_rad, grant.command.pitch_rad, grant.command.climb_m_s,
+                     grant.command.yaw_rate_rad_s};
+    point.disturbance_m_s2 = {controller_->estimate().x.disturbance_m_s2, controller_->estimate().y.disturbance_m_s2};
+    point.rung = static_cast<int>(grant.rung);
+    const auto& estimate = controller_->estimate();
+    const double x = normalised_square(estimate.x, point.position_m[0], point.velocity_m_s[0]);
+    const double y = normalised_square(estimate.y, point.position_m[1], point.velocity_m_s[1]);
+    point.nees = x >= 0.0 && y >= 0.0 ? x + y : -1.0;
+    result_.trace.push_back(point);
+  }
+
+  FlightResult finish() {
+    result_.start_w_m = start_.position_w_m;
+    result_.descent = safety::name(controller_->supervisor().descent().cause);
+    result_.authority = safety::name(controller_->link().authority().reason);
+    result_.hardest_touch_m_s = world_.vehicle().hardest_touch_m_s();
+    result_.ticks = controller_->stats();
+    result_.autopilot = world_.autopilot().record();
+    result_.dropped_log_messages = plan_.keep_log ? sink_.log().dropped() : 0;
+    return std::move(result_);
+  }
+
+  const FlightPlan& plan_;
+  std::string vehicle_text_;
+  mpc::GainTables<double> tables_;
+  sim::World world_;
+  ref::Trajectory<double> trajectory_;
+  ref::Waypoint<double> start_;
+  LogSink sink_;
+  std::unique_ptr<Controller> controller_;
+  FlightResult result_;
+};
+
+}  // namespace
+
+FlightResult fly(const FlightPlan& plan) {
+  const auto before = std::chrono::steady_clock::now();
+  FlightResult result = Flight(plan).run();
+  result.seconds_of_computer = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
+  return result;
+}
+
+}  // namespace m100::lab::experiments

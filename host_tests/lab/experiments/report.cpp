@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "host_tests/lab/experiments/results.h"
+#include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::experiments {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+template <typename Get>
+plot::Line line(const std::string& name, const Trace& trace, Get get, const char* color, bool dashed = false) {
+  plot::Line out{.name = name, .x = {}, .y = {}, .color = color, .dashed = dashed};
+  for (const TracePoint& point : trace) {
+    out.x.push_back(point.t_s);
+    out.y.push_back(get(point));
+  }
+  return out;
+}
+
+std::string position_figure(const TaskResult& result) {
+  plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": position (simulated)",
+                      .x_label = "time [s]",
+                      .y_label = "position [m]"};
+  constexpr std::array kNames{"x", "y", "z"};
+  constexpr std::array kColors{plot::kBlue, plot::kOrange, plot::kGreen};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    figure.lines.push_back(line(
+        kNames[axis], result.trace, [axis](const TracePoint& p) { return p.position_m[axis]; }, kColors[axis]));
+    figure.lines.push_back(line(
+        "", result.trace, [axis](const TracePoint& p) { return p.reference_m[axis]; }, plot::kBlack, true));
+  }
+  figure.spans.push_back({result.task->from_s, result.task->to_s, "window of the RMS"});
+  return plot::svg(figure);
+}
+
+std::string attitude_figure(const TaskResult& result) {
+  plot::Figure figure{.title = result.task->task + ", " + result.task->condition + ": attitude (simulated)",
+                      .x_label = "time [s]",
+                      .y_label = "angle [deg]",
+                      .height = 200.0};
+  figure.lines.push_back(line(
+      "roll", result.trace, [](const TracePoint& p) { return p.roll_rad * kDegrees; }, plot::kBlue));
+  figure.lines.push_back(line(
+      "pitch", result.trace, [](const TracePoint& p) { return p.pitch_rad * kDegrees; }, plot::kOrange));
+  figure.lines.push_back(line(
+      "yaw error", result.trace,
+      [](const TracePoint& p) {
+        return std::remainder(p.yaw_rad - p.reference_yaw_rad, 2.0 * std::numbers::pi) * kDegrees;
+      },
+      plot::kGreen));
+  return plot::svg(figure);
+}
+
+std::string path_figure(const TaskResult& result) {
+  plot::Figure figure{.title = "from above",
+                      .x_label = "x [m]",
+                      .y_label = "y [m]",
+                      .equal_axes = true,
+                      .width = 420.0,
+                      .height = 420.0};
+  plot::Line flown{.name = "flown", .x = {}, .y = {}, .color = plot::kBlue};
+  plot::Line wanted{.name = "reference", .x = {}, .y = {}, .color = plot::kBlack, .dashed = true};
+  for (const TracePoint& point : result.trace) {
+    if (point.t_s >= result.task->from_s && point.t_s < result.task->to_s) {
+      flown.x.push_back(point.position_m[0]);
+      flown.y.push_back(point.position_m[1]);
+      wanted.x.push_back(point.reference_m[0]);
+      wanted.y.push_back(point.reference_m[1]);
+    }
+  }
+  figure.lines = {wanted, flown};
+  return plot::svg(figure);
+}
+
+std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& results) {
+  std::vector<std::vector<std::string>> rows{{"task", "", "pose [m]", "x [m]", "y [m]", "z [m]", "roll [deg]",
+                                              "pitch [deg]", "yaw [deg]", "tilt [deg]", "command moves [deg/s]",
+                                              "of time-optimal"}};
+  const auto cell = [](double value) { return value < 0.0 ? std::string("-") : plot::number(value); };
+  for (const TaskResult& result : results) {
+    const std::string name = result.task->task + ", " + result.task->condition;
+    if (const model::paper::ResultColumn* const p = result.task->paper) {
+      rows.push_back({name, "paper", cell(p->pose_m), cell(p->x_m), cell(p->y_m), cell(p->z_m), cell(p->roll_deg),
+                      cell(p->pitch_deg), cell(p->yaw_deg), "-", "-", "-"});
+    }
+    const Cell& m = result.mean;
+    rows.push_back({name, "simulated", cell(m.pose_m), cell(m.x_m), cell(m.y_m), cell(m.z_m), cell(m.roll_deg),
+                    cell(m.pitch_deg), cell(m.yaw_deg), cell(m.tilt_deg), cell(m.input_variation_deg_s),
+                    result.time_optimal_m > 0.0 ? plot::number(100.0 * result.time_optimal_share) + " %" : "-"});
+    if (result.baseline) {
+      const Cell& b = *result.baseline;
+      rows.push_back({name, "simulated, clipped LQR", cell(b.pose_m), cell(b.x_m), cell(b.y_m), cell(b.z_m),
+                      cell(b.roll_deg), cell(b.pitch_deg), cell(b.yaw_deg), cell(b.tilt_deg),
+                      cell(b.input_variation_deg_s), "-"});
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about) {
+  plot::Page page("Flights: the paper's tasks, simulated");
+  page.paragraph(about);
+  const int above = cells_above_paper(results);
+  page.verdict(above == 0 ? "Every cell is at or below the paper's value."
+                          : std::to_string(above) + " cell(s) above the paper's value.",
+               above == 0 ? "good" : "warn");
+  page.table(table(results));
+  for (const TaskResult& result : results) {
+    page.heading(result.task->task + ", " + result.task->condition);
+    page.figure(position_figure(result), "Position of the first seed; dashed: reference.");
+    page.figure(attitude_figure(result), "Attitude of the first seed.");
+    if (result.task->task == "trajectory" || result.task->task == "simulator") {
+      page.figure(path_figure(result), "Inside the window of the RMS.");
+    }
+  }
+  page.write(folder + "/experiments.html");
+}
+
+}  // namespace m100::lab::experiments

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/experiments/results.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+
+namespace m100::lab::experiments {
+namespace {
+
+/// The seven rows of the paper's table.
+struct Row {
+  const char* name;
+  const char* unit;
+  double Cell::*ours;
+  double model::paper::ResultColumn::*papers;
+  bool tilt;
+};
+const std::vector<Row>& rows() {
+  using Column = model::paper::ResultColumn;
+  static const std::vector<Row> all{{"pose", "m", &Cell::pose_m, &Column::pose_m, false},
+                                    {"x", "m", &Cell::x_m, &Column::x_m, false},
+                                    {"y", "m", &Cell::y_m, &Column::y_m, false},
+                                    {"z", "m", &Cell::z_m, &Column::z_m, false},
+                                    {"roll", "deg", &Cell::roll_deg, &Column::roll_deg, true},
+                                    {"pitch", "deg", &Cell::pitch_deg, &Column::pitch_deg, true},
+                                    {"yaw", "deg", &Cell::yaw_deg, &Column::yaw_deg, false}};
+  return all;
+}
+
+std::string fixed(double value, int digits) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
+  return text.data();
+}
+
+double paper_value(const TaskResult& result, const Row& row) {
+  return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
+}
+
+/// The same flights with the clipped LQR.
+Cell baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
+  plan.law = mpc::Law::kLqr;
+  std::vector<Cell> cells;
+  for (int i = 0; i < options.seeds; ++i) {
+    plan.seed = options.seed + static_cast<std::uint64_t>(i);
+    const FlightResult flight = fly(plan);
+    if (flight.flew) {
+      cells.push_back(score(flight.trace, task.from_s, task.to_s));
+    }
+  }
+  return mean_of(cells);
+}
+
+TaskResult fly_task(const Task& task, const SuiteOptions& options) {
+  TaskResult result;
+  result.task = &task;
+  std::vector<Cell> cells;
+  FlightPlan plan;
+  plan.plant = task.fan ? sim::with_fan(options.plant) : options.plant;
+  plan.vehicle = options.vehicle;
+  plan.course = task.course;
+  plan.duration_s = task.to_s + 1.0;
+  plan.channel = options.channel;
+  plan.rate_hz = options.rate_hz;
+  plan.paper_100_hz = options.paper_100_hz;
+  plan.law = options.law;
+  for (int i = 0; i < options.seeds; ++i) {
+    plan.seed = options.seed + static_cast<std::uint64_t>(i);
+    const FlightResult flight = fly(plan);
+    result.seconds_per_flight += flight.seconds_of_computer / options.seeds;
+    result.largest_tilt_deg = std::max(result.largest_tilt_deg, flight.largest_tilt_deg);
+    result.hardest_touch_m_s = std::max(result.hardest_touch_m_s, flight.hardest_touch_m_s);
+    if (!flight.flew) {
+      ++result.refused;
+      continue;
+    }
+    cells.push_back(score(flight.trace, task.from_s, task.to_s));
+    if (i == 0) {
+      for (std::size_t k = 0; k < flight.trace.size(); k += 5) {
+        result.trace.push_back(flight.trace[k]);
+      }
+    }
+  }
+  if (options.baseline) {
+    result.baseline = baseline_of(plan, task, options);
+  }
+  result.seeds = options.seeds;
+  result.mean = mean_of(cells);
+  result.spread = spread_of(cells);
+  if (!task.steps_m.empty()) {
+    result.time_optimal_m =
+        time_optimal_rms_m(task.steps_m, options.vehicle.vehicle.translation.tilt_limit_rad, task.to_s - task.from_s);
+    const double ours = std::hypot(result.mean.x_m, result.mean.y_m);
+    result.time_optimal_share = ours > 0.0 ? result.time_optimal_m / ours : 0.0;
+  }
+  return result;
+}
+
+nlohmann::json json_of(const Cell& cell) {
+  nlohmann::json out;
+  for (const CellField& field : cell_fields()) {
+    out[field.name] = cell.*field.member;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
+  std::vector<const Task*> tasks;
+  for (const Task& task : paper_tasks()) {
+    tasks.push_back(&task);
+  }
+  if (options.literal_steps) {
+    for (const Task& task : literal_steps()) {
+      tasks.push_back(&task);
+    }
+  }
+  std::vector<TaskResult> results;
+  for (const Task* const task : tasks) {
+    if (options.only.empty() || options.only == task->task) {
+      results.push_back(fly_task(*task, options));
+      if (options.progress) {
+        options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +
+                         " m, " + fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
+      }
+    }
+  }
+  return results;
+}
+
+int cells_above_paper(const std::vector<TaskResult>& results) {
+  int above = 0;
+  for (const TaskResult& result : results) {
+    for (const Row& row : rows()) {
+      const double papers = paper_value(result, row);
+      above += papers >= 0.0 && (!row.tilt || result.task->tilt_counts) && result.mean.*row.ours > papers ? 1 : 0;
+    }
+  }
+  return above;
+}
+
+void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
+  if (results.empty()) {
+    return;
+  }
+  out << "Root mean square errors. 'paper': measured by its authors in flight (last column: their simulator).\n"
+         "'ours': SIMULATED, mean and standard deviation over "
+      << results.front().seeds << " seed(s).\n\n";
+  out << std::left << std::setw(20) << "" << std::right;
+  for (const Row& row : rows()) {
+    out << std::setw(18) << (std::string(row.name) + " [" + row.unit + "]");
+  }
+  out << "\n";
+  for (const TaskResult& result : results) {
+    const Task& task = *result.task;
+    if (task.paper != nullptr) {
+      out << std::left << std::setw(12) << task.task << std::setw(8) << "paper" << std::right;
+      for (const Row& row : rows()) {
+        const double papers = paper_value(result, row);
+        out << std::setw(18) << (papers < 0.0 ? "---" : fixed(papers, 3));
+      }
+      out << "\n";
+    }
+    out << std::left << std::setw(12) << (task.task == "simulator" ? "  course" : "  " + task.condition) << std::setw(8)
+        << "ours" << std::right;
+    for (const Row& row : rows()) {
+      const double papers = paper_value(result, row);
+      const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
+      out << std::setw(18)
+          << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
+    }
+    out << "\n"
+        << std::left << std::setw(20) << "" << std::right << "  tilt " << fixed(result.mean.tilt_deg, 2)
+        << " deg, command moves " << fixed(result.mean.input_variation_deg_s, 1) << " deg/s, worst "
+        << fixed(result.mean.worst_m, 3) << " m";
+    if (result.time_optimal_m > 0.0) {
+      out << ", time-optimal " << fixed(result.time_optimal_m, 3) << " m, reached "
+          << fixed(100.0 * result.time_optimal_share, 0) << " %";
+    }
+    if (task.paper == nullptr) {
+      out << "  (" << task.task << ")";
+    }
+    if (result.baseline) {
+      out << "\n"
+          << std::setw(20) << ""
+          << "  clipped LQR: pose " << fixed(result.baseline->pose_m, 4) << " m, command moves "
+          << fixed(result.baseline->input_variation_deg_s, 1) << " deg/s, worst " << fixed(result.baseline->worst_m, 3)
+          << " m";
+    }
+    if (result.mean.off_nominal_share > 0.0 || result.refused > 0) {
+      out << ", off the ladder's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
+          << result.refused;
+    }
+    out << "\n";
+  }
+  out << "\nCells above the paper's: " << cells_above_paper(results) << "\n";
+}
+
+nlohmann::json to_json(const std::vector<TaskResult>& results) {
+  nlohmann::json out;
+  for (const TaskResult& result : results) {
+    nlohmann::json cell = json_of(result.mean);
+    cell["spread"] = json_of(result.spread);
+    cell["seeds"] = result.seeds;
+    cell["not_flown"] = result.refused;
+    cell["largest_tilt_deg"] = result.largest_tilt_deg;
+    cell["hardest_touch_m_s"] = result.hardest_touch_m_s;
+    cell["seconds_per_flight"] = result.seconds_per_flight;
+    cell["simulated"] = true;
+    if (result.baseline) {
+      cell["lqr"] = json_of(*result.baseline);
+    }
+    if (result.time_optimal_m > 0.0) {
+      cell["time_optimal_m"] = result.time_optimal_m;
+      cell["time_optimal_share"] = result.time_optimal_share;
+    }
+    if (result.task->paper != nullptr) {
+      nlohmann::json papers;
+      for (const Row& row : rows()) {
+        if (paper_value(result, row) >= 0.0) {
+          papers[std::string(row.name) + "_" + row.unit] = paper_value(result, row);
+        }
+      }
+      cell["paper"] = papers;
+    }
+    out[result.task->task][result.task->condition] = cell;
+  }
+  out["cells_above_paper"] = cells_above_paper(results);
+  return out;
+}
+
+}  // namespace m100::lab::experiments

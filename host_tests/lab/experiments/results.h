@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/experiments/tasks.h"
+
+namespace m100::lab::experiments {
+
+/// One task flown with several seeds.
+struct TaskResult {
+  const Task* task = nullptr;
+  Cell mean;
+  Cell spread;                      ///< standard deviation over the seeds
+  double time_optimal_m = 0.0;      ///< pose RMS of the fastest possible flight; 0: no steps
+  double time_optimal_share = 0.0;  ///< that over ours: 1 would be perfect
+  int seeds = 0;
+  int refused = 0;  ///< flights that never obtained control, counted in no mean
+  double largest_tilt_deg = 0.0;
+  double hardest_touch_m_s = 0.0;
+  double seconds_per_flight = 0.0;  ///< of computer time
+  Trace trace;                      ///< of the first seed, every fifth tick
+  std::optional<Cell> baseline;     ///< mean of the same flights with the clipped LQR
+};
+
+struct SuiteOptions {
+  sim::Plant plant;
+  companion::VehicleFile vehicle;
+  std::string only;  ///< a task's name; empty: all
+  std::uint64_t seed = 1;
+  int seeds = 1;
+  link::Channel channel = link::Channel::kVirtualRc;
+  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
+  bool paper_100_hz = false;
+  mpc::Law law = mpc::Law::kMpc;
+  bool baseline = false;  ///< flies each task with the clipped LQR too
+  bool literal_steps = true;
+  std::function<void(const std::string&)> progress;  ///< one line a task; may be empty
+};
+
+/// Flies the tasks; the plant with the fan where the task has it. Same options: same numbers, bit for bit.
+std::vector<TaskResult> fly_suite(const SuiteOptions& options);
+
+/// How many of the cells that the paper fills are above the paper's number.
+int cells_above_paper(const std::vector<TaskResult>& results);
+
+/// The paper's results table beside ours, for people.
+void print_table(std::ostream& out, const std::vector<TaskResult>& results);
+/// {"hover": {"calm": {...}, "wind": {...}}, ...} as the contract has it, with more keys.
+nlohmann::json to_json(const std::vector<TaskResult>& results);
+/// A self-contained page with the table and figures. Errors: InputError.
+void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about);
+
+}  // namespace m100::lab::experiments

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab frames: bytes of the DJI link to JSON lines, and back.
+#include <fcntl.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <span>
+#include <sstream>
+
+#include "host_tests/lab/frames/frame_text.h"
+#include "host_tests/lab/frames/hex.h"
+#include "host_tests/lab/frames/message_json.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/key_file.h"
+#include "host_tests/lab/subcommands.h"
+#include "protocol/aes256.h"
+#include "protocol/frame_parser.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string file;  ///< empty or "-": standard input
+  std::string key_file;
+};
+
+/// Standard input, or the file that is named. Bytes are handed on as they come, so that a live port can be watched.
+class Input {
+ public:
+  explicit Input(const std::string& file)
+      : name_(file.empty() || file == "-" ? "standard input" : file),
+        descriptor_(name_ == file ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC) : STDIN_FILENO) {
+    if (descriptor_ < 0) {
+      throw InputError(file, 0, "", std::string("cannot be read: ") + std::strerror(errno));
+    }
+  }
+  Input(const Input&) = delete;
+  Input& operator=(const Input&) = delete;
+  ~Input() {
+    if (descriptor_ != STDIN_FILENO) {
+      ::close(descriptor_);
+    }
+  }
+
+  /// @returns the bytes that are there, at least one; none at the end.
+  std::span<const char> read() {
+    ssize_t count = -1;
+    do {
+      count = ::read(descriptor_, space_.data(), space_.size());
+    } while (count < 0 && errno == EINTR);
+    if (count < 0) {
+      throw InputError(name_, 0, "", std::string("cannot be read: ") + std::strerror(errno));
+    }
+    return std::span<const char>(space_).first(static_cast<std::size_t>(count));
+  }
+
+  const std::string& name() const { return name_; }
+
+ private:
+  std::string name_;
+  int descriptor_;
+  std::array<char, 65536> space_{};
+};
+
+void print(const Json& line) { std::cout << line.dump(-1, ' ', true, Json::error_handler_t::replace) << '\n'; }
+
+Json statistics(const protocol::FrameParser& parser) {
+  const protocol::ParserStats& stats = parser.stats();
+  return {{"statistics",
+           {{"frames", stats.frames},
+            {"crc16_errors", stats.crc16_errors},
+            {"crc32_errors", stats.crc32_errors},
+            {"resyncs", stats.resyncs},
+            {"bytes_dropped", stats.bytes_dropped + parser.pending_bytes()},
+            {"reserved_errors", stats.reserved_errors},
+            {"length_errors", stats.length_errors},
+            {"padding_errors", stats.padding_errors},
+            {"bytes", stats.bytes},
+            {"bytes_unfinished", parser.pending_bytes()}}}};
+}
+
+void decode(const Options& options) {
+  std::optional<protocol::Aes256> cipher;
+  if (!options.key_file.empty()) {
+    cipher.emplace(read_key(options.key_file));
+  }
+  Input input(options.file);
+  protocol::FrameParser parser;
+  CommandMemory memory;
+  for (auto chunk = input.read(); !chunk.empty(); chunk = input.read()) {
+    parser.consume(std::as_bytes(chunk), [&](const protocol::FrameView& frame) {
+      print(frame_line(frame, cipher ? &*cipher : nullptr, memory));
+    });
+    std::cout.flush();
+  }
+  print(statistics(parser));
+}
+
+void encode(const Options& options) {
+  std::optional<protocol::CipherKey> key;
+  if (!options.key_file.empty()) {
+    key = read_key(options.key_file);
+  }
+  Input input(options.file);
+  std::string all;
+  for (auto chunk = input.read(); !chunk.empty(); chunk = input.read()) {
+    all.append(chunk.begin(), chunk.end());
+  }
+  std::istringstream lines(std::move(all));
+  LineOrigin origin{input.name(), 0};
+  for (std::string text; std::getline(lines, text);) {
+    ++origin.line;
+    if (text.find_first_not_of(" \t\r") == std::string::npos) {
+      continue;
+    }
+    const Json line = Json::parse(text, nullptr, false);
+    if (!line.is_object()) {
+      throw InputError(origin.file, origin.line, "", "is not a JSON object");
+    }
+    if (!line.contains("statistics")) {
+      std::cout << to_hex(frame_from_line(line, origin, key)) << '\n';
+    }
+  }
+}
+
+}  // namespace
+
+void add_frames(CLI::App& lab) {
+  CLI::App* const frames = lab.add_subcommand("frames", "Bytes of the DJI link to JSON lines, and back");
+  frames->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  CLI::App* const decoder = frames->add_subcommand(
+      "decode", "Raw bytes in, one JSON line per delivered frame out; the last line has the statistics");
+  CLI::App* const encoder =
+      frames->add_subcommand("encode", "JSON lines in, one frame in hexadecimal a line out; 'statistics' is skipped");
+  for (CLI::App* const each : {decoder, encoder}) {
+    each->add_option("file", options->file, "Input; standard input if left out");
+    each->add_option("--key-file", options->key_file,
+                     "file with the AES-256 key, 64 hexadecimal digits, that only its owner can read");
+  }
+  encoder->footer("A line may bring its own key_hex, and padding_hex (the filler of an encrypted frame).");
+  decoder->callback([options] { decode(*options); });
+  encoder->callback([options] { encode(*options); });
+}
+
+}  // namespace m100::lab

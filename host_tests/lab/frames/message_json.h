@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "protocol/frame.h"
+
+namespace m100::lab {
+
+using Json = nlohmann::ordered_json;
+
+/// A message for people: its name and its values, units in the keys.
+struct Description {
+  std::string name;
+  Json fields = Json::object();
+  bool malformed = false;  ///< the size or a code does not fit what the message is
+};
+
+/// @param answered the command that an acknowledgement answers, if it is known.
+Description describe(const protocol::Message& message, const std::optional<protocol::MessageId>& answered);
+
+/// Which command was last sent in each session, so that an acknowledgement in the same recording has a name.
+class CommandMemory {
+ public:
+  void note(const protocol::Message& message);
+  std::optional<protocol::MessageId> command_of(const protocol::FrameHeader& ack) const;
+
+ private:
+  struct Entry {
+    std::uint16_t sequence = 0;
+    protocol::MessageId id;
+  };
+  std::array<std::optional<Entry>, protocol::kSessionCount> last_;
+};
+
+/// One line of `m100-lab frames decode`.
+Json frame_line(const protocol::FrameView& frame, const protocol::Cipher* cipher, CommandMemory& memory);
+
+}  // namespace m100::lab

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/telemetry.h"
+
+namespace m100::lab {
+
+/// The items that a package carries, under the names of the recorded vectors.
+nlohmann::ordered_json telemetry_fields(const protocol::Telemetry& telemetry);
+
+}  // namespace m100::lab

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/eigen.h"
+
+namespace m100::lab::gains {
+
+/// Tables are made in more digits than they are kept in, so that a double entry is the rounded true one.
+using Real = long double;
+using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+
+// By hand, and not by Eigen's decompositions, where tables come from: those take their sums in another order, and of
+// the 400 numbers of H^-1 of the flying vehicle 189 would differ in their last bit (as floats, none).
+
+/// X with A X = B, Gaussian elimination with partial pivoting: A n x n, B n x m. Throws std::domain_error when A is
+/// singular.
+Matrix solve(Matrix a, Matrix b);
+/// A^-1, A n x n. Throws as solve() does.
+inline Matrix inverse(const Matrix& a) { return solve(a, Matrix::Identity(a.rows(), a.rows())); }
+
+/// Stabilising solution of P = Q + A'PA - A'PB (R + B'PB)^-1 B'PA for one input, by iteration to the digits of Real.
+/// A and Q n x n, Q symmetric and not negative, B n numbers, R > 0. Throws std::domain_error when it does not settle.
+Matrix riccati(const Matrix& a, const Vector& b, const Matrix& q, Real r);
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/gains/flown_loop.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace m100::lab::gains {
+namespace {
+
+constexpr double kTick_s = 0.01;
+using Dense = FlownLoop::Dense;
+using Column = FlownLoop::Column;
+using Index = Eigen::Index;
+enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
+
+/// The observer sees an axis without dynamics as one of first order with this time constant (est/filter_parts.h).
+constexpr double kFastest_s = 0.01;
+/// A minute of flight: the slowest mode of the observer, the offset, has settled.
+constexpr int kSettled = 6000;
+
+FlownController::Square transition_of(const FlownController& c) {
+  const model::AxisStep& s = c.step;
+  FlownController::Square phi = FlownController::Square::Identity();
+  phi(kV, kV) = 1.0 - kTick_s * c.drag_per_s;
+  phi(kV, kTilt) = 0.5 * kTick_s * c.pull_m_s2 * (1.0 + s.oo);
+  phi(kV, kRate) = 0.5 * kTick_s * c.pull_m_s2 * s.o_r;
+  phi(kV, kM) = 0.5 * kTick_s * c.pull_m_s2 * s.o_u;
+  phi(kV, kD) = kTick_s;
+  phi(kP, kV) = kTick_s;
+  phi(kP, kD) = 0.5 * kTick_s * kTick_s;
+  for (const Index i : {kTilt, kRate, kM}) {
+    phi(kP, i) = 0.5 * kTick_s * phi(kV, i);
+  }
+  phi(kTilt, kTilt) = s.oo;
+  phi(kTilt, kRate) = s.o_r;
+  phi(kTilt, kM) = s.o_u;
+  phi(kRate, kTilt) = s.ro;
+  phi(kRate, kRate) = s.rr;
+  phi(kRate, kM) = s.r_u + s.r_next;
+  return phi;
+}
+
+/// One scalar correction. @returns its gain
+FlownController::Six correct(FlownController::Square& p, const FlownController::Six& h, double variance) {
+  const FlownController::Six ph = p * h;
+  const FlownController::Six gain = ph / (h.dot(ph) + variance);
+  p -= gain * ph.transpose();
+  p = (0.5 * (p + p.transpose())).eval();
+  return gain;
+}
+
+void settle_observer(FlownController& c, const model::EstimatorNoise& noise, const Way& way) {
+  const FlownController::Square phi = transition_of(c);
+  FlownController::Six process;
+  process << noise.position_process_m, noise.velocity_process_m_s, noise.tilt_process_rad,
+      noise.tilt_rate_process_rad_s, noise.disturbance_process_m_s2, noise.input_offset_process_rad;
+  const FlownController::Square q = (process.array().square() * kTick_s).matrix().asDiagonal();
+  const double pose_s = kTick_s * static_cast<double>(way.pose_age_ticks);
+  const double attitude_s = kTick_s * static_cast<double>(way.attitude_age_ticks);
+  FlownController::Six tilt = FlownController::Six::Unit(kTilt);
+  tilt(kRate) = -attitude_s;
+  FlownController::Six pose = FlownController::Six::Unit(kP);
+  pose(kV) = -pose_s;
+  pose(kD) = 0.5 * pose_s * pose_s;
+  const auto square = [](double sigma) { return sigma * sigma; };
+  FlownController::Square p = FlownController::Square::Identity();
+  for (int i = 0; i < kSettled; ++i) {
+    p = phi * p * phi.transpose() + q;
+    c.tilt_gain = correct(p, tilt, square(noise.attitude_sigma_rad));
+    c.rate_gain = correct(p, FlownController::Six::Unit(kRate), square(noise.rate_sigma_rad_s));
+    c.pose_gain = correct(p, pose, square(noise.pose_position_sigma_m));
+  }
+}
+
+void take_law(FlownController& c, const mpc::GainTable<double>& table) {
+  c.state_gain = Column::Zero(table.states);
+  for (std::uint32_t i = 0; i < table.states; ++i) {
+    c.state_gain(i) = table.state_gain.at(i * mpc::kHorizon);
+  }
+  const double tilt_per_disturbance = -table.tilt_sign / table.acceleration_per_tilt;
+  c.previous_gain = table.filter_gain[0] * table.rate_weight;
+  c.disturbance_gain =
+      table.disturbance_gain[0] +
+      (table.tilt_target_gain[0] + table.input_target_gain[0] / table.input_gain) * tilt_per_disturbance;
+  c.offset_gain = c.previous_gain - 1.0;
+}
+
+/// u, newest first, moved by one and the newest put in.
+template <typename Segment>
+void push(Segment&& u, double newest) {
+  for (Index i = u.size() - 1; i > 0; --i) {
+    u(i) = u(i - 1);
+  }
+  if (u.size() > 0) {
+    u(0) = newest;
+  }
+}
+
+/// One prediction of the observer, as est::AxisFilter makes it. @param acceleration receives what it says about the
+/// tick
+FlownController::Six predicted(const FlownController& c, const FlownController::Six& from, const Column& told,
+                               double& acceleration) {
+  const model::AxisStep& s = c.step;
+  const auto ticks = static_cast<Index>(c.delay.ticks);
+  const double rest = c.delay.delay_s / kTick_s - static_cast<double>(c.delay.ticks);
+  const auto mixed = [&](Index ago) { return told(ago) + rest * (told(ago + 1) - told(ago)); };
+  const double now = mixed(ticks);
+  const double jump = now - mixed(ticks + 1);
+  const double after = mixed(ticks > 0 ? ticks - 1 : 0);
+  FlownController::Six to = from;
+  to(kTilt) = s.oo * from(kTilt) + s.o_r * from(kRate) + s.o_u * (now + from(kM)) + s.o_jump * jump;
+  to(kRate) = s.ro * from(kTilt) + s.rr * from(kRate) + s.r_u * (now + from(kM)) + s.r_next * (after + from(kM)) +
+              s.r_jump * jump;
+  acceleration = 0.5 * c.pull_m_s2 * (from(kTilt) + to(kTilt)) - c.drag_per_s * from(kV);
+  const double pushed = acceleration + from(kD);
+  to(kP) += kTick_s * from(kV) + 0.5 * kTick_s * kTick_s * pushed;
+  to(kV) += kTick_s * pushed;
+  return to;
+}
+
+Column through(const mpc::StepModel<double>& model, const Column& state, double input, double disturbance) {
+  Column out(state.size());
+  for (Index row = 0; row < state.size(); ++row) {
+    const auto r = static_cast<std::size_t>(row);
+    out(row) = model.input.at(r) * input + model.disturbance.at(r) * disturbance;
+    for (Index col = 0; col < state.size(); ++col) {
+      out(row) += model.transition.at(r * mpc::kMaxStates + static_cast<std::size_t>(col)) * state(col);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+FlownController::FlownController(const model::Vehicle& believed, Axis axis, const Way& way) {
+  model::StickAxis attitude = attitude_of(believed, axis);
+  if (attitude.is_first_order() && attitude.time_constant_s < kFastest_s) {
+    attitude.time_constant_s = kFastest_s;
+  }
+  const mpc::GainTables<double> tables = make_gain_tables(believed);
+  const mpc::GainTable<double>& table = axis == Axis::kX ? tables.x : tables.y;
+  step = model::axis_step(attitude, kTick_s);
+  pull_m_s2 = table.tilt_sign * table.acceleration_per_tilt;
+  drag_per_s = believed.translation.linear_drag_per_s;
+  delay = table.delay;
+  scale_per_count = attitude.scale_per_count;
+  take_law(*this, table);
+  settle_observer(*this, believed.estimator, way);
+}
+
+/// Where everything stands in the state.
+struct FlownLoop::Parts {
+  Index vehicle, line, seen, positions, filter, accelerations, told, held, size;
+  Parts(Index states, Index under_way, const Way& way, const mpc::DelayModel<double>& delay) {
+    const auto attitudes = static_cast<Index>(way.attitude_age_ticks);
+    const auto poses = static_cast<Index>(way.pose_age_ticks);
+    vehicle = 0;
+    line = states;                     // the vehicle's commands under way, newest first
+    seen = line + under_way;           // tilt and rate of the last ticks, newest first
+    positions = seen + 2 * attitudes;  // likewise
+    filter = positions + poses;
+    accelerations = filter + 6;                         // the filter's, of the last ticks, newest first
+    told = accelerations + poses;                       // what the controller told, newest first
+    held = told + static_cast<Index>(delay.ticks) + 3;  // in force: the vehicle's command, the controller's
+    size = held + 2;
+  }
+};
+
+FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const Way& way)
+    : controller_(controller), way_(way), period_s_(kTick_s * static_cast<double>(way.command_ticks)) {
+  const model::StickAxis& attitude = attitude_of(truth, axis);
+  const ContinuousAxis continuous = continuous_axis(truth, axis);
+  const double scale = controller.scale_per_count;
+  const double stick_gain =
+      way.by_sticks && scale > 0.0 && attitude.scale_per_count > 0.0 ? attitude.scale_per_count / scale : 1.0;
+  const double delay_s = attitude.transport_delay_s + way.extra_delay_s;
+  const double ticks = std::floor(delay_s / kTick_s + 1e-6);
+  const Real rest_s = std::max(Real(0), Real(delay_s) - Real(ticks) * Real(kTick_s));
+  const DiscreteAxis first = discretise(continuous, rest_s);
+  const DiscreteAxis second = discretise(continuous, Real(kTick_s) - rest_s);
+  a_ = (second.a * first.a).cast<double>();
+  early_ = stick_gain * (second.a * first.b).cast<double>();
+  late_ = stick_gain * second.b.cast<double>();
+  line_ = static_cast<Index>(ticks) + 1;
+  const Index n = a_.rows();
+  tilt_ = Eigen::RowVectorXd::Zero(n);
+  rate_ = Eigen::RowVectorXd::Zero(n);
+  if (n == 4) {
+    const double w = attitude.natural_frequency_rad_s;
+    const double zero = attitude.lead_zero_s;
+    tilt_(2) = 1.0;
+    tilt_(3) = zero;
+    rate_(2) = -zero * w * w;
+    rate_(3) = 1.0 - 2.0 * attitude.damping_ratio * w * zero;
+    rate_per_input_ = stick_gain * zero * w * w;
+  } else {
+    const double tau = attitude.time_constant_s;
+    const double share = attitude.lead_zero_s / tau;
+    tilt_(2) = 1.0 - share;
+    tilt_per_input_ = stick_gain * share;
+    rate_(2) = -(1.0 - share) / tau;
+    rate_per_input_ = stick_gain * (1.0 - share) / tau;
+  }
+  const Parts parts(n, line_, way, controller.delay);
+  const auto period = [&](Column& state, double vehicle_input) {
+    const double commanded = tick(state, parts, true, vehicle_input);
+    for (std::size_t i = 1; i < way_.command_ticks; ++i) {
+      tick(state, parts, false, 0.0);
+    }
+    return commanded;
+  };
+  loop_.resize(parts.size, parts.size);
+  out_.resize(parts.size);
+  for (Index i = 0; i < parts.size; ++i) {
+    Column unit = Column::Unit(parts.size, i);
+    out_(i) = period(unit, 0.0);
+    loop_.col(i) = unit;
+  }
+  in_ = Column::Zero(parts.size);
+  period(in_, 1.0);
+}
+
+/// What the law would command now.
+double FlownLoop::law(const Column& told, const FlownController::Six& estimate) const {
+  const mpc::DelayModel<double>& delay = controller_.delay;
+  const auto ticks = static_cast<Index>(delay.ticks);
+  const double offset = estimate(kM);
+  const double disturbance = estimate(kD);
+  const double acting = told(ticks) + offset;
+  double chi = estimate(kTilt);
+  double chi_rate = estimate(kRate);
+  if (delay.lead.share != 0.0) {
+    chi = (chi - delay.lead.share * acting) / (1.0 - delay.lead.share);
+  } else if (delay.lead.zero_s != 0.0) {
+    chi_rate = delay.lead.rate_gain * (chi_rate - delay.lead.jump * (acting - chi));
+    chi -= delay.lead.zero_s * chi_rate;
+  }
+  Column state(controller_.state_gain.size());
+  state.head(3) << estimate(kP), estimate(kV), chi;
+  if (state.size() == 4) {
+    state(3) = chi_rate;
+  }
+  state = through(delay.rest, state, acting, disturbance);
+  for (Index ago = ticks; ago >= 1; --ago) {
+    state = through(delay.tick, state, told(ago - 1) + offset, disturbance);
+  }
+  return controller_.state_gain.dot(state) + controller_.disturbance_gain * disturbance +
+         controller_.offset_gain * offset + controller_.previous_gain * told(0);
+}
+
+/// One tick. @returns what the law says in it
+double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicle_input) const {
+  auto vehicle = state.segment(at.vehicle, at.line);
+  auto line = state.segment(at.line, at.seen - at.line);
+  auto seen = state.segment(at.seen, at.positions - at.seen);
+  auto positions = state.segment(at.positions, at.filter - at.positions);
+  auto accelerations = state.segment(at.accelerations, at.told - at.accelerations);
+  auto told = state.segment(at.told, at.held - at.told);
+
+  push(told, state(at.held + 1));
+  const FlownController::Six before = state.segment(at.filter, 6);
+  double acceleration = 0.0;
+  FlownController::Six estimate = predicted(controller_, before, told, acceleration);
+  const double turning = (estimate(kRate) - before(kRate)) / kTick_s;
+  push(accelerations, acceleration);
+
+  const double acting = line(line_ - 1);
+  const double tilt = tilt_.dot(vehicle) + tilt_per_input_ * acting;
+  const double rate = rate_.dot(vehicle) + rate_per_input_ * acting;
+  const Index attitudes = seen.size() / 2;
+  const double tilt_seen = attitudes > 0 ? seen(2 * attitudes - 2) : tilt;
+  const double rate_seen = attitudes > 0 ? seen(2 * attitudes - 1) : rate;
+  push(seen, rate);
+  push(seen, tilt);
+  const double old_s = kTick_s * static_cast<double>(attitudes);
+  estimate +=
+      controller_.tilt_gain * (tilt_seen - estimate(kTilt) + old_s * estimate(kRate) - 0.5 * old_s * old_s * turning);
+  estimate += controller_.rate_gain * (rate_seen - estimate(kRate) + old_s * turning);
+
+  const double position_seen = positions.size() > 0 ? positions(positions.size() - 1) : vehicle(0);
+  push(positions, vehicle(0));
+  const double age_s = kTick_s * static_cast<double>(positions.size());
+  double expected = estimate(kP) - age_s * estimate(kV) + 0.5 * age_s * age_s * estimate(kD);
+  for (Index j = 0; j < accelerations.size(); ++j) {
+    expected += kTick_s * kTick_s * (static_cast<double>(accelerations.size() - j) - 0.5) * accelerations(j);
+  }
+  estimate += controller_.pose_gain * (position_seen - expected);
+  state.segment(at.filter, 6) = estimate;
+
+  const double commanded = law(told, estimate);
+  if (sends) {
+    state(at.held) = vehicle_input;
+    state(at.held + 1) = commanded;
+  }
+  const double now = state(at.held);
+  vehicle = (a_ * vehicle + early_ * line(line_ - 1) + late_ * (line_ > 1 ? line(line_ - 2) : now)).eval();
+  push(line, now);
+  return commanded;
+}
+
+std::complex<double> FlownLoop::response(double frequency_rad_s) const {
+  const std::complex<double> z = std::polar(1.0, frequency_rad_s * period_s_);
+  Eigen::MatrixXcd m = -loop_.cast<std::complex<double>>();
+  m.diagonal().array() += z;
+  return out_.cast<std::complex<double>>().dot(m.partialPivLu().solve(in_.cast<std::complex<double>>()));
+}
+
+bool FlownLoop::closed_is_stable() const {
+  Dense closed = loop_ + in_ * out_.transpose();
+  for (int i = 0; i < 22; ++i) {  // power 2^22: two days of flight
+    closed = (closed * closed).eval();
+    if (!(closed.cwiseAbs().maxCoeff() < 1e100)) {
+      return false;
+    }
+  }
+  return closed.cwiseAbs().maxCoeff() < 1e-3;
+}
+
+Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way) {
+  const FlownController controller(believed, axis, way);
+  const auto stable = [&](double extra_delay_s) {
+    Way late = way;
+    late.extra_delay_s += extra_delay_s;
+    return FlownLoop(controller, truth, axis, late).closed_is_stable();
+  };
+  const FlownLoop loop(controller, truth, axis, way);
+  Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, loop.period_s());
+  out.stable = loop.closed_is_stable();
+  if (!out.stable) {
+    out.delay_margin_s = 0.0;
+    return out;
+  }
+  // By the eigenvalues: between two commands a delay is no turn of the phase alone.
+  constexpr double kStep_s = 0.01;
+  double low = 0.0;
+  double high = kStep_s;
+  while (high < kLargestDelay_s && stable(high)) {
+    low = high;
+    high += kStep_s;
+  }
+  while (high < kLargestDelay_s && high - low > 2e-4) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
+  }
+  out.delay_margin_s = low;
+  return out;
+}
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <complex>
+
+#include "firmware/model/axis_step.h"
+
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/margins.h"
+
+namespace m100::lab::gains {
+
+/// The flight law of one axis with its observer, linear about hover: what `believed` makes of it. It knows nothing of
+/// the vehicle that it flies.
+struct FlownController {
+  FlownController(const model::Vehicle& believed, Axis axis, const Way& way);
+
+  using Square = Eigen::Matrix<double, 6, 6>;
+  using Six = Eigen::Matrix<double, 6, 1>;
+  /// States p, v, tilt, rate, d, m, as est::AxisFilter has them, and its steady gains, in the order of its corrections.
+  model::AxisStep step;
+  double pull_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
+  double drag_per_s = 0.0;
+  double scale_per_count = 0.0;  ///< of the stick; 0: not stated
+  Six tilt_gain, rate_gain, pose_gain;
+  mpc::DelayModel<double> delay;
+  /// u_0 of the table without limits, for a reference of zero.
+  Eigen::VectorXd state_gain;
+  double disturbance_gain = 0.0;
+  double offset_gain = 0.0;
+  double previous_gain = 0.0;
+};
+
+/// The loop as it flies, opened at the attitude command: in, what the vehicle is told from one command to the next;
+/// out, what the controller would have told it. One step of this linear system is the time between two commands.
+class FlownLoop {
+ public:
+  using Dense = Eigen::MatrixXd;
+  using Column = Eigen::VectorXd;
+
+  FlownLoop(const FlownController& controller, const model::Vehicle& truth, Axis axis, const Way& way);
+
+  /// From the vehicle's command to the controller's at exp(i w period).
+  std::complex<double> response(double frequency_rad_s) const;
+  bool closed_is_stable() const;
+  double period_s() const { return period_s_; }
+
+ private:
+  struct Parts;
+  double tick(Column& state, const Parts& parts, bool sends, double vehicle_input) const;
+  double law(const Column& told, const FlownController::Six& estimate) const;
+
+  const FlownController& controller_;
+  Way way_;
+  // The vehicle: x(k+1) = a x + early u(k-n-1) + late u(k-n); tilt and rate as its attitude sensor sees them.
+  Dense a_;
+  Column early_, late_;
+  Eigen::RowVectorXd tilt_, rate_;
+  double tilt_per_input_ = 0.0, rate_per_input_ = 0.0;
+  Eigen::Index line_ = 1;  ///< commands under way, n + 1
+  double period_s_ = 0.0;
+  Dense loop_;
+  Column in_, out_;
+};
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/setpoint_law.h"
+
+namespace m100::lab::gains {
+
+/// Tables of a vehicle with everything they point to.
+struct TableSet {
+  mpc::GainTables<double> tables;  ///< the rows of the set-point laws stand below
+  SetpointRows x;
+  SetpointRows y;
+};
+
+/// All tables of a vehicle file. Throws std::domain_error when the model cannot be controlled.
+TableSet make_table_set(const companion::VehicleFile& file, const SetpointBox& box = kSetpointBox,
+                        const SetpointProgress& progress = {});
+
+/// The bytes of a gain table file (firmware/mpc/table_file.h).
+std::vector<std::byte> to_file(const TableSet& set);
+
+/// firmware/mpc/generated/gain_table.h: the vehicle and both tables as constants.
+std::string to_header(const TableSet& set, const model::Vehicle& vehicle);
+
+}  // namespace m100::lab::gains

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/answer/result.h"
+
+namespace m100::lab::hidden {
+
+/// One log to be analysed blind, and what an honest answer is.
+struct Case {
+  FlightPlan plan;
+  std::vector<std::string> declare;
+  std::vector<std::vector<std::string>> expected;  ///< each hidden effect, with the names that count for it
+  std::string verdict;                             ///< "nothing_missing", "explained" or "unexplained"
+  std::string group;                               ///< "none", "single", "pair" or "outside"
+  std::string label;                               ///< row of the table, e.g. "roll dead_zone"
+  int size = 1;
+};
+
+struct Outcome {
+  Case asked;
+  std::vector<std::string> found;
+  std::vector<std::vector<std::string>> not_separable;
+  std::vector<std::string> unexplained;
+  std::string verdict;
+  std::string failure;     ///< an exception's text; empty: none
+  bool right = false;      ///< every hidden effect named, nothing else named, verdict as expected
+  bool among_two = false;  ///< the same, a rival said to be not separable counting as named
+  double before = 0.0;     ///< validation errors
+  double after = 0.0;
+  double elapsed_s = 0.0;
+};
+
+/// Cycles over: nothing hidden, every single effect in three sizes, pairs, and what is outside the library, for roll
+/// and translation, until there are `count`. The same seed gives the same list.
+std::vector<Case> cases(std::size_t count, std::uint64_t seed);
+
+/// Flies, analyses (train 3 to 30 s, validation 30 to 44 s) and compares.
+Outcome analyse(const Case& asked);
+
+/// All of them on a few threads; `done` is called from the thread that finished, one at a time.
+std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads,
+                                 const std::function<void(const Outcome&, std::size_t)>& done);
+
+/// Shares of right answers, by the groups that the goals are stated for.
+struct Score {
+  std::string what;
+  std::size_t right = 0;
+  std::size_t count = 0;
+  double goal = 0.0;  ///< least share of right answers; 0: none stated
+  double share() const { return count > 0 ? static_cast<double>(right) / static_cast<double>(count) : 1.0; }
+};
+std::vector<Score> scores(const std::vector<Outcome>& outcomes);
+
+/// Rows by what was hidden, columns by what was named first; the last column is "unexplained", before it "nothing".
+std::string matrix_svg(const std::vector<Outcome>& outcomes);
+
+}  // namespace m100::lab::hidden

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::hidden {
+
+// Flights with something in them that the analyst is not told. The vehicle here is written for this purpose only and
+// shares no code with the identification: Euler steps of 2 ms, its own rotation, its own effects.
+
+/// What is hidden, by name, and how big it is in its own unit. Names are those of the contract's effect table, and
+/// "sine", "slung_load", "dropout", "product" for what no library knows.
+using Hidden = std::map<std::string, double>;
+
+struct FlightPlan {
+  std::string axis;  ///< "roll" or "translation": which motion carries the effects
+  Hidden hidden;
+  std::uint64_t seed = 1;
+  double length_s = 45.0;
+  bool logs_thrust = false;  ///< a wind-tunnel log: thrust_ratio and thrust_dir, no accelerometer, no sticks
+  bool constant_heading = false;
+};
+
+/// Flies and logs at 100 Hz with noise: position 1 mm, attitude 2 mrad, velocity 12 mm/s, force 0.08 m/s^2; the air
+/// moves attitude by 4 mrad and acceleration by 0.05 m/s^2, coloured. Parameters of the vehicle vary with the seed.
+logs::FlightLog fly(const FlightPlan& plan);
+
+/// Whether this vehicle can have the effect at all.
+bool can_hide(const std::string& effect);
+
+/// Three sizes of an effect that it can have: 0 small, 1 medium, 2 large; the sign where there is one varies with the
+/// seed.
+double size_of(const std::string& effect, int size, std::uint64_t seed);
+
+}  // namespace m100::lab::hidden

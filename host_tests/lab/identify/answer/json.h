@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/identify/answer/result.h"
+
+namespace m100::lab::identify {
+
+/// The result with the keys of `m100-lab identify --json`; series for figures are left out.
+nlohmann::ordered_json to_json(const IdentifyResult& result);
+
+/// The page a terminal shows: declared, found, before, after, and what is left.
+std::string to_text(const IdentifyResult& result);
+
+}  // namespace m100::lab::identify

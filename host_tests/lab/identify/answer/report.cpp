@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/answer/report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/model/axis_effects.h"
+#include "firmware/model/translation.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using plot::number;
+
+std::string unit_of(const std::string& axis) {
+  if (axis == "translation") {
+    return "m/s²";
+  }
+  return axis == "climb" ? "m/s" : (axis == "yaw_rate" ? "rad/s" : "rad");
+}
+
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string all;
+  for (const std::string& word : words) {
+    all += (all.empty() ? "" : between) + word;
+  }
+  return all;
+}
+
+/// One sentence for people who fly: what the finding means for the controller; empty where nobody wrote one.
+std::string meaning_of(const std::string& effect) {
+  if (const model::AxisEffect* row = model::axis_effect(effect)) {
+    return std::string(row->sentence);
+  }
+  const model::TranslationEffect* row = model::translation_effect(effect);
+  return row == nullptr ? "" : std::string(row->sentence);
+}
+
+/// Who takes care of the effect in flight.
+std::string in_flight(const std::string& effect) {
+  if (const model::AxisEffect* row = model::axis_effect(effect)) {
+    return std::string(words(row->in_flight));
+  }
+  const model::TranslationEffect* row = model::translation_effect(effect);
+  return row == nullptr ? "" : std::string(words(row->in_flight));
+}
+
+const Series* series_named(const IdentifyResult& result, const std::string& name) {
+  for (const Series& series : result.figures.series) {
+    if (series.name == name) {
+      return &series;
+    }
+  }
+  return nullptr;
+}
+
+/// The stretches of validation samples, for the shading.
+std::vector<plot::Span> validation_spans(const Figures& figures) {
+  std::vector<plot::Span> spans;
+  for (std::size_t i = 0; i < figures.t_s.size() && i < figures.validation.size(); ++i) {
+    if (figures.validation[i] == 0) {
+      continue;
+    }
+    const bool starts = spans.empty() || figures.validation[i - 1] == 0 || figures.t_s[i] - spans.back().to > 0.5;
+    if (starts) {
+      spans.push_back({.from = figures.t_s[i], .to = figures.t_s[i], .label = "validation"});
+    }
+    spans.back().to = figures.t_s[i];
+  }
+  return spans;
+}
+
+/// Breaks curves where the log has gaps between its ranges.
+std::vector<double> with_gaps(const std::vector<double>& t_s, std::vector<double> values) {
+  for (std::size_t i = 1; i < values.size() && i < t_s.size(); ++i) {
+    if (t_s[i] - t_s[i - 1] > 0.1) {
+      values[i] = std::nan("");
+    }
+  }
+  return values;
+}
+
+void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
+  const std::string unit = unit_of(r.axis);
+  page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
+                 ", judged on " + origin.validation +
+                 ", which the fit has not seen. All errors are simulation errors over blocks of 2.5 s, each started "
+                 "from the measured state.");
+  std::vector<std::string> found;
+  for (const EffectResult& effect : r.effects) {
+    found.push_back(effect.name);
+  }
+  if (r.verdict == "nothing_missing") {
+    page.verdict("Nothing is missing: the declared model leaves nothing that these data can show.", "good");
+  } else if (r.verdict == "explained") {
+    page.verdict("Explained by: " + joined(found, ", ") + ".", "good");
+  } else {
+    page.verdict(
+        "Unexplained: " + (r.unexplained.empty() ? std::string("something is left") : joined(r.unexplained, "; ")) +
+            (found.empty() ? "." : ". Found before that: " + joined(found, ", ") + "."),
+        "bad");
+  }
+  const double gain =
+      r.declared.validation_rmse > 0 ? 100.0 * (1.0 - r.final_model.validation_rmse / r.declared.validation_rmse) : 0;
+  page.table({{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
+              {"declared (before)", joined(r.declared.structure, " + "), number(r.declared.train_rmse),
+               number(r.declared.validation_rmse), number(r.declared.fit_percent)},
+              {"with what was found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
+               number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
+  page.paragraph("The validation error changes by " + number(-gain) + " %." +
+                 (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
+  std::vector<std::string> means;
+  for (const EffectResult& effect : r.effects) {
+    if (const std::string meaning = meaning_of(effect.name); !meaning.empty()) {
+      means.push_back(effect.name + ": " + meaning);
+    }
+  }
+  for (const std::vector<std::string>& group : r.not_separable) {
+    means.push_back("These data cannot tell apart: " + joined(group, " and ") + ".");
+  }
+  for (const Change& change : r.changes) {
+    means.push_back(change.name + " changed in mid-flight, at " + number(change.at_s) + " s (between " +
+                    number(change.low_s) + " and " + number(change.high_s) + " s).");
+  }
+  for (const Refitted& one : r.refitted) {
+    if (one.matters) {
+      means.push_back(one.parameter + ": believed " + number(one.believed) + ", found " + number(one.found.value) +
+                      " [" + number(one.found.low) + ", " + number(one.found.high) + "].");
+    }
+  }
+  for (const Finding& finding : r.findings) {
+    means.push_back((finding.what == "note" ? "" : finding.what + ": ") + finding.text);
+  }
+  if (!means.empty()) {
+    page.heading("What it means for the flight");
+    page.list(means);
+  }
+}
+
+void effect_table(plot::Page& page, const IdentifyResult& r) {
+  if (r.effects.empty()) {
+    return;
+  }
+  page.heading("Effects in the order in which they were accepted");
+  std::vector<std::vector<std::string>> rows{{"effect", "parameters [95 %]", "validation after", "cross-validated gain",
+                                              "ΔBIC", "rivals within 5 %", "in flight"}};
+  for (const EffectResult& effect : r.effects) {
+    std::vector<std::string> parameters;
+    for (const NamedInterval& p : effect.parameters) {
+      parameters.push_back(p.name + " " + number(p.interval.value) + " [" + number(p.interval.low) + ", " +
+                           number(p.interval.high) + "]");
+    }
+    std::vector<std::string> rivals;
+    for (const Rival& rival : effect.rivals) {
+      rivals.push_back(rival.name);
+    }
+    rows.push_back({effect.name + (effect.shape.empty() ? "" : " (" + effect.shape + ")"), joined(parameters, "; "),
+                    number(effect.validation_rmse_after), number(100 * effect.cv_gain) + " %", number(effect.delta_bic),
+                    rivals.empty() ? "none" : joined(rivals, ", "), in_flight(effect.name)});
+  }
+  page.table(rows);
+}
+
+void time_figures(plot::Page& page, const IdentifyResult& r) {
+  const std::string unit = unit_of(r.axis);
+  const Figures& f = r.figures;
+  for (const std::string suffix : {"", "_x", "_y", "_z"}) {
+    const Series* measured = series_named(r, "measured" + suffix);
+    if (measured == nullptr || f.t_s.empty()) {
+      continue;
+    }
+    const std::string what = r.axis + (suffix.empty() ? "" : " " + suffix.substr(1));
+    plot::Figure against{.title = "Measured " + what + " against both models",
+                         .x_label = "time [s]",
+                         .y_label = what + " [" + unit + "]",
+                         .spans = validation_spans(f)};
+    plot::Figure left{.title = "Residual: measured minus model",
+                      .x_label = "time [s]",
+                      .y_label = "residual [" + unit + "]",
+                      .spans = validation_spans(f)};
+    const auto add = [&](plot::Figure& figure, const std::string& key, const std::string& label, const char* color) {
+      if (const Series* series = series_named(r, key + suffix); series != nullptr) {
+        figure.lines.push_back({.name = label, .x = f.t_s, .y = with_gaps(f.t_s, series->values), .color = color});
+      }
+    };
+    add(against, "measured", "measured", plot::kBlack);
+    add(against, "declared", "declared model", plot::kOrange);
+    add(against, "final", "with what was found", plot::kBlue);
+    page.figure(plot::svg(against), "Each model starts anew from the measured state every 2.5 s.");
+    add(left, "declared_residual", "declared model", plot::kOrange);
+    add(left, "final_residual", "with what was found", plot::kBlue);
+    if (!left.lines.empty()) {
+      page.figure(plot::svg(left), "What the models do not explain.");
+    }
+  }
+}
+
+void other_figures(plot::Page& page, const IdentifyResult& r) {
+  const Figures& f = r.figures;
+  if (!f.lag_s.empty()) {
+    page.figure(
+        plot::svg(plot::Figure{
+            .title = "Autocorrelation of the residual",
+            .x_label = "lag [s]",
+            .y_label = "correlation",
+            .lines =
+                {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
+                 {.name = "with what was found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
+            .levels = {{0.0, ""}},
+            .height = 230}),
+        "White noise would drop to zero at the first lag; air and autopilot leave a coloured floor.");
+  }
+  if (!r.candidates.empty()) {
+    plot::BarChart chart{.title = "Candidates of the first round: error they would remove (cross-validated)",
+                         .x_label = "gain [% of mean square]",
+                         .bars = {}};
+    for (const CandidateRow& row : r.candidates) {
+      if (row.round == 0) {
+        chart.bars.push_back({.label = row.name,
+                              .value = 100 * std::max(row.cv_gain, -0.2),
+                              .note = number(100 * row.cv_gain) + " %" + (row.winner ? "  taken" : ""),
+                              .color = row.winner ? plot::kGreen : (row.accepted ? plot::kBlue : plot::kGrey)});
+      }
+    }
+    std::stable_sort(chart.bars.begin(), chart.bars.end(),
+                     [](const auto& a, const auto& b) { return a.value > b.value; });
+    page.figure(plot::svg(chart), "Green: taken; blue: would pass every test; grey: fails one.");
+  }
+  if (!r.final_intervals.empty()) {
+    plot::IntervalChart chart{.title = "Parameters of the final model, 95 % block bootstrap", .rows = {}};
+    for (const NamedInterval& p : r.final_intervals) {
+      chart.rows.push_back(
+          {.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
+    }
+    page.figure(plot::svg(chart), "Dot: estimate; bar: interval; each on its own scale.");
+  }
+  if (!r.final_model.horizon_rmse.empty()) {
+    plot::Figure figure{.title = "Prediction error by horizon (validation)",
+                        .x_label = "horizon [s]",
+                        .y_label = "error [" + unit_of(r.axis) + "]",
+                        .height = 230};
+    const auto add = [&](const ModelResult& model, const char* name, const char* color) {
+      plot::Line line{.name = name, .x = {}, .y = {}, .color = color, .width = 2.2};
+      for (const auto& [horizon, rmse] : model.horizon_rmse) {
+        line.x.push_back(horizon);
+        line.y.push_back(rmse);
+      }
+      figure.lines.push_back(line);
+    };
+    add(r.declared, "declared model", plot::kOrange);
+    add(r.final_model, "with what was found", plot::kBlue);
+    figure.levels.emplace_back(0.0, "");
+    page.figure(plot::svg(figure), "Root mean square of the prediction this long after its start.");
+  }
+}
+
+}  // namespace
+
+plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin) {
+  plot::Page page("Identification: " + result.axis);
+  summary(page, result, origin);
+  effect_table(page, result);
+  page.heading("Figures");
+  time_figures(page, result);
+  other_figures(page, result);
+  return page;
+}
+
+std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory) {
+  const std::string path = directory + "/" + result.axis + ".html";
+  report_page(result, origin).write(path);
+  return path;
+}
+
+}  // namespace m100::lab::identify

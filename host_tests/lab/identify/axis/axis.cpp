@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stick axes: from a log and a declared model to a verdict.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+#include "host_tests/lab/identify/axis/axis_change.h"
+#include "host_tests/lab/identify/axis/axis_clock.h"
+#include "host_tests/lab/identify/axis/axis_study.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+namespace {
+
+std::vector<Range> clipped(const std::vector<Range>& ranges, Range to) {
+  std::vector<Range> out;
+  for (const Range& range : ranges) {
+    const Range cut{std::max(range.first, to.first), std::min(range.second, to.second)};
+    if (cut.second - cut.first >= AxisBlocks::kBlock_s) {
+      out.push_back(cut);
+    }
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+double length_s(const std::vector<Range>& ranges) {
+  return std::accumulate(ranges.begin(), ranges.end(), 0.0,
+                         [](double sum, const Range& range) { return sum + range.second - range.first; });
+}
+
+/// The request cut to one side of a change: the longer one on which a model can be chosen and tested. Where the cut
+/// leaves no validation part, the last third is taken for it.
+std::optional<Request> one_side(const Request& request, const Change& change) {
+  constexpr double kLeastTraining_s = 5.0 * AxisBlocks::kBlock_s;
+  const bool one_log = request.validation_log == nullptr || request.validation_log == request.log;
+  std::optional<Request> best;
+  double most_s = 0.0;
+  for (const Range& side : {Range{-1e9, change.low_s}, Range{change.high_s, 1e9}}) {
+    Request cut = request;
+    cut.train = clipped(request.train, side);
+    cut.validate = one_log ? clipped(request.validate, side) : request.validate;
+    const double whole_s = length_s(cut.train) + (one_log ? length_s(cut.validate) : 0.0);
+    if (one_log && (length_s(cut.train) < kLeastTraining_s || cut.validate.empty())) {
+      std::vector<Range> all = cut.train;
+      all.insert(all.end(), cut.validate.begin(), cut.validate.end());
+      std::sort(all.begin(), all.end());
+      if (all.empty()) {
+        continue;
+      }
+      const double from_s = all.front().first;
+      const double split_s = from_s + 2.0 / 3.0 * (all.back().second - from_s);
+      cut.train = clipped(all, {from_s, split_s});
+      cut.validate = clipped(all, {split_s, all.back().second});
+    }
+    if (length_s(cut.train) >= kLeastTraining_s && !cut.validate.empty() && whole_s > most_s) {
+      most_s = whole_s;
+      best = std::move(cut);
+    }
+  }
+  return best;
+}
+
+/// Clock before structure, structure before change: the order in which a log is asked.
+class AxisInquiry {
+ public:
+  explicit AxisInquiry(const Request& request) : request_(request) {}
+
+  IdentifyResult run() {
+    const auto started = std::chrono::steady_clock::now();
+    study_ = std::make_unique<AxisStudy>(request_);
+    chosen_ = choose(*study_, request_, {});
+    ask_the_clock();
+    ask_for_a_change();
+    IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
+    result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return result;
+  }
+
+ private:
+  /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained
+  /// the shift (a lead zero, mostly) is no longer needed. The shift must still be there under the new structure.
+  void ask_the_clock() {
+    const ClockShift first = clock_of(study_->free_run(), study_->axis_family(), chosen_.final_model.fit);
+    if (!first.likely) {
+      return;
+    }
+    auto moved = std::make_unique<AxisStudy>(request_, -first.shift_s);
+    Selection chosen = choose(*moved, request_, {});
+    const ClockShift clock = clock_of(study_->free_run(), moved->axis_family(), chosen.final_model.fit);
+    if (!clock.likely) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(),
+                  "the response begins %.3f s (+-%.3f) before its stick: the clocks disagree%s", -clock.shift_s,
+                  2.0 * clock.sigma_s,
+                  clock.certain ? "; the sticks were moved" : ", or hardly do: these data cannot tell");
+    beside_.findings.push_back(
+        {.what = "clock_shift", .signal = moved->stick_name(), .text = text.data(), .certain = clock.certain});
+    beside_.unexplained.emplace_back(text.data());
+    shift_s_ = -first.shift_s;
+    study_ = std::move(moved);
+    chosen_ = std::move(chosen);
+    forget("lead_zero");  // never beside a response that begins before its stick
+  }
+
+  /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on
+  /// one side of the date, and the change must stand under it.
+  void ask_for_a_change() {
+    const FreeRun run = study_->free_run();
+    AxisChange change = change_under(run, chosen_);
+    if (!change.found) {
+      return;
+    }
+    if (const std::optional<Request> side = one_side(request_, change.change); side) {
+      auto calm = std::make_unique<AxisStudy>(*side, shift_s_);
+      Selection chosen = choose(*calm, *side, {});
+      change = change_of(run, calm->axis_family(), chosen.final_model.fit);
+      if (!change.found) {
+        return;
+      }
+      std::array<char, 120> text{};
+      std::snprintf(text.data(), text.size(),
+                    "effects, errors and intervals are those of one side of the change: %.1f to %.1f s",
+                    side->train.front().first, side->validate.back().second);
+      beside_.findings.push_back(note(text.data()));
+      study_ = std::move(calm);
+      chosen_ = std::move(chosen);
+    }
+    if (!change.change.rivals.empty()) {
+      std::string names = change.change.name;
+      for (const std::string& rival : change.change.rivals) {
+        names += " or " + rival;
+      }
+      beside_.unexplained.push_back("something that changed in mid-flight: " + names);
+    }
+    forget(change.change.name);
+    beside_.changes.push_back(change.change);
+  }
+
+  /// The model keeps the effect, the answer says it elsewhere: as a change, or as a shift of the clock.
+  void forget(const std::string& name) {
+    std::erase_if(chosen_.steps, [&](const Step& step) { return step.name == name; });
+    std::erase_if(chosen_.not_separable,
+                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+  }
+
+  /// Under the final structure; or under the declared one, where the change explains more than all that was named.
+  AxisChange change_under(const FreeRun& run, const Selection& chosen) const {
+    const AxisFamily& family = study_->axis_family();
+    const AxisChange with_effects = change_of(run, family, chosen.final_model.fit);
+    if (with_effects.found || chosen.steps.empty()) {
+      return with_effects;
+    }
+    constexpr double kBetter = 6.0;
+    const AxisChange plain = change_of(run, family, chosen.declared.fit);
+    return plain.found && plain.score + kBetter < unchanged_score(run, family, chosen.final_model.fit) ? plain
+                                                                                                       : with_effects;
+  }
+
+  Request request_;
+  double shift_s_ = 0.0;
+  std::unique_ptr<AxisStudy> study_;
+  Selection chosen_;
+  Beside beside_;
+};
+
+}  // namespace
+
+IdentifyResult identify_axis(const Request& request) { return AxisInquiry(request).run(); }
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/sysid/axis_dynamics.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr std::size_t kHalfWindow = 5;
+
+struct State {
+  double value = 0.0;
+  double rate_per_s = 0.0;
+};
+
+// Least-squares quadratic through up to eleven valid samples around `at`, read at `at`.
+State measured_state(const AxisData& data, std::size_t at) {
+  const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
+  const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);
+  double s[5] = {};
+  double m[3] = {};
+  for (std::size_t i = first; i <= last; ++i) {
+    if (!data.valid[i]) {
+      continue;
+    }
+    const double x = static_cast<double>(i) - static_cast<double>(at);
+    const double powers[5] = {1.0, x, x * x, x * x * x, x * x * x * x};
+    for (int k = 0; k < 5; ++k) {
+      s[k] += powers[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      m[k] += powers[k] * data.measured[i];
+    }
+  }
+  const double det =
+      s[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * s[3] - s[2] * s[2]);
+  if (s[0] < 4.0 || !(std::abs(det) > 1e-9)) {
+    return {data.measured[at], 0.0};
+  }
+  const double c0 =
+      m[0] * (s[2] * s[4] - s[3] * s[3]) - s[1] * (m[1] * s[4] - s[3] * m[2]) + s[2] * (m[1] * s[3] - s[2] * m[2]);
+  const double c1 =
+      s[0] * (m[1] * s[4] - s[3] * m[2]) - m[0] * (s[1] * s[4] - s[3] * s[2]) + s[2] * (s[1] * m[2] - m[1] * s[2]);
+  return {c0 / det, c1 / det / data.period_s};
+}
+
+}  // namespace
+
+AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s) : data_(&data) {
+  const std::size_t count = data.measured.size();
+  const auto sample_of = [&](double t_s) {
+    const double at = std::ceil((t_s - data.start_s) / data.period_s - 1e-6);
+    return static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count)));
+  };
+  const auto length = static_cast<std::size_t>(std::lround(block_s / data.period_s));
+  const auto past = static_cast<std::size_t>(std::lround(kPast_s / data.period_s));
+  const std::size_t least = std::min(length, static_cast<std::size_t>(std::lround(kBlock_s / data.period_s)));
+  for (const Range& range : ranges) {
+    const std::size_t begin = sample_of(range.first);
+    const std::size_t end = sample_of(range.second);
+    if (end <= begin) {
+      continue;
+    }
+    stretches_.push_back({begin > past ? begin - past : 0, begin, end});
+    for (std::size_t at = begin; at < end;) {
+      if (!data.valid[at]) {
+        ++at;  // nothing to start from
+        continue;
+      }
+      const auto from = data.valid.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto to = data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(at + length, end));
+      const std::size_t stop = at + static_cast<std::size_t>(std::find(from, to, 0) - from);
+      if (2 * (stop - at) >= least) {
+        blocks_.push_back(start_of(at, stop, stretches_.size() - 1));
+        samples_ += stop - at;
+      }
+      at = stop;
+    }
+    command_.resize(std::max(command_.size(), end - stretches_.back().past));
+  }
+}
+
+AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::size_t stretch) const {
+  const State state = measured_state(*data_, begin);
+  return {begin, end, state.value, state.rate_per_s, stretch};
+}
+
+void AxisBlocks::simulate(const model::StickAxis& axis, std::span<const int> weights, bool subtract,
+                          std::span<double> out, std::size_t& count) const {
+  const AxisData& data = *data_;
+  const bool has_other = !data.other.empty();
+  const double delay = axis.transport_delay_s / data.period_s;
+  const double whole = std::floor(delay);
+  const double part = delay - whole;
+  const auto shift = static_cast<std::ptrdiff_t>(whole);
+  const double lead = axis.lead_zero_s / data.period_s;
+  sysid::AxisDynamics<double> dynamics(axis, data.period_s);
+  std::size_t stretch = stretches_.size();
+  for (std::size_t number = 0; number < blocks_.size(); ++number) {
+    const int weight = weights.empty() ? 1 : weights[number];
+    if (weight <= 0) {
+      continue;
+    }
+    const Block& block = blocks_[number];
+    const Stretch& around = stretches_[block.stretch];
+    if (block.stretch != stretch) {
+      stretch = block.stretch;
+      model::StickLaw<double> law(axis, data.period_s);
+      const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
+      for (std::size_t i = around.past; i < around.end; ++i) {
+        const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
+        command_[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
+      }
+    }
+    const auto command_at = [&](std::ptrdiff_t sample) {
+      return command_[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, sample))];
+    };
+    const auto delayed = [&](std::ptrdiff_t sample) {
+      const double newer = command_at(sample - shift);
+      return part > 0.0 ? newer + part * (command_at(sample - shift - 1) - newer) : newer;
+    };
+    dynamics.start(block.value, block.rate_per_s);
+    const double scale = weight == 1 ? 1.0 : std::sqrt(static_cast<double>(weight));
+    double before = delayed(static_cast<std::ptrdiff_t>(block.begin - around.past) - 1);
+    for (std::size_t i = block.begin; i < block.end; ++i) {
+      const double error = subtract ? dynamics.value() - data.measured[i] : dynamics.value();
+      out[count++] = subtract ? (data.valid[i] ? scale * error : 0.0) : error;
+      const double now = delayed(static_cast<std::ptrdiff_t>(i - around.past));
+      dynamics.step(now + lead * (now - before));
+      before = now;
+    }
+  }
+}
+
+std::size_t AxisBlocks::error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const {
+  std::size_t count = 0;
+  simulate(axis, weights, true, out, count);
+  return count;
+}
+
+std::vector<double> AxisBlocks::response(const model::StickAxis& axis) const {
+  std::vector<double> out(samples_);
+  std::size_t count = 0;
+  simulate(axis, {}, false, out, count);
+  return out;
+}
+
+double AxisBlocks::rmse(const model::StickAxis& axis) const {
+  std::vector<double> out(samples_);
+  error(axis, {}, out);
+  double sum = 0.0;
+  for (const double value : out) {
+    sum += value * value;
+  }
+  return samples_ > 0 ? std::sqrt(sum / static_cast<double>(samples_)) : 0.0;
+}
+
+double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
+  double mean = 0.0;
+  for (const Block& block : blocks_) {
+    for (std::size_t i = block.begin; i < block.end; ++i) {
+      mean += data_->measured[i] / static_cast<double>(samples_);
+    }
+  }
+  double spread = 0.0;
+  for (const Block& block : blocks_) {
+    for (std::size_t i = block.begin; i < block.end; ++i) {
+      spread += (data_->measured[i] - mean) * (data_->measured[i] - mean);
+    }
+  }
+  const double error = rmse(axis) * std::sqrt(static_cast<double>(samples_));
+  return spread > 0.0 ? 100.0 * (1.0 - error / std::sqrt(spread)) : 0.0;
+}
+
+std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
+                                                    const model::StickAxis& axis, const std::vector<double>& ages_s) {
+  const double longest = *std::max_element(ages_s.begin(), ages_s.end()) + 2.0 * data.period_s;
+  constexpr double kEvery_s = 0.1;
+  const auto offsets = static_cast<std::size_t>(std::ceil(longest / kEvery_s));
+  std::vector<double> sums(ages_s.size(), 0.0);
+  std::vector<double> counts(ages_s.size(), 0.0);
+  std::vector<double> error;
+  for (std::size_t offset = 0; offset < offsets; ++offset) {
+    std::vector<Range> shifted = ranges;
+    for (Range& range : shifted) {
+      range.first += kEvery_s * static_cast<double>(offset);
+    }
+    const AxisBlocks blocks(data, shifted, longest);
+    error.resize(blocks.samples());
+    blocks.error(axis, {}, error);
+    std::size_t first = 0;
+    for (std::size_t block = 0; block < blocks.size(); ++block) {
+      const std::size_t length = blocks[block].end - blocks[block].begin;
+      for (std::size_t age = 0; age < ages_s.size(); ++age) {
+        const auto at = static_cast<std::size_t>(std::lround(ages_s[age] / data.period_s));
+        if (at < length && data.valid[blocks[block].begin + at]) {
+          sums[age] += error[first + at] * error[first + at];
+          counts[age] += 1.0;
+        }
+      }
+      first += length;
+    }
+  }
+  std::vector<std::pair<double, double>> out;
+  for (std::size_t age = 0; age < ages_s.size(); ++age) {
+    out.emplace_back(ages_s[age], counts[age] > 0.0 ? std::sqrt(sums[age] / counts[age]) : 0.0);
+  }
+  return out;
+}
+
+}  // namespace m100::lab::identify

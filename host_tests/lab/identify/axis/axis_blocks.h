@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis of one log, on a uniform clock. Sample i belongs to time start_s + i period_s.
+struct AxisData {
+  double start_s = 0.0;
+  double period_s = 0.01;
+  std::vector<double> stick;         ///< counts from neutral
+  std::vector<double> other;         ///< stick of the other axis; empty: not logged
+  std::vector<double> measured;      ///< unit of the axis
+  std::vector<char> valid;           ///< 0 where the log had a gap; same length as measured
+  std::vector<std::size_t> flights;  ///< first samples of the logs that were joined; empty: one log
+  /// Seconds since the log began in which the sample lies.
+  double since_begin_s(std::size_t sample) const {
+    std::size_t begin = 0;
+    for (const std::size_t flight : flights) {
+      begin = flight <= sample ? flight : begin;
+    }
+    return period_s * static_cast<double>(sample - begin);
+  }
+  double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
+};
+
+/// Part of a log, cut into consecutive blocks that each start from the measured state: the smoothed value and slope of
+/// a quadratic through eleven samples. A block ends before a gap and another begins after it; less than half of 2.5 s
+/// is none.
+class AxisBlocks {
+ public:
+  struct Block {
+    std::size_t begin;  ///< first sample
+    std::size_t end;
+    double value;
+    double rate_per_s;
+    std::size_t stretch;  ///< the contiguous part of the log it lies in
+  };
+  /// Past input, for the delay and for what remembers the stick.
+  static constexpr double kPast_s = 3.0;
+  static constexpr double kBlock_s = 2.5;
+
+  AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s = kBlock_s);
+
+  const AxisData& data() const { return *data_; }
+  std::size_t size() const { return blocks_.size(); }
+  const Block& operator[](std::size_t block) const { return blocks_[block]; }
+  std::size_t samples() const { return samples_; }
+
+  /// Simulated minus measured of the blocks with positive weight, one after the other, times the root of the weight;
+  /// nought at invalid samples. An empty span of weights stands for all ones.
+  /// @returns the number of values written.
+  std::size_t error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
+  /// The simulated response of all blocks, one after the other.
+  std::vector<double> response(const model::StickAxis& axis) const;
+  /// Root mean square of error() over all blocks.
+  double rmse(const model::StickAxis& axis) const;
+  /// 100 (1 - |error| / |measured - mean|).
+  double fit_percent(const model::StickAxis& axis) const;
+
+ private:
+  struct Stretch {
+    std::size_t past;  ///< first sample whose input is looked at
+    std::size_t begin;
+    std::size_t end;
+  };
+  void simulate(const model::StickAxis& axis, std::span<const int> weights, bool subtract, std::span<double> out,
+                std::size_t& count) const;
+  Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
+
+  const AxisData* data_;
+  std::vector<Stretch> stretches_;
+  std::vector<Block> blocks_;
+  std::size_t samples_ = 0;
+  mutable std::vector<double> command_;  // scratch, as long as the longest stretch
+};
+
+/// Root mean square of the prediction error at the given ages, over starts every 0.1 s inside the ranges.
+std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
+                                                    const model::StickAxis& axis, const std::vector<double>& ages_s);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_change.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "host_tests/lab/identify/axis/axis_structure.h"
+#include "host_tests/lab/identify/remainder/change_scan.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using model::StickAxis;
+
+constexpr double kThreshold = 30.0;
+constexpr double kWorthRefitting =
+    14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
+constexpr double kNameMargin = 6.0;
+
+/// A parameter that may change, and from which size on that means something.
+struct Candidate {
+  Knob knob;
+  double least = 0.0;  ///< in the knob's unit
+  const char* unit;    ///< suffix of the reported numbers
+};
+
+double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
+
+/// Everything that the structure has, to be fitted again beside a change.
+std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
+  const StickAxis axis = family.model(fit);
+  const double counts = family.scale().minimum_counts;
+  std::vector<Knob> out;
+  for (const AxisParameter& p : parameters_of(fit.structure)) {
+    const model::AxisNumber& number = *p.number;
+    const bool jump = number.member == &StickAxis::dead_zone_counts && fit.shape.find("jump") != std::string::npos;
+    if (jump || number.member == &StickAxis::other_scale_per_count) {
+      continue;  // flat between two stick positions
+    }
+    const double scale = family.scale().of(number.unit);
+    const double value = axis.*number.member;
+    const bool in_counts = number.unit == model::AxisNumber::FitUnit::kStick;
+    const double step = in_counts ? 2.0 * counts
+                        : number.logarithmic || number.unit == model::AxisNumber::FitUnit::kGain
+                            ? 0.02 * positive(value, 1e-6)
+                            : 0.005 * std::abs(scale);
+    const double a = number.fit.low * scale;
+    const double b = number.fit.high * scale;
+    out.push_back({std::string(number.parameter), number.member, step, std::min(a, b), std::max(a, b)});
+  }
+  return out;
+}
+
+std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
+  const StickAxis axis = family.model(fit);
+  const double counts = family.scale().minimum_counts;
+  const double gain = positive(axis.scale_per_count, 1e-9);
+  const double stick = family.scale().stick;
+  std::vector<Candidate> out;
+  out.push_back({{"gain", &StickAxis::scale_per_count, 0.02 * gain, -8.0 * gain, 8.0 * gain}, 0.03 * gain, ""});
+  if (axis.is_first_order()) {
+    const double tau = axis.time_constant_s;
+    out.push_back({{"frequency", &StickAxis::time_constant_s, 0.03 * tau, 0.1 * tau, 10.0 * tau}, 0.06 * tau, "_s"});
+  } else {
+    const double w = axis.natural_frequency_rad_s;
+    const double z = axis.damping_ratio;
+    out.push_back(
+        {{"frequency", &StickAxis::natural_frequency_rad_s, 0.02 * w, 0.1 * w, 10.0 * w}, 0.06 * w, "_rad_s"});
+    out.push_back({{"damping", &StickAxis::damping_ratio, 0.03 * z, 0.1 * z, 10.0 * z}, 0.15 * z, ""});
+  }
+  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6}, 0.008, "_s"});
+  out.push_back({{"dead_zone", &StickAxis::dead_zone_counts, 4.0 * counts, 0.0, 0.7 * stick}, 4.0 * counts, "_counts"});
+  out.push_back({{"trim_offset", &StickAxis::trim_counts, 4.0 * counts, -stick, stick}, 4.0 * counts, "_counts"});
+  return out;
+}
+
+/// Response of the run to each knob, per unit of the knob.
+Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error, const std::vector<Knob>& knobs) {
+  Columns out(error.size(), static_cast<Eigen::Index>(knobs.size()));
+  Eigen::Index column = 0;
+  for (const Knob& knob : knobs) {
+    StickAxis moved = axis;
+    const double step = axis.*knob.member + knob.step <= knob.high ? knob.step : -knob.step;
+    moved.*knob.member += step;
+    out.col(column++) = (run.error(moved) - error) / step;
+  }
+  return out;
+}
+
+struct Tried {
+  const Candidate* candidate;
+  ScanHit hit;
+  WhitenedFit fit;
+};
+
+/// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
+/// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
+void date_again(const FreeRun& run, const std::vector<Knob>& knobs, Tried& tried) {
+  constexpr double kBefore_s = 2.0;
+  constexpr double kAfter_s = 0.5;
+  constexpr double kStep_s = 0.1;
+  constexpr double kDateDrop = 7.35;  // as in the scan
+  constexpr double kMostDates = 120.0;
+  const double count = whitened_rows(run.segments());
+  const double from_s = std::max(run.time_s().front(), tried.hit.low_s - kBefore_s);
+  const double to_s = std::min(run.time_s().back(), tried.hit.high_s + kAfter_s);
+  const double step_s = std::max(kStep_s, (to_s - from_s) / kMostDates);
+  for (int pass = 0; pass < 2; ++pass) {
+    const auto error_at = [&](double date_s) -> Rows {
+      return run.error(tried.fit.before, tried.fit.after, date_s).array() - tried.fit.offset;
+    };
+    const Ar filter = autoregression(error_at(tried.hit.at_s), run.segments());
+    std::vector<std::pair<double, double>> powers;  // date, whitened power
+    for (double date_s = from_s; date_s <= to_s; date_s += step_s) {
+      Rows white = error_at(date_s);
+      whiten(filter, run.segments(), white);
+      powers.emplace_back(date_s, white.squaredNorm());
+    }
+    const auto best = *std::min_element(powers.begin(), powers.end(),
+                                        [](const auto& a, const auto& b) { return a.second < b.second; });
+    tried.hit.at_s = tried.hit.low_s = tried.hit.high_s = best.first;
+    for (const auto& [date_s, power] : powers) {
+      if (count * std::log(power / best.second) < kDateDrop) {
+        tried.hit.low_s = std::min(tried.hit.low_s, date_s - 0.5 * step_s);
+        tried.hit.high_s = std::max(tried.hit.high_s, date_s + 0.5 * step_s);
+      }
+    }
+    const Knob& knob = tried.candidate->knob;
+    const Break change{knob, tried.hit.at_s, tried.fit.after.*knob.member - tried.fit.before.*knob.member};
+    WhitenedFit again = fit_whitened(run, tried.fit.before, knobs, &change);
+    if (again.score < tried.fit.score) {
+      tried.fit = std::move(again);
+    }
+  }
+}
+
+/// Of the whole log's innovations over those of its noisier side, at most one. Air that grows makes every break look
+/// likelier than it is: a likelihood ratio counts in the variance of the side that is least known.
+double calm_share(const FreeRun& run, const Tried& tried) {
+  Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
+  whiten(autoregression(white, run.segments()), run.segments(), white);
+  std::array<double, 2> power{};
+  std::array<double, 2> count{};
+  for (std::size_t row = 0; row < run.size(); ++row) {
+    const std::size_t side = run.time_s()[row] > tried.hit.at_s ? 1 : 0;
+    power[side] += white(static_cast<Eigen::Index>(row)) * white(static_cast<Eigen::Index>(row));
+    count[side] += 1.0;
+  }
+  const double noisier = std::max(power[0] / std::max(1.0, count[0]), power[1] / std::max(1.0, count[1]));
+  const double whole = (power[0] + power[1]) / std::max(1.0, count[0] + count[1]);
+  return noisier > 0.0 ? std::min(1.0, whole / noisier) : 1.0;
+}
+
+Change described(const Tried& tried) {
+  const Candidate& candidate = *tried.candidate;
+  Change out;
+  out.at_s = tried.hit.at_s;
+  out.low_s = tried.hit.low_s;
+  out.high_s = tried.hit.high_s;
+  out.name = candidate.knob.name;
+  out.parameters = {{"before" + std::string(candidate.unit), tried.fit.before.*candidate.knob.member},
+                    {"after" + std::string(candidate.unit), tried.fit.after.*candidate.knob.member}};
+  return out;
+}
+
+}  // namespace
+
+double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
+  return fit_whitened(run, family.model(fit), knobs_of(family, fit)).score;
+}
+
+AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
+  AxisChange out;
+  constexpr std::size_t kLeastRows = 200;  // 10 s
+  if (run.size() < kLeastRows) {
+    return out;
+  }
+  const std::vector<Knob> knobs = knobs_of(family, fit);
+  const std::vector<Candidate> candidates = candidates_of(family, fit);
+  // The structure fits the whole run as well as it can before anything is said to change.
+  const WhitenedFit steady = fit_whitened(run, family.model(fit), knobs);
+  const StickAxis& axis = steady.before;
+  ScanRows rows{run.time_s(), run.segments(), {}, {}};
+  const Rows error = run.error(axis);
+  rows.residual = -error;
+  const Columns own = slopes(run, axis, error, knobs);
+  rows.base.resize(own.rows(), own.cols() + 1);
+  rows.base << own, Columns::Ones(own.rows(), 1);
+
+  std::vector<Tried> tried;
+  for (const Candidate& candidate : candidates) {
+    const ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.knob}));
+    if (hit.likelihood_ratio < kWorthRefitting) {
+      continue;
+    }
+    const Break change{candidate.knob, hit.at_s, hit.size(0)};
+    tried.push_back({&candidate, hit, fit_whitened(run, axis, knobs, &change)});
+  }
+  const auto best = std::min_element(tried.begin(), tried.end(),
+                                     [](const Tried& a, const Tried& b) { return a.fit.score < b.fit.score; });
+  if (best == tried.end()) {
+    return out;
+  }
+  // Under its own autoregression the unbroken residual hides a step: the scan's ratio is the one that counts for it.
+  const double ratio = calm_share(run, *best) * std::max(steady.score - best->fit.score, best->hit.likelihood_ratio);
+  const double size = best->fit.after.*best->candidate->knob.member - best->fit.before.*best->candidate->knob.member;
+  if (ratio < kThreshold || std::abs(size) < best->candidate->least) {
+    return out;
+  }
+  std::vector<std::string> rivals;
+  for (const Tried& other : tried) {
+    if (&other != &*best && other.fit.score < best->fit.score + kNameMargin) {
+      rivals.push_back(other.candidate->knob.name);
+    }
+  }
+  date_again(run, knobs, *best);
+  out.found = true;
+  out.score = best->fit.score;
+  out.change = described(*best);
+  out.change.rivals = rivals;
+  out.change.likelihood_ratio = ratio;
+  return out;
+}
+
+}  // namespace m100::lab::identify

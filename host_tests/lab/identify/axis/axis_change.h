@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "host_tests/lab/identify/answer/result.h"
+#include "host_tests/lab/identify/axis/axis_family.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+
+namespace m100::lab::identify {
+
+/// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
+struct AxisChange {
+  bool found = false;
+  Change change;
+  double score = 0.0;  ///< of the model with the change, refitted (see WhitenedFit)
+};
+
+/// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at
+/// its own best date and compares them: the best is the name, and who is within 6 of it is its rival. A change must be
+/// likelier than none by 30 (the theory of such a supremum says 16 for one false change in a hundred logs; estimating
+/// the autoregression again at every date and refitting take the rest) and large enough to mean something. The ratio is
+/// counted in the variance of the noisier side of the date.
+/// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
+AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+/// Score of the fit's structure refitted over the same rows with nothing that changes: for comparison with
+/// AxisChange::score.
+double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_clock.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace m100::lab::identify {
+namespace {
+
+using model::StickAxis;
+
+constexpr double kEarliest_s = -0.2;
+constexpr double kMargin = 6.0;         // of the likelihood ratio: a net shift that is certain
+constexpr double kLeastSigmas = 3.0;    // beside half a sample, by which sticks that ramp between rows read early
+constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
+
+/// The same motion as a second order: a first order is one that is heavily damped.
+StickAxis second_order(StickAxis axis) {
+  if (axis.is_first_order()) {
+    axis.natural_frequency_rad_s = 60.0;
+    axis.damping_ratio = 0.5 * axis.time_constant_s * axis.natural_frequency_rad_s;
+    axis.time_constant_s = 0.0;
+  }
+  return axis;
+}
+
+std::vector<Knob> knobs_of(const StickAxis& axis) {
+  const double gain = std::abs(axis.scale_per_count);
+  std::vector<Knob> out{
+      {"gain", &StickAxis::scale_per_count, 0.01 * gain, -8.0 * gain, 8.0 * gain},
+      {"frequency", &StickAxis::natural_frequency_rad_s, 0.01 * axis.natural_frequency_rad_s, 0.3, 150.0},
+      {"damping", &StickAxis::damping_ratio, 0.01 * axis.damping_ratio, 0.05, 80.0}};
+  return out;
+}
+
+}  // namespace
+
+ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
+  ClockShift out;
+  const StickAxis found = family.model(fit);
+  const double period_s = family.period_s();
+  constexpr double kClearDelay_s = 0.015;
+  const bool has_zero = found.lead_zero_s > 0.0;
+  const double net_s = has_zero ? 0.0 : found.transport_delay_s;
+  constexpr std::size_t kLeastRows = 100;
+  if (net_s > std::max(period_s, kClearDelay_s) || run.size() < kLeastRows) {
+    return out;
+  }
+  const StickAxis start = second_order(found);
+  const auto with = [&](double delay_s, double lead_s, double earliest_s, bool lead_free) {
+    StickAxis from = start;
+    from.transport_delay_s = delay_s;
+    from.lead_zero_s = lead_s;
+    std::vector<Knob> knobs = knobs_of(from);
+    knobs.push_back({"delay", &StickAxis::transport_delay_s, 0.002, earliest_s, 0.5});
+    if (lead_free) {
+      knobs.push_back({"zero", &StickAxis::lead_zero_s, 0.002, -0.02, 1.0});
+    }
+    return fit_whitened(run, from, knobs);
+  };
+  const auto power_at = [&](double delay_s) {
+    StickAxis moved = start;
+    moved.lead_zero_s = 0.0;
+    moved.transport_delay_s = delay_s;
+    return run.error(moved).squaredNorm();
+  };
+  const std::array<double, 5> starts{net_s, -0.03, -0.07, -0.11, -0.16};
+  const double from_s =
+      *std::min_element(starts.begin(), starts.end(), [&](double a, double b) { return power_at(a) < power_at(b); });
+  constexpr std::size_t kDelay = 3;  // of the knobs
+  const WhitenedFit early = with(from_s, 0.0, kEarliest_s, false);
+  if (early.values[kDelay] > -0.25 * period_s) {
+    return out;  // it waits, with or without a zero
+  }
+  const WhitenedFit lead = with(0.0, std::max(0.01, found.lead_zero_s), 0.0, true);
+  const WhitenedFit both = with(early.values[kDelay], 0.0, kEarliest_s, true);
+  const WhitenedFit both_from_lead = with(lead.values[kDelay], lead.before.lead_zero_s, kEarliest_s, true);
+  const WhitenedFit& free = both.score < both_from_lead.score ? both : both_from_lead;
+  // The zero is one parameter more (Schwarz's criterion): N stands for B, and is likelier than L, within its price.
+  const double price = std::log(static_cast<double>(run.size()));
+  const WhitenedFit& best = early.score < free.score + price ? early : free;
+  out.shift_s = best.values[kDelay];
+  out.sigma_s = best.sigmas[kDelay];
+  out.likelihood_ratio = lead.score - best.score;
+  const bool likelier = lead.score + (&best == &early ? price : 0.0) > best.score;
+  out.likely = likelier && out.shift_s < -std::max(kHalfOfTen_s, 0.5 * period_s);
+  out.certain = out.likelihood_ratio > kMargin && out.shift_s < -(0.5 * period_s + kLeastSigmas * out.sigma_s);
+  out.likely = out.likely || out.certain;
+  return out;
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "host_tests/lab/identify/axis/axis_family.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+
+namespace m100::lab::identify {
+
+/// Whether the response begins before its stick: then the clocks of the log disagree, and a lead zero found by the
+/// selection is the shadow of the shift.
+struct ClockShift {
+  bool likely = false;   ///< a net shift of -10 ms is likelier than none
+  bool certain = false;  ///< and no other reading is left
+  double shift_s = 0.0;  ///< net delay of the response, below zero
+  double sigma_s = 0.0;
+  double likelihood_ratio = 0.0;  ///< over the best model whose response waits for its stick
+};
+
+/// Three whitened fits of the final model: N with a delay that may be negative, L with a lead zero and a delay of at
+/// least zero, B with both free. A shift shows only where the net delay becomes negative: anything else is a delay, and
+/// nobody can tell. The root mean squares differ by a thousandth, so no cross validation can decide this.
+/// Precondition: the fit is of `family`. Cost: three fits of free runs, and none where the fit has a clear delay.
+ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_family.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/axis/axis_structure.h"
+#include "host_tests/lab/identify/search/levenberg_marquardt.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using model::AxisEffect;
+using model::AxisNumber;
+using model::StickAxis;
+using Parameters = std::vector<AxisParameter>;
+
+/// What a fit is chosen by. A variant (a jump at the dead zone's edge, say) must earn its place: a log whose sticks
+/// leave out the dead zone, because a controller steps over it, fits with a jump of any width.
+double cost(const Fit& fit) { return fit.shape.empty() ? fit.sum_of_squares : 1.02 * fit.sum_of_squares; }
+
+bool has_token(const std::string& shape, std::string_view token) { return shape.find(token) != std::string::npos; }
+
+std::vector<std::string_view> variants_of(const AxisEffect& effect) {
+  return effect.variant.empty() ? std::vector<std::string_view>{""} : std::vector<std::string_view>{"", effect.variant};
+}
+
+}  // namespace
+
+AxisFamily::AxisFamily(const AxisBlocks& training) : training_(training), scale_(scale_of(training)) {}
+
+bool AxisFamily::knows(const std::string& name) { return model::axis_effect(name) != nullptr; }
+
+std::vector<AxisFamily::ParameterName> AxisFamily::parameter_names(const Structure& structure) const {
+  std::vector<ParameterName> out;
+  for (const AxisParameter& parameter : parameters_of(structure)) {
+    out.push_back({std::string(parameter.effect->name), std::string(parameter.number->parameter)});
+  }
+  return out;
+}
+
+double AxisFamily::physical(const Fit& fit, std::size_t parameter) const {
+  const AxisNumber& number = *parameters_of(fit.structure)[parameter].number;
+  return from_fitted(number, fit.parameters[parameter]) * scale_.of(number.unit);
+}
+
+StickAxis AxisFamily::model(const Fit& fit) const {
+  StickAxis axis;
+  const Parameters parameters = parameters_of(fit.structure);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const AxisNumber& number = *parameters[i].number;
+    axis.*number.member = from_fitted(number, fit.parameters[i]) * scale_.of(number.unit);
+  }
+  if (has_token(fit.shape, "jump")) {
+    axis.dead_zone_shape = model::DeadZoneShape::kJump;
+  }
+  if (has_token(fit.shape, "slew")) {
+    axis.command_slew_per_s = axis.rate_limit_per_s;
+    axis.rate_limit_per_s = 0.0;
+  }
+  return axis;
+}
+
+Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) const {
+  const Parameters parameters = parameters_of(start.structure);
+  std::vector<Box> box;
+  for (const AxisParameter& p : parameters) {
+    box.push_back({to_fitted(*p.number, p.number->fit.low), to_fitted(*p.number, p.number->fit.high), p.number->step});
+  }
+  std::size_t rows = 0;
+  for (std::size_t block = 0; block < training_.size(); ++block) {
+    rows += weights[block] > 0 ? samples_in(block) : 0;
+  }
+  std::vector<double> scratch((parameters.size() + 2) * rows);
+  std::vector<double> x = start.parameters;
+  const auto residual = [&](std::span<const double> at, std::span<double> out) {
+    start.parameters.assign(at.begin(), at.end());
+    training_.error(model(start), weights, out);
+  };
+  const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {iterations, 1e-4});
+  start.parameters = x;
+  start.sum_of_squares = report.sum_of_squares;
+  start.free_parameters = parameters.size();
+  return start;
+}
+
+double AxisFamily::sum_of_squares(const Fit& fit, std::span<const int> weights) const {
+  std::size_t rows = 0;
+  for (std::size_t block = 0; block < training_.size(); ++block) {
+    rows += weights[block] > 0 ? samples_in(block) : 0;
+  }
+  std::vector<double> out(rows);
+  training_.error(model(fit), weights, out);
+  return std::inner_product(out.begin(), out.end(), out.begin(), 0.0);
+}
+
+Fit AxisFamily::with_jump(Fit fit, std::span<const int> weights) const {
+  constexpr double kWidest = 0.6;
+  constexpr double kStep = 0.02;
+  constexpr double kFineStep = 0.002;
+  const Parameters parameters = parameters_of(fit.structure);
+  const auto width = std::find_if(parameters.begin(), parameters.end(),
+                                  [](const AxisParameter& p) { return p.is(&StickAxis::dead_zone_counts); });
+  const auto at = static_cast<std::size_t>(width - parameters.begin());
+  fit.shape += has_token(fit.shape, "jump") ? "" : "jump";
+  const auto scan = [&](double from, double to, double step) {
+    Fit best = fit;
+    best.sum_of_squares = 0.0;
+    for (double value = from; value <= to; value += step) {
+      fit.parameters[at] = to_fitted(*width->number, value);
+      fit.sum_of_squares = sum_of_squares(fit, weights);
+      best = best.sum_of_squares > 0.0 && best.sum_of_squares <= fit.sum_of_squares ? best : fit;
+    }
+    return best;
+  };
+  fit = run(scan(kStep, kWidest, kStep), weights, 10);
+  const double found = from_fitted(*width->number, fit.parameters[at]);
+  return run(scan(std::max(kFineStep, found - kStep), found + kStep, kFineStep), weights, 15);
+}
+
+Fit AxisFamily::polish(const Fit& fit, std::span<const int> weights) const {
+  Fit best = run(fit, weights, 15);
+  if (has(fit.structure, "dead_zone")) {
+    const Fit jump = with_jump(best, weights);
+    best = cost(jump) < cost(best) ? jump : best;
+  }
+  const Parameters parameters = parameters_of(fit.structure);
+  for (const std::string& name : fit.structure) {
+    const AxisEffect& effect = *model::axis_effect(name);
+    for (const std::string_view variant : variants_of(effect)) {
+      for (const std::array<double, 3>& values : effect.starts) {
+        Fit start = best;
+        start.shape = without_token(start.shape, effect.variant) + std::string(variant);
+        std::size_t column = 0;
+        for (std::size_t k = 0; k < parameters.size(); ++k) {
+          if (parameters[k].effect != &effect) {
+            continue;
+          }
+          if (!parameters[k].is(&StickAxis::scale_per_count)) {
+            start.parameters[k] = to_fitted(*parameters[k].number, values[column]);
+          }
+          ++column;
+        }
+        const Fit tried = run(std::move(start), weights, 5);
+        if (tried.sum_of_squares < 1.05 * best.sum_of_squares) {
+          const Fit ended = run(tried, weights, 15);
+          best = cost(ended) < cost(best) ? ended : best;
+        }
+      }
+    }
+  }
+  return best;
+}
+
+Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const {
+  if (warm != nullptr && warm->structure == structure) {
+    Fit same = *warm;
+    same.sum_of_squares = 0.0;
+    same.free_parameters = 0;
+    return run(std::move(same), weights, 6);
+  }
+  const std::vector<Fit> starts = starts_of(structure, warm);
+  Fit best;
+  for (const Fit& start : starts) {
+    const Fit tried = run(start, weights, starts.size() > 1 ? 5 : 0);
+    if (best.parameters.empty() || cost(tried) < cost(best)) {
+      best = tried;
+    }
+  }
+  best = run(best, weights, 25);
+  if (has(structure, "dead_zone") && (warm == nullptr || !has(warm->structure, "dead_zone"))) {
+    const Fit jump = with_jump(best, weights);
+    return cost(jump) < cost(best) ? jump : best;
+  }
+  return best;
+}
+
+std::vector<Fit> AxisFamily::starts_of(const Structure& structure, const Fit* warm) {
+  const Structure known_structure = warm != nullptr ? warm->structure : Structure{};
+  const Parameters parameters = parameters_of(structure);
+  const Parameters known = parameters_of(known_structure);
+  std::vector<Fit> starts(1);
+  starts[0].structure = structure;
+  for (const AxisEffect& effect : model::kAxisEffects) {
+    if (warm != nullptr && !effect.variant.empty() && has_token(warm->shape, effect.variant) &&
+        has(structure, effect.name)) {
+      starts[0].shape += effect.variant;
+    }
+  }
+  for (const std::string& name : structure) {
+    const AxisEffect& effect = *model::axis_effect(name);
+    const bool is_known = has(known_structure, name);
+    const std::vector<std::string_view> variants = is_known ? std::vector<std::string_view>{""} : variants_of(effect);
+    std::vector<Fit> extended;
+    for (const Fit& start : starts) {
+      for (const std::string_view variant : variants) {
+        for (std::size_t row = 0; row < (is_known ? 1 : effect.starts.size()); ++row) {
+          Fit next = start;
+          next.shape += variant;
+          std::size_t column = 0;
+          for (const AxisParameter& p : parameters) {
+            if (p.effect != &effect) {
+              continue;
+            }
+            // The gain is the same quantity in both orders; a lead zero's delay starts at the transport delay.
+            double value = to_fitted(*p.number, effect.starts[row][column++]);
+            for (std::size_t k = 0; k < known.size(); ++k) {
+              if (known[k].is(p.number->member) && (is_known || p.is(&StickAxis::scale_per_count))) {
+                value = warm->parameters[k];
+              }
+            }
+            next.parameters.push_back(value);
+          }
+          extended.push_back(std::move(next));
+        }
+      }
+    }
+    starts = std::move(extended);
+  }
+  return starts;
+}
+
+std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
+  std::vector<int> weights(training_.size(), 0);
+  weights[block] = 1;
+  return errors(fit, weights)[block];
+}
+
+std::vector<std::vector<double>> AxisFamily::errors(const Fit& fit, std::span<const int> weights) const {
+  std::vector<double> flat(training_.samples());
+  std::vector<int> ones(weights.size());
+  std::transform(weights.begin(), weights.end(), ones.begin(), [](int weight) { return weight > 0 ? 1 : 0; });
+  training_.error(model(fit), ones, flat);
+  std::vector<std::vector<double>> out(training_.size());
+  auto at = flat.begin();
+  for (std::size_t block = 0; block < out.size(); ++block) {
+    if (ones[block] > 0) {
+      const auto next = at + static_cast<std::ptrdiff_t>(samples_in(block));
+      out[block].assign(at, next);
+      at = next;
+    }
+  }
+  return out;
+}
+
+std::vector<Family::Edit> AxisFamily::edits(const Structure& present) const {
+  return axis_edits(present, !training_.data().other.empty());
+}
+
+Structure AxisFamily::without(const Structure& structure, const std::string& name) const {
+  return without_effect(structure, name);
+}
+
+bool AxisFamily::big_enough(const Fit& fit, const std::string& name) const {
+  const Parameters parameters = parameters_of(fit.structure);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (name == parameters[i].effect->name && !means_something(fit, i, *parameters[i].number)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool AxisFamily::means_something(const Fit& fit, std::size_t parameter, const AxisNumber& number) const {
+  // An effect that ends at the edge of what an aircraft can have explains something else.
+  const double in_unit = from_fitted(number, fit.parameters[parameter]);
+  const double margin = 1e-3 * (number.fit.high - number.fit.low);
+  if (in_unit > number.fit.high - margin || (number.fit.low != 0.0 && in_unit < number.fit.low + margin)) {
+    return false;
+  }
+  if (number.least <= 0.0) {
+    return true;
+  }
+  const double value = physical(fit, parameter);
+  const double distance =
+      number.logarithmic ? std::abs(std::log(value / number.neutral)) : std::abs(value - number.neutral);
+  const double least = number.unit == AxisNumber::FitUnit::kStick ? number.least * scale_.minimum_counts : number.least;
+  if (distance < least) {
+    return false;
+  }
+  // A trim below what the air leaves anyway is the air's mean over this flight.
+  const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
+  return !number.must_exceed_air || distance * std::abs(physical(fit, 0)) >= rmse;
+}
+
+}  // namespace m100::lab::identify

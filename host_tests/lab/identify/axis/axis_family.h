@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/axis/axis_scale.h"
+#include "host_tests/lab/identify/search/selection.h"
+
+namespace m100::lab::identify {
+
+/// The models of one stick axis: base "first_order" or "second_order", then effects by their names in the contract.
+class AxisFamily final : public Family {
+ public:
+  explicit AxisFamily(const AxisBlocks& training);
+
+  std::size_t block_count() const override { return training_.size(); }
+  std::size_t samples_in(std::size_t block) const override { return training_[block].end - training_[block].begin; }
+  Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const override;
+  Fit polish(const Fit& fit, std::span<const int> weights) const override;
+  std::vector<double> error(const Fit& fit, std::size_t block) const override;
+  std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const override;
+  std::vector<Edit> edits(const Structure& present) const override;
+  Structure without(const Structure& structure, const std::string& name) const override;
+  bool big_enough(const Fit& fit, const std::string& name) const override;
+
+  model::StickAxis model(const Fit& fit) const;
+  /// Names of the free parameters in order, as the JSON spells them, each with the effect it belongs to ("" : base).
+  struct ParameterName {
+    std::string effect;
+    std::string name;
+  };
+  std::vector<ParameterName> parameter_names(const Structure& structure) const;
+  /// A fit's parameter as a physical number.
+  double physical(const Fit& fit, std::size_t parameter) const;
+  const AxisScale& scale() const { return scale_; }
+  double period_s() const { return training_.data().period_s; }
+
+  static bool knows(const std::string& name);
+
+ private:
+  /// Where a fit of `structure` begins: what is known from `warm` stays; every effect that is new is started from each
+  /// of its starts and variants.
+  static std::vector<Fit> starts_of(const Structure& structure, const Fit* warm);
+  bool means_something(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
+  Fit run(Fit start, std::span<const int> weights, int iterations) const;
+  /// The fit with a jump at the dead zone's edge. Its width is scanned: the error is flat in it between two stick
+  /// positions, so that steps along a gradient leave it where it began.
+  Fit with_jump(Fit fit, std::span<const int> weights) const;
+  double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
+  const AxisBlocks& training_;
+  AxisScale scale_;
+};
+
+}  // namespace m100::lab::identify

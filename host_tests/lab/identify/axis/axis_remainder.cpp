@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_remainder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host_tests/lab/identify/remainder/residual_test.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kSettle_s = 1.0;  // a free run forgets its start within this time
+
+/// The final residual as one free run per range (from gap to gap), with what it may depend on.
+void append_free_run(const AxisPart& part, const model::StickAxis& model, ResidualInput& input) {
+  const AxisData& data = part.signals.data;
+  const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
+  const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
+  std::vector<double>& residual = input.residuals[0];
+  for (const Range& range : part.ranges) {
+    const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
+    const AxisBlocks whole(data, {run}, range.second - range.first + 2.0 * kSettle_s);
+    std::vector<double> error(whole.samples());
+    whole.error(model, {}, error);
+    auto from = error.begin();
+    for (std::size_t number = 0; number < whole.size(); ++number) {
+      const std::size_t samples = whole[number].end - whole[number].begin;
+      const auto to = from + static_cast<std::ptrdiff_t>(samples);
+      if (samples >= settle + length) {
+        const std::size_t begin = whole[number].begin + settle;
+        const std::size_t end = whole[number].end;
+        for (std::size_t i = begin; i < end; ++i) {
+          if ((i - begin) % length == 0) {
+            input.block_begin.push_back(residual.size() + i - begin);
+          }
+          input.time_s.push_back(data.time_s(i));
+        }
+        residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
+        merge(input.groups, axis_regressors(part.log, part.signals, begin, end));
+        merge(input.activity, axis_activity(part.signals, begin, end));
+      }
+      from = to;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> remainder_of(const Request& request, const AxisPart& training, const AxisPart& validation,
+                                      const model::StickAxis& model) {
+  ResidualInput input;
+  input.sample_period_s = training.signals.data.period_s;
+  input.residuals.resize(1);
+  input.noise_floor = request.noise_floor;
+  append_free_run(training, model, input);
+  append_free_run(validation, model, input);
+  return test_residual(input, ResidualOptions{}).unexplained;
+}
+
+double quiet_floor(const AxisPart& part, const model::StickAxis& model, double minimum_counts) {
+  const auto rest = static_cast<std::size_t>(std::lround(1.0 / part.signals.data.period_s));
+  const auto& stick = part.signals.data.stick;
+  std::vector<double> error(part.blocks.samples());
+  part.blocks.error(model, {}, error);
+  double sum = 0.0;
+  std::size_t count = 0;
+  std::size_t at = 0;
+  for (std::size_t block = 0; block < part.blocks.size(); ++block) {
+    for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i, ++at) {
+      if (i < rest || i < part.blocks[block].begin + rest / 2) {
+        continue;
+      }
+      bool rested = true;
+      for (std::size_t k = i - rest; k <= i && rested; k += 5) {
+        rested = std::abs(stick[k] - stick[i]) < 3.0 * minimum_counts;
+      }
+      if (rested) {
+        sum += error[at] * error[at];
+        ++count;
+      }
+    }
+  }
+  return count > 2 * rest ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+}
+
+}  // namespace m100::lab::identify

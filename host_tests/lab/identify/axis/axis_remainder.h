@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/axis/axis_family.h"
+#include "host_tests/lab/identify/axis/axis_signals.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+
+/// One log with its axis, its ranges and its blocks.
+struct AxisPart {
+  /// The log must outlive the part. @param stick_earlier_s  by which the sticks are moved before anything else
+  /// @throws InputError as axis_signals does.
+  AxisPart(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
+           double stick_earlier_s = 0.0)
+      : log(flight_log),
+        signals(axis_signals(flight_log, axis, stick_earlier_s)),
+        ranges(given),
+        blocks(signals.data, given) {}
+  AxisPart(const AxisPart&) = delete;
+  AxisPart& operator=(const AxisPart&) = delete;
+
+  const logs::FlightLog& log;
+  AxisSignals signals;
+  std::vector<Range> ranges;
+  AxisBlocks blocks;
+};
+
+/// What the final model leaves of both parts as free runs, tested for what may still predict it.
+/// Preconditions: both parts are of the request and have at least one block each.
+/// @returns sentences; empty: nothing that could be predicted is left.
+std::vector<std::string> remainder_of(const Request& request, const AxisPart& training, const AxisPart& validation,
+                                      const model::StickAxis& model);
+
+/// Root mean square of the residual where the stick has rested for the model's memory: what air and autopilot leave.
+/// @param minimum_counts  a stick that moves by less than three of these rests
+/// @returns 0 where the stick hardly ever rested.
+double quiet_floor(const AxisPart& part, const model::StickAxis& model, double minimum_counts);
+
+}  // namespace m100::lab::identify

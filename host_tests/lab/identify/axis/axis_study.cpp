@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_study.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/remainder/residual_test.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kHardlyFollows = 50.0;  // fit [%] below which the stick is not what moves the response
+constexpr double kPoorFit = 80.0;        // fit [%] and
+constexpr double kLittle = 0.25;         // share of the mean square below which a name beside a remainder is a guess
+constexpr double kSwappedOwn = 0.3;      // squared correlation with its own stick below which, and
+constexpr double kSwappedOther = 0.6;    // with the other one above which, the columns are exchanged
+constexpr double kHeld_s = 0.045;
+constexpr double kCutShare = 0.2;  // of the time at the stops
+constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
+const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
+
+void check_moved(const AxisPart& part, const char* option) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  double largest = 0.0;
+  double response_low = low;
+  double response_high = -low;
+  for (std::size_t block = 0; block < part.blocks.size(); ++block) {
+    for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i) {
+      low = std::min(low, part.signals.data.stick[i]);
+      high = std::max(high, part.signals.data.stick[i]);
+      response_low = std::min(response_low, part.signals.data.measured[i]);
+      response_high = std::max(response_high, part.signals.data.measured[i]);
+    }
+  }
+  for (const double value : part.signals.data.stick) {
+    largest = std::max(largest, std::abs(value));
+  }
+  const double least = largest > 5.0 ? 10.0 : 0.01;
+  if (part.blocks.size() > 0 && !(high - low > least)) {
+    throw InputError(part.log.file, 0, part.signals.stick_name,
+                     std::string("the stick was never moved in the ") + option + " ranges");
+  }
+  if (part.blocks.size() > 0 && !(response_high > response_low)) {
+    throw InputError(part.log.file, 0, part.signals.stick_name,
+                     std::string("the response is one constant in the ") + option + " ranges");
+  }
+}
+
+}  // namespace
+
+AxisStudy::AxisStudy(const Request& request, double stick_earlier_s)
+    : request_(request),
+      training_(*request.log, request.axis, request.train, stick_earlier_s),
+      validation_(request.validation_log != nullptr ? *request.validation_log : *request.log, request.axis,
+                  request.validate, stick_earlier_s) {
+  check_declared(request.declared, kBases, AxisFamily::knows, "a stick axis");
+  check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
+  check_moved(training_, "training");
+  for (const std::string& name : request.declared) {
+    if (model::axis_effect(name)->needs_other_stick && training_.signals.data.other.empty()) {
+      throw InputError(request.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
+    }
+  }
+  family_.emplace(training_.blocks);
+}
+
+FreeRun AxisStudy::free_run() const {
+  std::vector<Range> ranges = training_.ranges;
+  if (&validation_.log == &training_.log) {
+    ranges.insert(ranges.end(), validation_.ranges.begin(), validation_.ranges.end());
+  }
+  return {training_.signals.data, ranges};
+}
+
+std::vector<std::vector<double>> AxisStudy::validation_errors(const Fit& fit) const {
+  std::vector<double> flat(validation_.blocks.samples());
+  validation_.blocks.error(family_->model(fit), {}, flat);
+  std::vector<std::vector<double>> out;
+  auto at = flat.begin();
+  for (std::size_t block = 0; block < validation_.blocks.size(); ++block) {
+    const auto length = static_cast<std::ptrdiff_t>(validation_.blocks[block].end - validation_.blocks[block].begin);
+    out.emplace_back(at, at + length);
+    at += length;
+  }
+  return out;
+}
+
+ModelResult AxisStudy::errors_of(const Fit& fit) const {
+  ModelResult out;
+  const model::StickAxis model = family_->model(fit);
+  if (std::find(fit.structure.begin(), fit.structure.end(), "dead_zone") != fit.structure.end()) {
+    out.dead_zone_shape = model.dead_zone_shape == model::DeadZoneShape::kJump ? "jump" : "continuous";
+  }
+  out.train_rmse = training_.blocks.rmse(model);
+  out.validation_rmse = validation_.blocks.rmse(model);
+  out.fit_percent = validation_.blocks.fit_percent(model);
+  out.horizon_rmse = horizon_rmse(validation_.signals.data, validation_.ranges, model, kHorizons_s);
+  return out;
+}
+
+std::vector<Study::Parameter> AxisStudy::parameters(const Fit& fit) const {
+  std::vector<Parameter> out;
+  for (const AxisFamily::ParameterName& name : family_->parameter_names(fit.structure)) {
+    const std::string effect = name.name == "gain" ? "" : name.effect;  // of the base model, whatever stands first
+    out.push_back({effect, {name.name, family_->physical(fit, out.size())}});
+  }
+  return out;
+}
+
+double AxisStudy::reported(const Fit& fit, std::size_t parameter, double coordinate) const {
+  Fit moved = fit;
+  moved.parameters[parameter] = coordinate;
+  return family_->physical(moved, parameter);
+}
+
+void AxisStudy::examine(const Selection& selection, IdentifyResult& result) const {
+  const Fit& fit = selection.final_model.fit;
+  result.unexplained = remainder_of(request_, training_, validation_, family_->model(fit));
+  doubts(selection, result);
+  if (!(request_.noise_floor > 0.0)) {
+    result.noise_floor = quiet_floor(training_, family_->model(fit), family_->scale().minimum_counts);
+    if (result.noise_floor > 0.0) {
+      result.findings.push_back(note("noise floor estimated where the stick had rested for 1 s"));
+    }
+  }
+}
+
+void AxisStudy::annotate(const Selection&, IdentifyResult& result) const {
+  for (EffectResult& effect : result.effects) {
+    effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
+  }
+  const logs::Alignment& found = request_.log->alignment;
+  result.alignment = {static_cast<double>(found.stick_shift_samples), found.evidence};
+  for (const AxisPart* part : {&training_, &validation_}) {
+    if (part == &training_ || &validation_.log != &training_.log) {
+      result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
+    }
+  }
+  for (const std::string& said : request_.log->notes) {
+    result.findings.push_back(note(said));
+  }
+  if (found.stick_shift_samples != 0) {
+    result.findings.push_back(note("the sticks came " + std::to_string(std::abs(found.stick_shift_samples)) +
+                                   " samples too " + (found.stick_shift_samples > 0 ? "early" : "late") +
+                                   " for the response (shown by their " + found.evidence + "); they were moved"));
+  }
+}
+
+Traces AxisStudy::traces(const Fit& declared, const Fit& final_fit) const {
+  Traces out;
+  out.sample_period_s = training_.signals.data.period_s;
+  out.lag_step = 2;
+  out.directions.push_back({"", {}, {}, {}});
+  Trace& trace = out.directions.front();
+  for (const AxisPart* part : {&training_, &validation_}) {
+    for (std::size_t block = 0; block < part->blocks.size(); ++block) {
+      for (std::size_t i = part->blocks[block].begin; i < part->blocks[block].end; ++i) {
+        out.t_s.push_back(part->signals.data.time_s(i));
+        out.validation.push_back(part == &validation_ ? 1 : 0);
+        trace.measured.push_back(part->signals.data.measured[i]);
+      }
+    }
+    const std::vector<double> as_declared = part->blocks.response(family_->model(declared));
+    const std::vector<double> as_found = part->blocks.response(family_->model(final_fit));
+    trace.declared.insert(trace.declared.end(), as_declared.begin(), as_declared.end());
+    trace.final_model.insert(trace.final_model.end(), as_found.begin(), as_found.end());
+  }
+  return out;
+}
+
+void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const {
+  const Fit& fit = selection.final_model.fit;
+  const model::StickAxis model = family_->model(fit);
+  const AxisSignals& signals = training_.signals;
+  const double fit_percent = training_.blocks.fit_percent(model);
+  const double share = 1.0 - fit.sum_of_squares / selection.declared.fit.sum_of_squares;
+  const double rmse = training_.blocks.rmse(model);
+  const bool at_floor = request_.noise_floor > 0.0 && rmse < ResidualOptions{}.floor_factor * request_.noise_floor;
+  if (fit_percent < kHardlyFollows && !at_floor) {
+    result.unexplained.push_back(signals.response_name + " hardly follows " + signals.stick_name + " (fit " +
+                                 std::to_string(std::lround(fit_percent)) +
+                                 " %): most of its motion has another cause");
+  } else if (!selection.steps.empty() && share < kLittle && fit_percent < kPoorFit && !at_floor) {
+    result.unexplained.push_back("the named effects remove " + std::to_string(std::lround(100.0 * share)) +
+                                 " % of the error; most of it is still unexplained (fit " +
+                                 std::to_string(std::lround(fit_percent)) + " %)");
+  }
+  const double cut = cut_share(signals.data.stick, signals.data.valid);
+  if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
+    result.unexplained.push_back(signals.stick_name + " stands at its largest value for " +
+                                 std::to_string(std::lround(100.0 * cut)) +
+                                 " % of the time, and what it did beyond is unknown: was the log cut there?");
+  }
+  const double held_s = hold_s(signals.data.measured, signals.data.valid, signals.data.period_s);
+  if (held_s > kHeld_s) {
+    char text[120];
+    std::snprintf(text, sizeof text, "%s holds every value for %.2f s: sampled more slowly than the log, or rounded",
+                  signals.response_name.c_str(), held_s);
+    result.unexplained.emplace_back(text);
+  }
+  if (!signals.data.other.empty()) {
+    const double own =
+        share_explained(signals.data.stick, signals.data.measured, signals.data.valid, signals.data.period_s);
+    const double other =
+        share_explained(signals.data.other, signals.data.measured, signals.data.valid, signals.data.period_s);
+    if (own < kSwappedOwn && other > kSwappedOther) {
+      result.findings.push_back({.what = "swapped_axes",
+                                 .signal = signals.stick_name,
+                                 .text = signals.response_name + " follows " + signals.other_name + " and not " +
+                                         signals.stick_name + ": two columns are probably exchanged"});
+    }
+  }
+  const double gain = model.scale_per_count;
+  if (fit_percent > kHardlyFollows && (request_.axis == "yaw_rate" ? gain > 0.0 : gain < 0.0)) {
+    result.findings.push_back({.what = "sign_reversed",
+                               .signal = signals.stick_name,
+                               .text = signals.response_name + " moves against " + signals.stick_name +
+                                       ": a sign of the column map is probably wrong"});
+  }
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/axis/axis_family.h"
+#include "host_tests/lab/identify/axis/axis_remainder.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+#include "host_tests/lab/identify/search/study.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis of a request: its models, its errors, its own questions.
+class AxisStudy final : public Study {
+ public:
+  /// @param stick_earlier_s  by which the sticks are moved first: clocks that disagree
+  explicit AxisStudy(const Request& request, double stick_earlier_s = 0.0);
+  const Family& family() const override { return *family_; }
+  const AxisFamily& axis_family() const { return *family_; }
+  const Request& request() const { return request_; }
+  const std::string& stick_name() const { return training_.signals.stick_name; }
+  /// Training part and, where it lies in the same log, validation part, without restarts.
+  FreeRun free_run() const;
+  double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
+  std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
+  ModelResult errors_of(const Fit& fit) const override;
+  std::vector<Parameter> parameters(const Fit& fit) const override;
+  std::vector<double> coordinates(const Fit& fit) const override { return fit.parameters; }
+  double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
+  void examine(const Selection& selection, IdentifyResult& result) const override;
+  bool shadow_only(const Selection&, const IdentifyResult&) const override { return false; }
+  void annotate(const Selection&, IdentifyResult& result) const override;
+  Traces traces(const Fit& declared, const Fit& final_fit) const override;
+
+ private:
+  /// What makes any name a guess, or the log unfit, though no regression finds it.
+  void doubts(const Selection& selection, IdentifyResult& result) const;
+  Request request_;
+  AxisPart training_;
+  AxisPart validation_;
+  std::optional<AxisFamily> family_;  ///< made once the request has been checked
+};
+
+}  // namespace m100::lab::identify

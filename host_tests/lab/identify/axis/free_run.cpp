@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/free_run.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firmware/sysid/axis_dynamics.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
+
+std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
+  std::sort(ranges.begin(), ranges.end());
+  std::vector<Range> out;
+  for (const Range& range : ranges) {
+    if (!out.empty() && range.first <= out.back().second + 1.5 * period_s) {
+      out.back().second = std::max(out.back().second, range.second);
+    } else {
+      out.push_back(range);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
+    : data_(data),
+      mean_(std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / data.period_s)))),
+      settle_(static_cast<std::size_t>(std::lround(kSettle_s / data.period_s))) {
+  const double whole_s = static_cast<double>(data.measured.size() + 1) * data.period_s;
+  const auto past = static_cast<std::size_t>(std::lround(AxisBlocks::kPast_s / data.period_s));
+  const AxisBlocks blocks(data, joined(ranges, data.period_s), whole_s);
+  for (std::size_t number = 0; number < blocks.size(); ++number) {
+    const AxisBlocks::Block& block = blocks[number];
+    const auto first = static_cast<Eigen::Index>(time_s_.size());
+    for (std::size_t i = block.begin + settle_; i + mean_ <= block.end; i += mean_) {
+      time_s_.push_back(data.time_s(i) + 0.5 * static_cast<double>(mean_ - 1) * data.period_s);
+    }
+    const auto last = static_cast<Eigen::Index>(time_s_.size());
+    if (last > first) {
+      segments_.push_back({first, last});
+      runs_.push_back(
+          {block.begin > past ? block.begin - past : 0, block.begin, block.end, block.value, block.rate_per_s});
+    }
+  }
+}
+
+void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const {
+  const auto ahead = static_cast<std::size_t>(std::lround(kLookAhead_s / data_.period_s));
+  const std::size_t end = std::min(run.end + ahead, data_.stick.size());
+  out.resize(end - run.past);
+  model::StickLaw<double> law(axis, data_.period_s);
+  for (std::size_t i = run.past; i < end; ++i) {
+    out[i - run.past] =
+        law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.time_s(i) - data_.start_s);
+  }
+}
+
+Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
+  struct Way {  // of the command through delay and zero
+    std::ptrdiff_t shift;
+    double part;
+    double lead;
+  };
+  const auto way_of = [&](const model::StickAxis& axis) {
+    const double delay = axis.transport_delay_s / data_.period_s;
+    return Way{static_cast<std::ptrdiff_t>(std::floor(delay)), delay - std::floor(delay),
+               axis.lead_zero_s / data_.period_s};
+  };
+  const std::array<Way, 2> ways{way_of(before), way_of(after)};
+  Rows out(static_cast<Eigen::Index>(size()));
+  Eigen::Index row = 0;
+  for (const Run& run : runs_) {
+    const bool switches = data_.time_s(run.end) > switch_s;
+    command(before, run, command_before_);
+    if (switches) {
+      command(after, run, command_after_);
+    }
+    sysid::AxisDynamics<double> dynamics(before, data_.period_s);
+    dynamics.start(run.value, run.rate_per_s);
+    const std::vector<double>* commands = &command_before_;
+    const Way* way = ways.data();
+    const auto delayed = [&](std::ptrdiff_t sample) {
+      const auto last = static_cast<std::ptrdiff_t>(commands->size()) - 1;
+      const auto at = [&](std::ptrdiff_t k) {
+        return (*commands)[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
+      };
+      const double newer = at(sample - way->shift);
+      return way->part > 0.0 ? newer + way->part * (at(sample - way->shift - 1) - newer) : newer;
+    };
+    bool switched = false;
+    double sum = 0.0;
+    std::size_t counted = 0;
+    for (std::size_t i = run.begin; i < run.end; ++i) {
+      if (!switched && switches && data_.time_s(i) > switch_s) {
+        switched = true;
+        const double value = dynamics.value();
+        const double rate = dynamics.rate_per_s();
+        dynamics = sysid::AxisDynamics<double>(after, data_.period_s);
+        dynamics.start(value, rate);
+        commands = &command_after_;
+        way = &ways[1];
+      }
+      if (i >= run.begin + settle_) {
+        sum += dynamics.value() - data_.measured[i];
+        if (++counted == mean_) {
+          out(row++) = sum / static_cast<double>(mean_);
+          sum = 0.0;
+          counted = 0;
+        }
+      }
+      const auto sample = static_cast<std::ptrdiff_t>(i - run.past);
+      const double now = delayed(sample);
+      dynamics.step(way->lead > 0.0 || way->lead < 0.0 ? now + way->lead * (now - delayed(sample - 1)) : now);
+    }
+  }
+  return out;
+}
+
+namespace {
+
+/// The fit of fit_whitened(), step by step. Parameters: the knobs, the size of the break, the offset.
+class Descent {
+ public:
+  Descent(const FreeRun& run, const model::StickAxis& start, std::span<const Knob> knobs, const Break* change)
+      : run_(run), knobs_(knobs), change_(change), axis_(start) {
+    for (const Knob& knob : knobs) {
+      add(knob, start.*knob.member);
+    }
+    if (change != nullptr) {
+      Knob jump = change->knob;
+      const double width = jump.high - jump.low;
+      jump.low = -width;
+      jump.high = width;
+      add(jump, change->size);
+    }
+    error_ = error(values_);
+    offset_ = error_.mean();
+    error_.array() -= offset_;
+  }
+
+  WhitenedFit run() {
+    constexpr int kIterations = 10;
+    constexpr double kSettled = 1e-5;
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      const double gained = step();
+      if (gained < kSettled) {
+        break;
+      }
+    }
+    linearise();
+    WhitenedFit out;
+    const auto [before, after] = models(values_);
+    out.before = before;
+    out.after = after;
+    out.offset = offset_;
+    out.score = whitened_score(error_, run_.segments());
+    out.values.assign(values_.begin(), values_.end());
+    Columns regular = normal_;  // each column by itself: their units differ by many powers of ten
+    regular.diagonal() = regular.diagonal() * (1.0 + 1e-9) + Rows::Constant(regular.rows(), 1e-300);
+    const Columns inverse = regular.ldlt().solve(Columns::Identity(regular.rows(), regular.cols()));
+    const double variance =
+        power_ / std::max(1.0, whitened_rows(run_.segments()) - static_cast<double>(normal_.rows()));
+    for (Eigen::Index k = 0; k < values_.size(); ++k) {
+      out.sigmas.push_back(std::sqrt(std::max(0.0, variance * inverse(k, k))));
+    }
+    return out;
+  }
+
+ private:
+  void add(const Knob& knob, double value) {
+    values_.conservativeResize(values_.size() + 1);
+    values_(values_.size() - 1) = std::clamp(value, knob.low, knob.high);
+    limits_.push_back(knob);
+  }
+
+  std::pair<model::StickAxis, model::StickAxis> models(const Rows& values) const {
+    model::StickAxis before = axis_;
+    for (std::size_t k = 0; k < knobs_.size(); ++k) {
+      before.*knobs_[k].member = values(static_cast<Eigen::Index>(k));
+    }
+    model::StickAxis after = before;
+    if (change_ != nullptr) {
+      const Knob& knob = change_->knob;
+      after.*knob.member =
+          std::clamp(after.*knob.member + values(static_cast<Eigen::Index>(knobs_.size())), knob.low, knob.high);
+    }
+    return {before, after};
+  }
+
+  Rows error(const Rows& values) const {
+    const auto [before, after] = models(values);
+    return run_.error(before, after, change_ != nullptr ? change_->at_s : 1e300);
+  }
+
+  void linearise() {
+    const Ar filter = autoregression(error_, run_.segments());
+    filter_ = filter;
+    white_ = error_;
+    whiten(filter, run_.segments(), white_);
+    power_ = white_.squaredNorm();
+    const Eigen::Index n = values_.size();
+    slopes_.resize(error_.size(), n + 1);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const Knob& knob = limits_[static_cast<std::size_t>(k)];
+      Rows moved = values_;
+      const double step = values_(k) + knob.step <= knob.high ? knob.step : -knob.step;
+      moved(k) += step;
+      slopes_.col(k) = (error(moved) - error_).array() - offset_;
+      slopes_.col(k) /= step;
+    }
+    slopes_.col(n).setConstant(-1.0);
+    for (Eigen::Index k = 0; k <= n; ++k) {
+      whiten(filter, run_.segments(), slopes_.col(k));
+    }
+    normal_ = slopes_.transpose() * slopes_;
+  }
+
+  /// @returns the share of the whitened power that one step took away.
+  double step() {
+    linearise();
+    Rows gradient = slopes_.transpose() * white_;
+    for (Eigen::Index k = 0; k < values_.size(); ++k) {
+      const Knob& knob = limits_[static_cast<std::size_t>(k)];
+      const bool stuck =
+          (values_(k) <= knob.low && gradient(k) > 0.0) || (values_(k) >= knob.high && gradient(k) < 0.0);
+      if (stuck || !(normal_(k, k) > 0.0)) {
+        gradient(k) = 0.0;
+        normal_.row(k).setZero();
+        normal_.col(k).setZero();
+        normal_(k, k) = 1.0;
+      }
+    }
+    double damping = 1e-4;
+    for (int attempt = 0; attempt < 5; ++attempt, damping *= 12.0) {
+      Columns damped = normal_;
+      damped.diagonal() *= 1.0 + damping;
+      const Rows move = -damped.ldlt().solve(gradient);
+      Rows trial = values_ + move.head(values_.size());
+      for (Eigen::Index k = 0; k < trial.size(); ++k) {
+        const Knob& knob = limits_[static_cast<std::size_t>(k)];
+        trial(k) = std::clamp(trial(k), knob.low, knob.high);
+      }
+      const double offset = offset_ + move(values_.size());
+      Rows tried = error(trial).array() - offset;
+      Rows white = tried;
+      whiten(filter_, run_.segments(), white);
+      const double power = white.squaredNorm();
+      if (power < power_) {
+        values_ = trial;
+        offset_ = offset;
+        error_ = std::move(tried);
+        return 1.0 - power / power_;
+      }
+    }
+    return 0.0;
+  }
+
+  const FreeRun& run_;
+  std::span<const Knob> knobs_;
+  const Break* change_;
+  model::StickAxis axis_;
+  std::vector<Knob> limits_;
+  Rows values_;
+  double offset_ = 0.0;
+  Rows error_;
+  Ar filter_ = Ar::Zero();
+  Rows white_;
+  double power_ = 0.0;
+  Columns slopes_;
+  Columns normal_;
+};
+
+}  // namespace
+
+WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start, std::span<const Knob> knobs,
+                         const Break* change) {
+  return Descent(run, start, knobs, change).run();
+}
+
+}  // namespace m100::lab::identify

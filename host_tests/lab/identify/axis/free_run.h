@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "firmware/model/stick_axis.h"
+#include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/remainder/whitening.h"
+
+namespace m100::lab::identify {
+
+/// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms. What
+/// blocks of 2.5 s hide shows here: clocks that disagree by a hundredth of a second, and a vehicle that changes.
+class FreeRun {
+ public:
+  static constexpr double kMean_s = 0.05;
+  static constexpr double kSettle_s = 1.0;  ///< a free run forgets its start within this time
+
+  /// Ranges may overlap or touch: they are joined. The data must outlive the run.
+  FreeRun(const AxisData& data, const std::vector<Range>& ranges);
+
+  std::size_t size() const { return time_s_.size(); }  ///< rows, one for each mean
+  const std::vector<double>& time_s() const { return time_s_; }
+  const std::vector<Segment>& segments() const { return segments_; }
+  double minutes() const { return static_cast<double>(size()) * kMean_s / 60.0; }
+
+  /// Simulated less measured. A transport delay below zero takes the stick from the future.
+  Rows error(const model::StickAxis& axis) const { return error(axis, axis, 1e300); }
+  /// The same of a vehicle that is another one from `switch_s` on.
+  Rows error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const;
+
+ private:
+  struct Run {
+    std::size_t past;   ///< first sample whose input is looked at
+    std::size_t begin;  ///< first sample, where the measured state is taken
+    std::size_t end;
+    double value;
+    double rate_per_s;
+  };
+  void command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const;
+
+  const AxisData& data_;
+  std::size_t mean_;    ///< samples in a mean
+  std::size_t settle_;  ///< samples
+  std::vector<Run> runs_;
+  std::vector<double> time_s_;
+  std::vector<Segment> segments_;
+  mutable std::vector<double> command_before_, command_after_;  // scratch
+};
+
+/// One number of an axis that a whitened fit may move.
+struct Knob {
+  std::string name;
+  double model::StickAxis::*member = nullptr;
+  double step = 0.0;  ///< of the derivative, in the member's unit
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// Maximum-likelihood fit over free runs: the residual is white after an autoregression of order 4.
+struct WhitenedFit {
+  model::StickAxis before;
+  model::StickAxis after;
+  double offset = 0.0;         ///< of the simulated response
+  double score = 0.0;          ///< n ln(mean square of the innovations)
+  std::vector<double> values;  ///< of the knobs, then of the change if there is one
+  std::vector<double> sigmas;  ///< standard errors of the same
+};
+
+/// Where the axis becomes another one: `knob` jumps by a free amount at `at_s`.
+struct Break {
+  Knob knob;
+  double at_s = 0.0;
+  double size = 0.0;  ///< to start from
+};
+
+/// Gauss-Newton from `start`, a constant offset of the response and the knobs free. Cost: some ten iterations of one
+/// simulation for each knob.
+WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start, std::span<const Knob> knobs,
+                         const Break* change = nullptr);
+
+}  // namespace m100::lab::identify

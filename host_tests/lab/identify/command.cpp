@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab identify: a log, a declared model; what is missing, and how much better it is with it.
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/answer/forecast.h"
+#include "host_tests/lab/identify/answer/json.h"
+#include "host_tests/lab/identify/answer/report.h"
+#include "host_tests/lab/identify/answer/to_vehicle.h"
+#include "host_tests/lab/identify/log_ranges.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab {
+namespace {
+
+using identify::Range;
+
+struct Options {
+  std::vector<std::string> logs, columns;
+  std::string axis, declare, train, validate, split, within, validation_log, validation_columns, believed, vehicle,
+      json, report, forecast;
+  double noise_floor = 0.0;
+  std::size_t draws = 200;
+  std::uint64_t seed = 1;
+};
+
+logs::FlightLog load_all(const Options& options) {
+  if (options.columns.size() != 1 && options.columns.size() != options.logs.size()) {
+    throw InputError("--columns", 0, "", "give one map for all logs, or one for each --log in the same order");
+  }
+  std::vector<logs::FlightLog> all;
+  for (std::size_t i = 0; i < options.logs.size(); ++i) {
+    all.push_back(logs::load(options.logs[i], options.columns[options.columns.size() == 1 ? 0 : i]));
+  }
+  return logs::joined(std::move(all));
+}
+
+/// Outputs are looked at before the work: a name that cannot be written, or that would overwrite what is read.
+void check_outputs(const Options& options) {
+  std::vector<std::string> inputs = options.logs;
+  inputs.insert(inputs.end(), options.columns.begin(), options.columns.end());
+  inputs.push_back(options.validation_log);
+  inputs.push_back(options.validation_columns);
+  for (const std::string& input : inputs) {
+    refuse_overwriting(input, options.json, "--json");
+    refuse_overwriting(input, options.vehicle, "--vehicle");
+  }
+  require_writable(options.json, "--json");
+  require_writable(options.vehicle, "--vehicle");
+}
+
+std::string base_names(const std::vector<std::string>& files) {
+  std::string out;
+  for (const std::string& file : files) {
+    out += (out.empty() ? "" : " + ") + file.substr(file.find_last_of('/') + 1);
+  }
+  return out;
+}
+
+void check_disjoint(const identify::Request& request) {
+  if (request.log != request.validation_log) {
+    return;
+  }
+  for (const Range& a : request.train) {
+    for (const Range& b : request.validate) {
+      if (a.first < b.second - 1e-9 && b.first < a.second - 1e-9) {
+        throw InputError("--validate", 0, "", "overlaps --train: the error would be quoted on data the fit has seen");
+      }
+    }
+  }
+}
+
+/// What the flight was made for, beside what it showed; a sentence on stdout. Empty: no forecast, or of another axis.
+nlohmann::ordered_json compared(const Options& options, const identify::IdentifyResult& result) {
+  if (options.forecast.empty()) {
+    return {};
+  }
+  const nlohmann::json forecast = nlohmann::json::parse(whole_file(options.forecast), nullptr, false);
+  if (!forecast.is_object() || !forecast.contains("forecast")) {
+    throw InputError(options.forecast, 0, "", "is no forecast of m100-lab excite --json");
+  }
+  nlohmann::ordered_json comparison = identify::compare_with_forecast(forecast, result);
+  if (!comparison.empty()) {
+    comparison["text"] = identify::forecast_sentence(comparison);
+    std::cout << "  forecast: " << comparison["text"].get<std::string>() << "\n";
+  }
+  return comparison;
+}
+
+/// Training and validation ranges, from --split or from --train and --validate.
+void ask_for_ranges(const Options& options, const logs::FlightLog& log, const logs::FlightLog* other,
+                    identify::Request& request) {
+  if (!options.split.empty()) {
+    if (!options.train.empty() || !options.validate.empty()) {
+      throw InputError("--split", 0, options.split, "not together with --train or --validate");
+    }
+    identify::split(options.split, options.within, log, request);
+    if (other != nullptr) {
+      request.validate = {{other->start_s, other->time_s(other->size - 1)}};
+    }
+  } else {
+    if (!options.within.empty()) {
+      throw InputError("--within", 0, options.within,
+                       "belongs to --split; with --train and --validate there is no need");
+    }
+    request.train = identify::ranges("--train", options.train, log);
+    request.validate = identify::ranges("--validate", options.validate, *request.validation_log);
+  }
+}
+
+void find_gaps(const identify::Request& request, identify::IdentifyResult& result) {
+  std::vector<Range> used = request.train;
+  const bool one_log = request.log == request.validation_log;
+  if (one_log) {
+    used.insert(used.end(), request.validate.begin(), request.validate.end());
+  }
+  identify::find_gaps(*request.log, used, result.findings);
+  if (!one_log) {
+    identify::find_gaps(*request.validation_log, request.validate, result.findings);
+  }
+}
+
+void run(const Options& options) {
+  check_outputs(options);
+  const logs::FlightLog log = load_all(options);
+  std::optional<logs::FlightLog> other;
+  if (!options.validation_log.empty()) {
+    other = logs::load(options.validation_log,
+                       options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
+  }
+  identify::Request request;
+  request.axis = options.axis;
+  request.declared = parts(options.declare, ',');
+  request.log = &log;
+  request.validation_log = other ? &*other : &log;
+  request.noise_floor = options.noise_floor;
+  request.bootstrap_draws = options.draws;
+  request.seed = options.seed;
+  ask_for_ranges(options, log, other ? &*other : nullptr, request);
+  check_disjoint(request);
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  if (terminal) {
+    request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
+  }
+  identify::IdentifyResult result =
+      request.axis == "translation" ? identify::identify_translation(request) : identify::identify_axis(request);
+  if (terminal) {
+    std::cerr << "\r\033[K";
+  }
+  find_gaps(request, result);
+  if (!options.believed.empty()) {
+    result.refitted = identify::refitted(options.believed, result);
+  }
+  if (!options.vehicle.empty()) {
+    const std::string source = base_names(options.logs) + ", train " +
+                               (options.split.empty() ? options.train : options.split) +
+                               " s, m100-lab identify --axis " + options.axis;
+    for (const std::string& homeless : identify::update_vehicle_file(options.vehicle, result, source)) {
+      result.findings.push_back(identify::note(homeless));
+    }
+  }
+  std::cout << identify::to_text(result);
+  const nlohmann::ordered_json comparison = compared(options, result);
+  if (!options.json.empty()) {
+    nlohmann::ordered_json answer = identify::to_json(result);
+    if (!comparison.empty()) {
+      answer["forecast"] = comparison;
+    }
+    std::ofstream file(options.json);
+    file << answer.dump(1) << "\n";
+    if (!file) {
+      throw InputError(options.json, 0, "--json", "cannot be written");
+    }
+  }
+  if (!options.report.empty()) {
+    const identify::ReportOrigin origin{base_names(options.logs),
+                                        options.split.empty() ? options.train + " s" : options.split,
+                                        options.split.empty() ? options.validate + " s" : options.split, false};
+    std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
+  }
+}
+
+}  // namespace
+
+void add_identify(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("identify", "find what the declared model lacks in a log, name it, add it");
+  auto options = std::make_shared<Options>();
+  app->add_option("--log", options->logs,
+                  "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may stand more than once")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app->add_option("--columns", options->columns, "column map (TOML): one for all logs, or one for each")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
+      ->required()
+      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
+  app->add_option("--declare", options->declare,
+                  "model believed before looking: first_order or second_order (translation: rigid_body), then effects "
+                  "by name, with commas")
+      ->required();
+  app->add_option("--train", options->train,
+                  "FROM:TO[,FROM:TO...] in seconds of the log's clock; with several logs 1@FROM:TO,2@FROM:TO");
+  app->add_option("--validate", options->validate, "the same; must not overlap the training ranges");
+  app->add_option("--split", options->split, "instead of ranges: alternate:SECONDS");
+  app->add_option("--within", options->within, "ranges that --split cuts; without it the whole log");
+  app->add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
+  app->add_option("--validate-columns", options->validation_columns, "its column map, if not the same");
+  app->add_option("--noise-floor", options->noise_floor, "root mean square that the air leaves, unit of the axis")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
+  app->add_option("--vehicle-believed", options->believed,
+                  "vehicle file that was believed: its numbers are set against those found");
+  app->add_option("--forecast", options->forecast,
+                  "JSON of m100-lab excite: what the flight was to tell apart, compared with what was found");
+  app->add_option("--json", options->json, "result as JSON");
+  app->add_option("--report", options->report, "folder for the HTML report");
+  app->add_option("--draws", options->draws, "bootstrap draws")->check(CLI::Range(0, 10000));
+  app->add_option("--seed", options->seed, "of the bootstrap");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

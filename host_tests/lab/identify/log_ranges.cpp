@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/log_ranges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_words.h"
+
+namespace m100::lab::identify {
+namespace {
+
+/// First and last moment of a log of the joined ones, on its own clock.
+Range own_times(const logs::FlightLog& log, std::size_t flight) {
+  if (log.flights.empty()) {
+    return {log.start_s, log.time_s(log.size - 1) + log.period_s};
+  }
+  const logs::Flight& one = log.flights[flight];
+  return {one.start_s, one.start_s + static_cast<double>(one.end - one.begin) * log.period_s};
+}
+
+/// "12:38", or "2@12:38" of the second log, on the clock of all.
+Range range_of(const std::string& option, const std::string& part, const logs::FlightLog& log) {
+  const std::size_t at = part.find('@');
+  std::size_t flight = 0;
+  if (at != std::string::npos) {
+    const double wanted = number(option, part.substr(0, at));
+    if (!(wanted >= 1.0 && wanted <= static_cast<double>(std::max<std::size_t>(1, log.flights.size())) &&
+          wanted == std::floor(wanted))) {
+      throw InputError(option, 0, part, "names a log that was not given: they count from 1");
+    }
+    flight = static_cast<std::size_t>(wanted) - 1;
+  } else if (!log.flights.empty()) {
+    throw InputError(option, 0, part, "with several logs a range names its log: 1@FROM:TO, 2@FROM:TO");
+  }
+  const std::vector<std::string> ends = parts(at == std::string::npos ? part : part.substr(at + 1), ':');
+  if (ends.size() != 2) {
+    throw InputError(option, 0, part, "a range is FROM:TO in seconds");
+  }
+  const Range range{number(option, ends[0]), number(option, ends[1])};
+  const Range there = own_times(log, flight);
+  if (!(range.first < range.second)) {
+    throw InputError(option, 0, part, "ends before it begins");
+  }
+  if (range.first < there.first - 1e-9 || range.second > there.second + 0.5) {
+    std::ostringstream message;
+    message << "outside of the log, which has " << there.first << " to " << there.second << " s";
+    throw InputError(option + " " + part, 0, log.flights.empty() ? log.file : log.flights[flight].file, message.str());
+  }
+  return {logs::joined_time(log, flight, range.first),
+          logs::joined_time(log, flight, std::min(range.second, there.second))};
+}
+
+}  // namespace
+
+std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log) {
+  std::vector<Range> out;
+  for (const std::string& part : parts(text, ',')) {
+    out.push_back(range_of(option, part, log));
+  }
+  if (out.empty()) {
+    throw InputError(option, 0, "", "is needed (or --split)");
+  }
+  return out;
+}
+
+void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request) {
+  const std::vector<std::string> halves = parts(text, ':');
+  if (halves.size() != 2 || halves[0] != "alternate") {
+    throw InputError("--split", 0, text, "the one split there is: alternate:SECONDS");
+  }
+  const double length_s = number("--split", halves[1]);
+  if (!(length_s >= 2.5)) {
+    throw InputError("--split", 0, text, "pieces must be at least 2.5 s long");
+  }
+  std::vector<Range> all;
+  if (!within.empty()) {
+    all = ranges("--within", within, log);
+  }
+  for (std::size_t flight = 0; within.empty() && flight < std::max<std::size_t>(1, log.flights.size()); ++flight) {
+    const Range own = own_times(log, flight);
+    all.emplace_back(logs::joined_time(log, flight, own.first),
+                     logs::joined_time(log, flight, own.second - log.period_s));
+  }
+  for (const Range& range : all) {
+    for (int piece = 0; range.first + (piece + 1) * length_s <= range.second + 1e-9; ++piece) {
+      const Range one{range.first + piece * length_s, range.first + (piece + 1) * length_s};
+      (piece % 2 == 0 ? request.train : request.validate).push_back(one);
+    }
+  }
+}
+
+void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings) {
+  for (const auto& [signal, gap] : log.signal_gap) {
+    std::size_t samples = 0;
+    std::size_t holes = 0;
+    Finding found{.what = "gap", .signal = std::string(logs::name_of(signal))};
+    for (const Range& range : ranges) {
+      const std::size_t begin = log.index_of(range.first);
+      for (std::size_t k = begin; k < log.index_of(range.second); ++k) {
+        if (gap[k] == 0) {
+          continue;
+        }
+        found.from_s = samples == 0 ? log.time_s(k) : std::min(found.from_s, log.time_s(k));
+        found.to_s = samples == 0 ? log.time_s(k + 1) : std::max(found.to_s, log.time_s(k + 1));
+        holes += k == begin || gap[k - 1] == 0 ? 1U : 0U;
+        ++samples;
+      }
+    }
+    if (samples > 0) {
+      found.text = found.signal + " is missing or spoilt in " + std::to_string(holes) + " places of the ranges used, " +
+                   std::to_string(samples) + " samples in all, first at " + logs::place_of(log, found.from_s) +
+                   "; kept out";
+      findings.push_back(std::move(found));
+    }
+  }
+}
+
+}  // namespace m100::lab::identify

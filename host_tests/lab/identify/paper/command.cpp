@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab paper: the paper's identified numbers from the paper's own logs, and what the right alignment changes.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/identify/paper/paper_report.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/subcommands.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string pitch_roll, height, json;
+};
+
+void run(const Options& options) {
+  const identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
+  std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
+  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  for (const identify::paper::Line& line : report.lines) {
+    std::printf("%-48s ", line.quantity.c_str());
+    if (std::isfinite(line.paper)) {
+      std::printf("%12.4g", line.paper);
+    } else {
+      std::printf("%12s", "-");
+    }
+    std::printf(" %12.4g %12.4g\n", line.reproduced, line.aligned);
+    lines.push_back(
+        {{"quantity", line.quantity},
+         {"paper", std::isfinite(line.paper) ? nlohmann::ordered_json(line.paper) : nlohmann::ordered_json()},
+         {"reproduced", line.reproduced},
+         {"aligned", line.aligned}});
+  }
+  std::printf("sticks %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
+              report.evidence.c_str());
+  if (!options.json.empty()) {
+    std::ofstream file(options.json);
+    file << nlohmann::ordered_json{{"lines", std::move(lines)},
+                                   {"stick_shift_samples", report.stick_shift_samples},
+                                   {"evidence", report.evidence}}
+                .dump(1)
+         << "\n";
+    if (!file) {
+      throw InputError(options.json, 0, "--json", "cannot be written");
+    }
+  }
+}
+
+}  // namespace
+
+void add_paper(CLI::App& lab) {
+  CLI::App* app =
+      lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
+  auto options = std::make_shared<Options>();
+  app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
+  app->add_option("--height", options->height, "ExperimentHeight.mat")->required();
+  app->add_option("--json", options->json, "the table as JSON");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace m100::lab::identify::paper {
+
+// The way the paper identified (III-D), as its authors' published scripts do it, on the rows of their own MAT-files.
+
+/// One recorded pair, row by row, on the clock of the response.
+struct Record {
+  std::vector<double> t_s;
+  std::vector<double> stick;     ///< counts from neutral
+  std::vector<double> response;  ///< rad, rad/s or m/s
+};
+
+/// Samples by which the response follows the stick: the largest raw cross-correlation (no mean taken off, as the
+/// authors have it), searched over |lag| <= 3 s.
+int correlation_lag(const std::vector<double>& stick, const std::vector<double>& response, double period_s);
+
+/// Eq. (1): the stick is moved by `lag` samples, both are cut to [from_s, to_s], straight lines are taken off both, and
+/// the factor follows by least squares.
+double scale_factor(const Record& record, int lag, double from_s, double to_s);
+
+/// A transfer function without zeros fitted to one long simulation: means taken off both signals, input held between
+/// samples, start of the simulation free.
+struct Dynamics {
+  double gain = 0.0;             ///< per unit of the scaled stick
+  double time_constant_s = 0.0;  ///< first order
+  double natural_frequency_rad_s = 0.0;
+  double damping_ratio = 0.0;
+  double fit_percent = 0.0;
+};
+Dynamics first_order(const Record& record, double scale, double from_s, double to_s);
+Dynamics second_order(const Record& record, double scale, double from_s, double to_s);
+
+}  // namespace m100::lab::identify::paper

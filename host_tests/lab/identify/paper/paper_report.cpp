@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/paper/paper_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/model/paper.h"
+#include "host_tests/lab/identify/paper/paper.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::identify::paper {
+namespace {
+
+// The ranges of the authors' scripts: scale factors from 15 to 55 s (climb: 30 s), dynamics without the first and last
+// ten seconds.
+constexpr double kScaleFrom_s = 15.0;
+constexpr double kAttitudeTo_s = 55.0;
+constexpr double kClimbTo_s = 30.0;
+constexpr double kCutOff_s = 10.0;
+
+std::vector<double> column(const logs::RawLog& log, const std::string& name, double offset) {
+  std::vector<double> out = log.column("Experiment1." + name, name).values;
+  for (double& value : out) {
+    value += offset;
+  }
+  return out;
+}
+
+Record record(const logs::RawLog& log, const std::string& stick, const std::string& response) {
+  return {column(log, "Vicon.t", 0.0), column(log, stick, -model::paper::kNeutral_vrc), column(log, response, 0.0)};
+}
+
+// Forward differences, the last one doubled, as the authors' scale factor of the climb wants them.
+Record differentiated(Record height) {
+  const double period_s = (height.t_s.back() - height.t_s.front()) / static_cast<double>(height.t_s.size() - 1);
+  for (std::size_t row = 0; row + 1 < height.response.size(); ++row) {
+    height.response[row] = (height.response[row + 1] - height.response[row]) / period_s;
+  }
+  height.response.back() = height.response[height.response.size() - 2];
+  return height;
+}
+
+Record moved(Record record, int samples) {
+  const std::vector<double> stick = record.stick;
+  for (std::size_t row = 0; row < stick.size(); ++row) {
+    const auto from = static_cast<std::ptrdiff_t>(row) - samples;
+    record.stick[row] =
+        stick[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(from, 0, static_cast<std::ptrdiff_t>(row)))];
+  }
+  return record;
+}
+
+double period_of(const Record& one) {
+  return (one.t_s.back() - one.t_s.front()) / static_cast<double>(one.t_s.size() - 1);
+}
+
+double scale_of(const Record& one, double to_s, int lag) { return scale_factor(one, lag, kScaleFrom_s, to_s); }
+
+int lag_of(const Record& one) { return correlation_lag(one.stick, one.response, period_of(one)); }
+
+// The authors' script prints a factor with six decimals, and that is what the next script starts from.
+double as_printed(double scale) { return std::round(scale * 1e6) / 1e6; }
+
+const char* kMap = R"(time = "Experiment1.Vicon.t"
+[signals]
+stick_roll = { column = "Experiment1.RCData.channel[2]", offset = -1024 }
+attitude_roll = "Experiment1.rpy[1]"
+)";
+
+}  // namespace
+
+Report reproduce(const std::string& pitch_roll_file, const std::string& height_file) {
+  Report report;
+  const auto pitch_roll = logs::open_mat(pitch_roll_file);
+  const auto height = logs::open_mat(height_file);
+  const logs::FlightLog aligned = logs::load(*pitch_roll, logs::parse_column_map(kMap, "the map of the paper's files"));
+  report.stick_shift_samples = aligned.alignment.stick_shift_samples;
+  report.evidence = aligned.alignment.evidence;
+  const int shift = report.stick_shift_samples;
+
+  const Record roll = record(*pitch_roll, "RCData.channel[2]", "rpy[1]");
+  const Record pitch = record(*pitch_roll, "RCData.channel[1]", "rpy[2]");
+  const Record climbed = differentiated(record(*height, "RCData.channel[3]", "Vicon.p[3]"));
+  const Record climb = record(*height, "RCData.channel[3]", "Vicon.v[3]");
+  const auto add = [&](const char* quantity, double paper, double raw, double right) {
+    report.lines.push_back({quantity, paper, raw, right});
+  };
+  // The authors move pitch by the lag they found for roll.
+  const int roll_lag = lag_of(roll);
+  const int right_lag = lag_of(moved(roll, shift));
+  add("lag of the roll response [samples]", std::nan(""), roll_lag, right_lag);
+  add("scale roll [rad/count]", model::paper::kScaleRoll_rad_per_count.experiment,
+      scale_of(roll, kAttitudeTo_s, roll_lag), scale_of(moved(roll, shift), kAttitudeTo_s, right_lag));
+  add("scale pitch [rad/count]", model::paper::kScalePitch_rad_per_count.experiment,
+      scale_of(pitch, kAttitudeTo_s, roll_lag), scale_of(moved(pitch, shift), kAttitudeTo_s, right_lag));
+  const double scale = scale_of(climbed, kClimbTo_s, lag_of(climbed));
+  const Record climbed_right = moved(climbed, shift);
+  const double scale_right = scale_of(climbed_right, kClimbTo_s, lag_of(climbed_right));
+  add("scale climb [m/s/count]", model::paper::kScaleClimb_m_s_per_count.experiment, scale, scale_right);
+
+  const double to_s = climb.t_s.back() - kCutOff_s;
+  const Dynamics first = first_order(climb, as_printed(scale), kCutOff_s, to_s);
+  const Dynamics second = second_order(climb, as_printed(scale), kCutOff_s, to_s);
+  const Record right = moved(climb, shift);
+  const Dynamics first_right = first_order(right, as_printed(scale_right), kCutOff_s, to_s);
+  const Dynamics second_right = second_order(right, as_printed(scale_right), kCutOff_s, to_s);
+  add("climb, first order: time constant [s]", 0.334, first.time_constant_s, first_right.time_constant_s);
+  add("climb, first order: gain", 1.118, first.gain, first_right.gain);
+  add("climb, second order: natural frequency [rad/s]", model::paper::kClimbSecond.natural_frequency_rad_s,
+      second.natural_frequency_rad_s, second_right.natural_frequency_rad_s);
+  add("climb, second order: damping ratio", model::paper::kClimbSecond.damping_ratio, second.damping_ratio,
+      second_right.damping_ratio);
+  add("climb, second order: gain", model::paper::kClimbSecond.gain, second.gain, second_right.gain);
+  return report;
+}
+
+}  // namespace m100::lab::identify::paper

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace m100::lab::identify::paper {
+
+/// One number of the paper, what the authors' own rows give with the authors' method, and what they give once the
+/// streams are aligned by their message counters.
+struct Line {
+  std::string quantity;
+  double paper;
+  double reproduced;
+  double aligned;
+};
+
+struct Report {
+  std::vector<Line> lines;
+  int stick_shift_samples = 0;  ///< rows by which the sticks were early in the authors' tables
+  std::string evidence;         ///< of the shift
+};
+
+/// Table I and the climb dynamics of III-D.3, from ExperimentPitchRoll.mat and ExperimentHeight.mat.
+/// @throws InputError: files of another kind.
+Report reproduce(const std::string& pitch_roll_file, const std::string& height_file);
+
+}  // namespace m100::lab::identify::paper

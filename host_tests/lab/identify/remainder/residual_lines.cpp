@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/remainder/residual_lines.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kPiece_s = 5.0;
+constexpr double kSlowest_hz = 4.0;
+constexpr double kFastestShare = 0.45;  // of the sample rate
+
+}  // namespace
+
+FastLine fast_line(const std::vector<double>& residual, double period_s) {
+  FastLine line;
+  const auto length = static_cast<std::size_t>(std::lround(kPiece_s / period_s));
+  const double resolution_hz = 1.0 / (static_cast<double>(length) * period_s);
+  const auto first = static_cast<std::size_t>(std::ceil(kSlowest_hz / resolution_hz));
+  const auto last = static_cast<std::size_t>(kFastestShare / period_s / resolution_hz);
+  if (residual.size() < 2 * length || last <= first + 20) {
+    return line;
+  }
+  std::vector<double> power(last + 1, 0.0);
+  double total = 0.0;
+  for (std::size_t begin = 0; begin + length <= residual.size(); begin += length) {
+    for (std::size_t i = 0; i < length; ++i) {
+      total += residual[begin + i] * residual[begin + i];
+    }
+    for (std::size_t bin = first; bin <= last; ++bin) {
+      const double angle = 2.0 * std::numbers::pi * static_cast<double>(bin) / static_cast<double>(length);
+      const double twice = 2.0 * std::cos(angle);
+      double newer = 0.0;
+      double older = 0.0;
+      for (std::size_t i = 0; i < length; ++i) {  // Goertzel
+        const double next = residual[begin + i] + twice * newer - older;
+        older = newer;
+        newer = next;
+      }
+      power[bin] += 2.0 * (newer * newer + older * older - twice * newer * older) / static_cast<double>(length);
+    }
+  }
+  const auto strongest = static_cast<std::size_t>(
+      std::max_element(power.begin() + static_cast<std::ptrdiff_t>(first), power.end()) - power.begin());
+  double around = 0.0;
+  double count = 0.0;
+  for (std::size_t bin = std::max(first, strongest > 12 ? strongest - 12 : 0); bin <= std::min(last, strongest + 12);
+       ++bin) {
+    if (bin + 2 < strongest || bin > strongest + 2) {
+      around += power[bin];
+      count += 1.0;
+    }
+  }
+  // A line between two bins shares its power among neighbours.
+  double held = 0.0;
+  for (std::size_t bin = std::max(first, strongest - 1); bin <= std::min(last, strongest + 1); ++bin) {
+    held += power[bin];
+  }
+  line.hz = static_cast<double>(strongest) * resolution_hz;
+  line.share = total > 0.0 ? held / total : 0.0;
+  line.peak = around > 0.0 ? power[strongest] * count / around : 0.0;
+  return line;
+}
+
+Drift drift(const std::vector<double>& residual, const std::vector<std::size_t>& block_begin,
+            const std::vector<double>& time_s) {
+  Drift out;
+  if (time_s.size() != residual.size() || block_begin.size() < 6) {
+    return out;
+  }
+  std::vector<double> mean(block_begin.size(), 0.0);
+  std::vector<double> at(block_begin.size(), 0.0);
+  const auto n = static_cast<double>(mean.size());
+  double mean_of_all = 0.0;
+  double middle_s = 0.0;
+  for (std::size_t block = 0; block < mean.size(); ++block) {
+    const std::size_t end = block + 1 < mean.size() ? block_begin[block + 1] : residual.size();
+    const auto samples = static_cast<double>(end - block_begin[block]);
+    for (std::size_t i = block_begin[block]; i < end; ++i) {
+      mean[block] += residual[i] / samples;
+      at[block] += time_s[i] / samples;
+    }
+    mean_of_all += mean[block] / n;
+    middle_s += at[block] / n;
+  }
+  double xy = 0.0;
+  double xx = 0.0;
+  double yy = 0.0;
+  for (std::size_t block = 0; block < mean.size(); ++block) {
+    xy += (at[block] - middle_s) * (mean[block] - mean_of_all);
+    xx += (at[block] - middle_s) * (at[block] - middle_s);
+    yy += (mean[block] - mean_of_all) * (mean[block] - mean_of_all);
+  }
+  if (!(xx > 0.0 && yy > 0.0)) {
+    return out;
+  }
+  const double r2 = std::min(1.0 - 1e-12, xy * xy / (xx * yy));
+  // The line's share of the whole residual, not of its means only.
+  double power = 0.0;
+  for (const double value : residual) {
+    power += value * value / static_cast<double>(residual.size());
+  }
+  out.share = power > 0.0 ? std::min(1.0, r2 * yy / n / power) : 0.0;
+  out.t = std::sqrt(r2 * (n - 2.0) / (1.0 - r2));
+  return out;
+}
+
+}  // namespace m100::lab::identify

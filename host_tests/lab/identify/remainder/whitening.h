@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "firmware/core/eigen.h"
+// After our eigen.h, which redirects the checks.
+#include <Eigen/Cholesky>
+
+namespace m100::lab::identify {
+
+// What air and autopilot leave is coloured. An autoregression of order 4 on 50 ms means makes it white, and likelihood
+// ratios between models then mean what they say.
+
+using Rows = Eigen::VectorXd;
+using Columns = Eigen::MatrixXd;
+
+inline constexpr Eigen::Index kArOrder = 4;
+using Ar = Eigen::Matrix<double, kArOrder, 1>;  ///< weight of the value 1, 2, 3, 4 rows ago
+
+/// Rows that follow each other without a gap: [begin, end).
+struct Segment {
+  Eigen::Index begin = 0;
+  Eigen::Index end = 0;
+};
+
+/// Least-squares autoregression within the segments. Precondition: the rows are finite.
+Ar autoregression(const Rows& values, const std::vector<Segment>& segments);
+
+/// Innovations: value less what the filter foretells. The first kArOrder rows of a segment are zero and do not count.
+void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<Rows> values);
+
+/// Rows that count after whitening.
+double whitened_rows(const std::vector<Segment>& segments);
+
+/// n ln(mean square of the innovations) under the values' own autoregression: differences between two models of the
+/// same rows are likelihood ratios. 0 where no row counts.
+double whitened_score(const Rows& values, const std::vector<Segment>& segments);
+
+}  // namespace m100::lab::identify

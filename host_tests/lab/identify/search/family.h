@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace m100::lab::identify {
+
+// What the forward selection asks of models, shared by the stick axes and by translation. A family says how to fit a
+// structure to some blocks of a log and what the error of every block then is; the selection knows nothing else.
+
+/// Base model first, then effects, in the order in which they were added.
+using Structure = std::vector<std::string>;
+
+/// A structure with numbers. `parameters` are the family's own, in its own order.
+struct Fit {
+  Structure structure;
+  std::vector<double> parameters;
+  std::string shape;            ///< variant of an effect where it has one
+  double sum_of_squares = 0.0;  ///< over the blocks it was fitted to
+  std::size_t free_parameters = 0;
+};
+
+/// Blocks of the training part are numbered 0 .. block_count() - 1, in time order. Every `weights` has block_count()
+/// entries, none of them negative and at least one positive; every structure has its base model first and then effects
+/// that the family knows, each once.
+class Family {
+ public:
+  Family() = default;
+  Family(const Family&) = delete;
+  Family& operator=(const Family&) = delete;
+  virtual ~Family() = default;
+
+  virtual std::size_t block_count() const = 0;
+  virtual std::size_t samples_in(std::size_t block) const = 0;
+  /// Fits to the blocks whose weight is positive (an integer weight counts a block several times: bootstrap).
+  /// Without `warm`: from several starts. With `warm` of the same structure: from there, few iterations. With `warm` of
+  /// another structure: what both have in common from there, what is new from several starts.
+  virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;
+  /// A better optimum of the same structure, if one is found from other starts or variants of single effects.
+  virtual Fit polish(const Fit& fit, std::span<const int> weights) const {
+    static_cast<void>(weights);
+    return fit;
+  }
+  /// Simulation error of one training block, sample by sample (several axes: one after the other).
+  virtual std::vector<double> error(const Fit& fit, std::size_t block) const = 0;
+  /// The same of all blocks with a positive weight; empty vectors for the others. Override where one pass is cheaper.
+  virtual std::vector<std::vector<double>> errors(const Fit& fit, std::span<const int> weights) const {
+    std::vector<std::vector<double>> out(block_count());
+    for (std::size_t block = 0; block < out.size(); ++block) {
+      if (weights[block] > 0) {
+        out[block] = error(fit, block);
+      }
+    }
+    return out;
+  }
+  /// The structures that one edit of `present` can make, each with the name of the edit.
+  struct Edit {
+    std::string name;
+    Structure structure;
+  };
+  virtual std::vector<Edit> edits(const Structure& present) const = 0;
+  /// The structure without effect `name`; the same structure if it cannot be taken out.
+  virtual Structure without(const Structure& structure, const std::string& name) const = 0;
+  /// Whether effect `name` in this fit is large enough to mean something physically.
+  virtual bool big_enough(const Fit& fit, const std::string& name) const = 0;
+  /// Whether the data can tell the two apart at all; true: never (then both are named, and never both fitted).
+  virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
+    static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);
+    return false;
+  }
+};
+
+}  // namespace m100::lab::identify

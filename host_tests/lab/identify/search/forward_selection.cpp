@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/search/forward_selection.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace m100::lab::identify {
+
+namespace {
+
+std::size_t sample_count(const Family& family) {
+  std::size_t total = 0;
+  for (std::size_t block = 0; block < family.block_count(); ++block) {
+    total += family.samples_in(block);
+  }
+  return total;
+}
+
+}  // namespace
+
+ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions& options)
+    : family_(family), options_(options), samples_(static_cast<double>(sample_count(family))) {}
+
+Selection ForwardSelection::run(const Structure& declared) {
+  out_.declared = judge(family_, declared, nullptr, options_.folds);
+  out_.final_model = out_.declared;
+  // A swap may open the way for another addition; the bound only guards against a cycle.
+  for (int pass = 0; pass < 4; ++pass) {
+    while (out_.steps.size() < options_.maximum_effects && (add_one() || add_two())) {
+      retest();
+    }
+    if (!exchange_or_note_rivals() && !join_or_note_pairs()) {
+      break;
+    }
+  }
+  return std::move(out_);
+}
+
+bool ForwardSelection::banned(const std::string& name) const {
+  return std::find(banned_.begin(), banned_.end(), name) != banned_.end();
+}
+
+ForwardSelection::Tried ForwardSelection::try_edit(const Judged& from, const Family::Edit& edit, double worth) const {
+  Tried tried{edit, {}, {}, false};
+  tried.judged.fit = family_.fit(edit.structure, std::vector<int>(family_.block_count(), 1), &from.fit);
+  // An edit that does not even fit better cannot predict better: its cross validation would be time wasted.
+  const double kept = tried.judged.fit.sum_of_squares / from.fit.sum_of_squares;
+  if (1.0 - kept < options_.minimum_cv_gain || tried.judged.fit.sum_of_squares > worth) {
+    tried.judged.cv_block = from.cv_block;
+    tried.judged.cv = from.cv * std::min(1.0, kept);
+    tried.judged.effective_samples = from.effective_samples;
+    tried.comparison = compare(from, tried.judged, samples_);
+    return tried;
+  }
+  cross_validate(family_, tried.judged, options_.folds);
+  tried.comparison = compare(from, tried.judged, samples_);
+  tried.accepted = convincing(tried.comparison, options_) && family_.big_enough(tried.judged.fit, edit.name);
+  return tried;
+}
+
+std::vector<ForwardSelection::Tried> ForwardSelection::try_edits(const Judged& from) const {
+  std::vector<Tried> tried;
+  for (const Family::Edit& edit : family_.edits(from.fit.structure)) {
+    if (!banned(edit.name)) {
+      tried.push_back(try_edit(from, edit));
+    }
+  }
+  std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
+  return tried;
+}
+
+// The best accepted one; a simpler one that is as good comes first.
+const ForwardSelection::Tried* ForwardSelection::winner_of(const std::vector<Tried>& tried) const {
+  const Tried* winner = nullptr;
+  for (const Tried& one : tried) {
+    if (!one.accepted) {
+      continue;
+    }
+    if (winner == nullptr) {
+      winner = &one;
+    } else if (one.judged.fit.free_parameters < winner->judged.fit.free_parameters &&
+               one.judged.cv < winner->judged.cv * (1.0 + options_.simpler_margin)) {
+      winner = &one;
+    }
+  }
+  return winner;
+}
+
+void ForwardSelection::take(const Tried& winner) {
+  Step step;
+  step.name = winner.edit.name;
+  step.cv_gain = winner.comparison.cv_gain;
+  step.delta_bic = winner.comparison.delta_bic;
+  step.paired_t = winner.comparison.t;
+  out_.steps.push_back(std::move(step));
+  out_.final_model = winner.judged;
+  const Fit polished = family_.polish(winner.judged.fit, std::vector<int>(family_.block_count(), 1));
+  if (polished.sum_of_squares < 0.995 * winner.judged.fit.sum_of_squares) {
+    const Judged judged = judge(family_, polished.structure, &polished, options_.folds);
+    if (judged.cv < out_.final_model.cv) {
+      out_.final_model = judged;
+    }
+  }
+  if (options_.progress) {
+    options_.progress("found " + winner.edit.name);
+  }
+}
+
+bool ForwardSelection::add_one() {
+  last_tried_ = try_edits(out_.final_model);
+  const Tried* winner = winner_of(last_tried_);
+  for (const Tried& one : last_tried_) {
+    out_.table.push_back({round_, one.edit.name, one.comparison.cv_gain, one.comparison.delta_bic,
+                          one.comparison.delta_white, one.comparison.t,
+                          family_.big_enough(one.judged.fit, one.edit.name), one.accepted, &one == winner});
+  }
+  ++round_;
+  if (winner == nullptr) {
+    return false;
+  }
+  for (const Tried& other : last_tried_) {
+    if (&other != winner && family_.alias(winner->judged.fit, winner->edit.name, other.edit.name)) {
+      banned_.push_back(other.edit.name);
+      aliases_.push_back({winner->edit.name, other.edit.name, other.judged.fit, other.judged.cv / winner->judged.cv});
+    }
+  }
+  take(*winner);
+  return true;
+}
+
+// Two effects may hide each other (a dead zone and a trim): each must convince beside the other. `tried` are the
+// single edits of `from`, best first.
+std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, const std::vector<Tried>& tried,
+                                                            double worth) const {
+  std::vector<const Tried*> first;
+  for (const Tried& one : tried) {
+    if (first.size() < options_.pair_candidates && family_.big_enough(one.judged.fit, one.edit.name)) {
+      first.push_back(&one);
+    }
+  }
+  std::vector<Pair> out;
+  for (std::size_t a = 0; a < first.size(); ++a) {
+    for (const Family::Edit& edit : family_.edits(first[a]->judged.fit.structure)) {
+      const auto other = std::find_if(first.begin() + static_cast<std::ptrdiff_t>(a) + 1, first.end(),
+                                      [&](const Tried* one) { return one->edit.name == edit.name; });
+      if (other == first.end() || family_.alias(first[a]->judged.fit, first[a]->edit.name, edit.name)) {
+        continue;
+      }
+      Tried second = try_edit(first[a]->judged, edit, worth);
+      if (!second.accepted) {
+        continue;
+      }
+      const Comparison beside = compare((*other)->judged, second.judged, samples_);
+      const Comparison both = compare(from, second.judged, samples_);
+      if (convincing(beside, options_) && convincing(both, options_) && both.delta_bic > options_.strong_delta_bic &&
+          family_.big_enough(second.judged.fit, first[a]->edit.name)) {
+        out.push_back(Pair{first[a], std::move(second), beside});
+      }
+    }
+  }
+  std::sort(out.begin(), out.end(),
+            [](const Pair& a, const Pair& b) { return a.second.judged.cv < b.second.judged.cv; });
+  return out;
+}
+
+std::optional<ForwardSelection::Pair> ForwardSelection::best_pair(const Judged& from,
+                                                                  const std::vector<Tried>& tried) const {
+  std::vector<Pair> all = pairs(from, tried);
+  return all.empty() ? std::nullopt : std::optional<Pair>(std::move(all.front()));
+}
+
+void ForwardSelection::take_pair(const Pair& pair) {
+  Step step;
+  step.name = pair.first->edit.name;
+  step.cv_gain = pair.first_beside_second.cv_gain;
+  step.delta_bic = pair.first_beside_second.delta_bic;
+  step.paired_t = pair.first_beside_second.t;
+  out_.steps.push_back(std::move(step));
+  for (const auto& [name, comparison] : {std::pair{pair.first->edit.name, pair.first_beside_second},
+                                         std::pair{pair.second.edit.name, pair.second.comparison}}) {
+    out_.table.push_back({round_, name, comparison.cv_gain, comparison.delta_bic, comparison.delta_white, comparison.t,
+                          true, true, true});
+  }
+  ++round_;
+  take(pair.second);
+}
+
+bool ForwardSelection::add_two() {
+  if (out_.steps.size() + 2 > options_.maximum_effects) {
+    return false;
+  }
+  const std::optional<Pair> pair = best_pair(out_.final_model, last_tried_);
+  if (pair) {
+    take_pair(*pair);
+  }
+  return pair.has_value();
+}
+
+// Drops earlier effects that no longer earn their place beside the later ones.
+void ForwardSelection::retest() {
+  for (std::size_t at = 0; at + 1 < out_.steps.size();) {
+    const std::string name = out_.steps[at].name;
+    const Structure reduced = family_.without(out_.final_model.fit.structure, name);
+    if (reduced == out_.final_model.fit.structure) {
+      ++at;
+      continue;
+    }
+    const Judged judged = judge(family_, reduced, &out_.final_model.fit, options_.folds);
+    if (1.0 - out_.final_model.cv / judged.cv < options_.keep_cv_gain) {
+      out_.final_model = judged;
+      out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(at));
+      banned_.push_back(name);
+    } else {
+      ++at;
+    }
+  }
+}
+
+Selection select(const Family& family, const Structure& declared, const SelectionOptions& options) {
+  return ForwardSelection(family, options).run(declared);
+}
+
+}  // namespace m100::lab::identify

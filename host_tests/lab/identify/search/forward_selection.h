@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/search/criteria.h"
+
+namespace m100::lab::identify {
+
+/// The search behind select(): what was found so far, and the moves that change it. Growing is in
+/// forward_selection.cpp; what may stand in for what was found is in rivals.cpp.
+class ForwardSelection {
+ public:
+  ForwardSelection(const Family& family, const SelectionOptions& options);
+  Selection run(const Structure& declared);
+
+ private:
+  static constexpr double kAny = std::numeric_limits<double>::infinity();
+  struct Tried {
+    Family::Edit edit;
+    Judged judged;
+    Comparison comparison;
+    bool accepted = false;
+  };
+  struct Pair {
+    const Tried* first;
+    Tried second;
+    Comparison first_beside_second;
+  };
+  /// What else could stand in the place of one effect, all the rest being known.
+  struct Replacements {
+    std::size_t step;
+    Judged without;
+    std::vector<Tried> singles;  ///< best first; the effect itself among them
+    std::vector<Pair> pairs;     ///< of `singles`, best first
+  };
+  struct Alias {
+    std::string winner, name;
+    Fit fit;
+    double cv_ratio;
+  };
+
+  bool banned(const std::string& name) const;
+  /// Fits and judges; with a training error above `worth` (mean squares summed) it is not judged and not accepted.
+  Tried try_edit(const Judged& from, const Family::Edit& edit, double worth = kAny) const;
+  std::vector<Tried> try_edits(const Judged& from) const;
+  const Tried* winner_of(const std::vector<Tried>& tried) const;
+  void take(const Tried& winner);
+  bool add_one();
+  std::vector<Pair> pairs(const Judged& from, const std::vector<Tried>& tried, double worth = kAny) const;
+  std::optional<Pair> best_pair(const Judged& from, const std::vector<Tried>& tried) const;
+  void take_pair(const Pair& pair);
+  bool add_two();
+  void retest();
+
+  bool exchange_or_note_rivals();
+  bool split(const std::vector<Replacements>& all);
+  bool swap(const std::vector<Replacements>& all);
+  void note(const std::vector<Replacements>& all);
+  bool join_or_note_pairs();
+  bool near(double cv) const;
+  double worth_judging() const;
+  bool is_alias(const std::string& name) const;
+  bool alias_of(const std::string& winner, const std::string& name) const;
+  void exchange_alias(const std::string& old_name, const std::string& new_name, double cv_ratio);
+
+  const Family& family_;
+  const SelectionOptions& options_;
+  double samples_;
+  Selection out_;
+  std::vector<Tried> last_tried_;
+  std::vector<std::string> banned_;
+  std::vector<Alias> aliases_;
+  int round_ = 0;
+};
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <type_traits>
+
+#include "firmware/core/assert.h"
+#include "firmware/core/eigen.h"
+
+namespace m100::lab::identify {
+
+/// At most this many free parameters in one fit.
+inline constexpr int kMaxParameters = 16;
+
+/// Bounds of one parameter. A positive parameter is fitted as its logarithm, which is what the caller makes of it.
+struct Box {
+  double low;
+  double high;
+  double step;  ///< of the numerical derivative
+};
+
+struct LmReport {
+  double sum_of_squares = 0.0;
+  int iterations = 0;
+  int evaluations = 0;
+};
+
+struct LmOptions {
+  int iterations = 20;
+  double tolerance = 1e-4;  ///< relative decrease of the sum of squares that ends the search
+};
+
+/// One search by Levenberg-Marquardt; see levenberg_marquardt().
+template <typename Residual>
+class LmSearch {
+ public:
+  LmSearch(Residual& residual, std::span<double> x, std::span<const Box> box, std::size_t rows,
+           std::span<double> scratch)
+      : residual_(residual), x_(x), box_(box), rows_(rows), scratch_(scratch) {
+    M100_ASSERT(x.size() <= kMaxParameters && box.size() >= x.size() && scratch.size() >= (x.size() + 2) * rows);
+  }
+
+  LmReport run(const LmOptions& options) {
+    residual_(std::span<const double>(x_), now());
+    report_ = {.sum_of_squares = dot(now(), now()), .evaluations = 1};
+    for (; report_.iterations < options.iterations; ++report_.iterations) {
+      differentiate();
+      linearise();
+      const double before = report_.sum_of_squares;
+      if (!descend()) {
+        break;
+      }
+      if (before - report_.sum_of_squares < options.tolerance * report_.sum_of_squares) {
+        ++report_.iterations;
+        break;
+      }
+    }
+    return report_;
+  }
+
+ private:
+  using Index = Eigen::Index;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxParameters, 1>;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxParameters, kMaxParameters>;
+  static constexpr int kAttempts = 8;  ///< dampings tried for one linearisation
+
+  std::span<double> now() const { return scratch_.subspan(0, rows_); }
+  std::span<double> trial() const { return scratch_.subspan(rows_, rows_); }
+  std::span<double> column(std::size_t j) const { return scratch_.subspan((j + 2) * rows_, rows_); }
+  double dot(std::span<const double> a, std::span<const double> b) const {
+    double total = 0.0;
+    for (std::size_t row = 0; row < rows_; ++row) {
+      total += a[row] * b[row];
+    }
+    return total;
+  }
+
+  /// The Jacobian at x by one-sided differences that stay in the box.
+  void differentiate() {
+    for (std::size_t j = 0; j < x_.size(); ++j) {
+      const double kept = x_[j];
+      const double step = kept + box_[j].step <= box_[j].high ? box_[j].step : -box_[j].step;
+      x_[j] = kept + step;
+      residual_(std::span<const double>(x_), column(j));
+      x_[j] = kept;
+      for (std::size_t row = 0; row < rows_; ++row) {
+        column(j)[row] = (column(j)[row] - now()[row]) / step;
+      }
+    }
+    report_.evaluations += static_cast<int>(x_.size());
+  }
+
+  /// J'J and J'r at x, which is kept as the point that every attempt starts from.
+  void linearise() {
+    const auto n = static_cast<Index>(x_.size());
+    hessian_.resize(n, n);
+    gradient_.resize(n);
+    from_.resize(n);
+    for (Index i = 0; i < n; ++i) {
+      const std::span<const double> ci = column(static_cast<std::size_t>(i));
+      for (Index j = 0; j <= i; ++j) {
+        hessian_(i, j) = hessian_(j, i) = dot(ci, column(static_cast<std::size_t>(j)));
+      }
+      gradient_(i) = dot(ci, now());
+      from_(i) = x_[static_cast<std::size_t>(i)];
+    }
+  }
+
+  /// A parameter at its bound whose gradient pushes outwards takes no part.
+  bool is_stuck(Index i) const {
+    const Box& box = box_[static_cast<std::size_t>(i)];
+    return (from_(i) <= box.low && gradient_(i) > 0.0) || (from_(i) >= box.high && gradient_(i) < 0.0);
+  }
+
+  /// Puts x one damped step away from `from_`, inside the box.
+  void move() {
+    Matrix damped = hessian_;
+    Vector right = gradient_;
+    for (Index i = 0; i < damped.rows(); ++i) {
+      damped(i, i) += damping_ * hessian_(i, i) + 1e-300;
+      const bool stuck = is_stuck(i);
+      if (stuck || !(hessian_(i, i) > 0.0)) {
+        damped.row(i).setZero();
+        damped.col(i).setZero();
+        damped(i, i) = 1.0;
+      }
+      if (stuck) {
+        right(i) = 0.0;
+      }
+    }
+    const Vector delta = damped.ldlt().solve(right);
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const double start = from_(static_cast<Index>(i));
+      const double wanted = start - delta(static_cast<Index>(i));
+      x_[i] = wanted == wanted ? std::clamp(wanted, box_[i].low, box_[i].high) : start;
+    }
+  }
+
+  /// Looks for a smaller sum of squares with more and more damping.
+  /// @returns whether there was one; if not, x is where it was.
+  bool descend() {
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+      move();
+      residual_(std::span<const double>(x_), trial());
+      ++report_.evaluations;
+      const double sum = dot(trial(), trial());
+      if (sum < report_.sum_of_squares) {
+        report_.sum_of_squares = sum;
+        std::copy(trial().begin(), trial().end(), now().begin());
+        damping_ = damping_ > 1e-8 ? damping_ * 0.2 : damping_;
+        return true;
+      }
+      damping_ *= 6.0;
+    }
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      x_[i] = from_(static_cast<Index>(i));
+    }
+    return false;
+  }
+
+  Residual& residual_;
+  std::span<double> x_;
+  std::span<const Box> box_;
+  std::size_t rows_;
+  std::span<double> scratch_;
+  LmReport report_;
+  Matrix hessian_;
+  Vector gradient_, from_;
+  double damping_ = 1e-3;
+};
+
+/// Minimises |residual(x)|^2 inside a box, by Levenberg-Marquardt with a one-sided numerical Jacobian.
+///
+/// @param residual  callable (std::span<const double> x, std::span<double> out): fills `out`, finite numbers only
+/// @param x         start, and the answer
+/// @param scratch   (x.size() + 2) * rows doubles: two residuals and the Jacobian, column after column
+/// Cost per iteration: x.size() + 1 evaluations and rows * x.size()^2 / 2 multiplications. Never leaves the box, never
+/// returns a worse point than it was given.
+template <typename Residual>
+LmReport levenberg_marquardt(Residual&& residual, std::span<double> x, std::span<const Box> box, std::size_t rows,
+                             std::span<double> scratch, const LmOptions& options) {
+  return LmSearch<std::remove_reference_t<Residual>>(residual, x, box, rows, scratch).run(options);
+}
+
+}  // namespace m100::lab::identify

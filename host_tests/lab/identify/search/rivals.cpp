@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/search/forward_selection.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace m100::lab::identify {
+
+// Error of the final model, as a rival's is called near it.
+bool ForwardSelection::near(double cv) const {
+  return cv < (1.0 + options_.rival_margin) * (1.0 + options_.rival_margin) * out_.final_model.cv;
+}
+
+// What fits the training part clearly worse than the final model will not predict as well as it does.
+double ForwardSelection::worth_judging() const { return options_.worth_judging * out_.final_model.fit.sum_of_squares; }
+
+// Every effect against every other edit, and every other two, in its place, all the rest being known: who is better
+// takes the place, who is as good is named beside it.
+bool ForwardSelection::exchange_or_note_rivals() {
+  std::vector<Replacements> all;
+  for (std::size_t at = 0; at < out_.steps.size(); ++at) {
+    const Structure reduced = family_.without(out_.final_model.fit.structure, out_.steps[at].name);
+    if (reduced == out_.final_model.fit.structure) {
+      continue;
+    }
+    Replacements one{at, judge(family_, reduced, &out_.final_model.fit, options_.folds), {}, {}};
+    const std::string& own = out_.steps[at].name;
+    for (const Family::Edit& edit : family_.edits(reduced)) {
+      if (!is_alias(edit.name) || alias_of(own, edit.name)) {
+        one.singles.push_back(try_edit(one.without, edit, worth_judging()));
+      }
+    }
+    std::sort(one.singles.begin(), one.singles.end(),
+              [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
+    all.push_back(std::move(one));
+    if (out_.steps.size() <= options_.pairs_up_to) {
+      all.back().pairs = pairs(all.back().without, all.back().singles, worth_judging());
+    }
+  }
+  if (split(all) || swap(all)) {
+    return true;
+  }
+  note(all);
+  return false;
+}
+
+// One effect that stood in for two: a gain asymmetry for a trim on a curved stick.
+bool ForwardSelection::split(const std::vector<Replacements>& all) {
+  if (out_.steps.size() + 1 > options_.maximum_effects || out_.steps.size() > 2) {
+    return false;
+  }
+  for (const Replacements& one : all) {
+    if (!one.pairs.empty() && one.pairs.front().second.judged.cv < (1.0 - options_.split_gain) * out_.final_model.cv) {
+      out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(one.step));
+      take_pair(one.pairs.front());
+      return true;
+    }
+  }
+  return false;
+}
+
+bool ForwardSelection::swap(const std::vector<Replacements>& all) {
+  for (const Replacements& one : all) {
+    Step& step = out_.steps[one.step];
+    for (const Tried& other : one.singles) {
+      if (!other.accepted || other.edit.name == step.name) {
+        continue;
+      }
+      const double ratio = other.judged.cv / out_.final_model.cv;
+      const bool simpler = other.judged.fit.free_parameters < out_.final_model.fit.free_parameters;
+      if (ratio < 1.0 - options_.simpler_margin || (simpler && ratio < 1.0 + options_.simpler_margin)) {
+        exchange_alias(step.name, other.edit.name, 1.0 / ratio);
+        step.name = other.edit.name;
+        step.cv_gain = other.comparison.cv_gain;
+        step.delta_bic = other.comparison.delta_bic;
+        step.paired_t = other.comparison.t;
+        out_.final_model = other.judged;
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void ForwardSelection::note(const std::vector<Replacements>& all) {
+  out_.not_separable.clear();
+  out_.notes.clear();
+  for (Step& step : out_.steps) {
+    step.rivals.clear();
+  }
+  const auto ratio = [this](const Tried& one) { return one.judged.cv / out_.final_model.cv; };
+  for (const Replacements& one : all) {
+    Step& step = out_.steps[one.step];
+    for (const Tried& other : one.singles) {
+      if (other.accepted && other.edit.name != step.name && near(other.judged.cv) && !is_alias(other.edit.name)) {
+        step.rivals.push_back({other.edit.name, other.judged.fit, ratio(other)});
+        out_.not_separable.push_back({step.name, other.edit.name});
+      }
+    }
+    for (const Pair& pair : one.pairs) {
+      const std::string& first = pair.first->edit.name;
+      const std::string& second = pair.second.edit.name;
+      if (first != step.name && second != step.name && near(pair.second.judged.cv)) {
+        step.rivals.push_back({first + " + " + second, pair.second.judged.fit, ratio(pair.second)});
+        out_.not_separable.push_back({step.name, first, second});
+        out_.notes.push_back(first + " + " + second + " predict as well as " + step.name +
+                             " in its place: the log cannot tell them apart, and the simpler one is named");
+      }
+    }
+    for (const Alias& alias : aliases_) {
+      if (alias.winner == step.name) {
+        step.rivals.push_back({alias.name, alias.fit, alias.cv_ratio});
+        step.alias_of_rival = true;
+        out_.not_separable.push_back({step.name, alias.name});
+      }
+    }
+  }
+}
+
+// Every two effects against any one, and against any other two, in their place: fewer effects that predict as well are
+// the better answer; two others that do are named beside them.
+bool ForwardSelection::join_or_note_pairs() {
+  for (std::size_t a = 0; a < out_.steps.size(); ++a) {
+    for (std::size_t b = a + 1; b < out_.steps.size(); ++b) {
+      const std::string first = out_.steps[a].name;
+      const std::string second = out_.steps[b].name;
+      const Structure one_less = family_.without(out_.final_model.fit.structure, second);
+      const Structure reduced = family_.without(one_less, first);
+      if (one_less == out_.final_model.fit.structure || reduced == one_less) {
+        continue;
+      }
+      const Judged without = judge(family_, reduced, &out_.final_model.fit, options_.folds);
+      std::vector<Tried> tried;
+      for (const Family::Edit& edit : family_.edits(reduced)) {
+        if (!is_alias(edit.name)) {
+          tried.push_back(try_edit(without, edit, worth_judging()));
+        }
+      }
+      std::sort(tried.begin(), tried.end(),
+                [](const Tried& one, const Tried& other) { return one.judged.cv < other.judged.cv; });
+      const Tried* one = winner_of(tried);
+      if (one != nullptr && one->judged.cv < out_.final_model.cv * (1.0 + options_.simpler_margin) &&
+          one->judged.fit.free_parameters <= out_.final_model.fit.free_parameters) {
+        out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(b));
+        out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(a));
+        take(*one);
+        return true;
+      }
+      for (const Pair& pair : pairs(without, tried, worth_judging())) {
+        const std::string& third = pair.first->edit.name;
+        const std::string& fourth = pair.second.edit.name;
+        const double ratio = pair.second.judged.cv / out_.final_model.cv;
+        const bool shares = third == first || third == second || fourth == first || fourth == second;
+        if (shares || !near(pair.second.judged.cv)) {
+          continue;  // one of two exchanged is a rival of that one alone
+        }
+        if (ratio < 1.0 - options_.simpler_margin) {
+          out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(b));
+          out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(a));
+          take_pair(pair);
+          return true;
+        }
+        for (const std::size_t at : {a, b}) {
+          out_.steps[at].rivals.push_back({third + " + " + fourth, pair.second.judged.fit, ratio});
+        }
+        out_.not_separable.push_back({first, second, third, fourth});
+        out_.notes.push_back(first + " + " + second + " and " + third + " + " + fourth +
+                             " predict equally well: the log cannot tell which of the two is there");
+      }
+    }
+  }
+  return false;
+}
+
+bool ForwardSelection::is_alias(const std::string& name) const {
+  return std::any_of(aliases_.begin(), aliases_.end(), [&](const Alias& alias) { return alias.name == name; });
+}
+
+bool ForwardSelection::alias_of(const std::string& winner, const std::string& name) const {
+  return std::any_of(aliases_.begin(), aliases_.end(),
+                     [&](const Alias& alias) { return alias.winner == winner && alias.name == name; });
+}
+
+// Two of a kind change places: the first look may have chosen the wrong one while something else was missing.
+void ForwardSelection::exchange_alias(const std::string& old_name, const std::string& new_name, double cv_ratio) {
+  for (Alias& alias : aliases_) {
+    if (alias.winner == old_name && alias.name == new_name) {
+      alias = {new_name, old_name, out_.final_model.fit, cv_ratio};
+      std::erase(banned_, new_name);
+      banned_.push_back(old_name);
+    }
+  }
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/search/study.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+
+#include "host_tests/lab/identify/remainder/residual_test.h"
+#include "host_tests/lab/identify/search/bootstrap.h"
+#include "host_tests/lab/identify/search/verdict.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::identify {
+namespace {
+
+void tell(const Request& request, const std::string& line) {
+  if (request.progress) {
+    request.progress(line);
+  }
+}
+
+/// An effect that makes unseen data worse is none, however well it fitted: a veto, never a choice between candidates.
+void withdraw_what_does_not_hold(const Study& study, Selection& selection) {
+  const Family& family = study.family();
+  const std::vector<int> all(family.block_count(), 1);
+  for (std::size_t at = selection.steps.size(); at-- > 0;) {
+    Fit& fit = selection.final_model.fit;
+    const std::string name = selection.steps[at].name;
+    const Structure reduced = family.without(fit.structure, name);
+    if (reduced == fit.structure) {
+      continue;
+    }
+    const Fit plain = family.fit(reduced, all, &fit);
+    if (study.validation_rmse(fit) < most_in_validation(selection.steps[at]) * study.validation_rmse(plain)) {
+      continue;
+    }
+    selection.notes.push_back(name + " improves the training part but not the validation part: it was withdrawn");
+    std::erase_if(selection.not_separable,
+                  [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
+    selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
+    fit = plain;
+  }
+}
+
+class Conclusion {
+ public:
+  Conclusion(const Study& study, const Request& request, Selection selection, Beside beside)
+      : study_(study), family_(study.family()), request_(request), selection_(std::move(selection)) {
+    result_.findings = std::move(beside.findings);
+    result_.changes = std::move(beside.changes);
+    beside_unexplained_ = std::move(beside.unexplained);
+  }
+
+  IdentifyResult run() {
+    const auto started = std::chrono::steady_clock::now();
+    result_.axis = request_.axis;
+    result_.candidates = selection_.table;
+    add_notes(selection_.notes);
+    tell(request_, "what is left");
+    result_.noise_floor = request_.noise_floor;
+    study_.examine(selection_, result_);
+    withdraw_what_is_a_guess();
+    result_.unexplained.insert(result_.unexplained.end(), beside_unexplained_.begin(), beside_unexplained_.end());
+    result_.not_separable = selection_.not_separable;
+    const Fit& final_fit = selection_.final_model.fit;
+    result_.declared = model_result(selection_.declared.fit);
+    result_.final_model = model_result(final_fit);
+    tell(request_, "intervals by block bootstrap");
+    intervals(final_fit);
+    effects(final_fit);
+    study_.annotate(selection_, result_);
+    figures(study_.traces(selection_.declared.fit, final_fit));
+    const std::vector<int> all(family_.block_count(), 1);
+    guard(compare_parts(family_.errors(final_fit, all), study_.validation_errors(final_fit), final_fit.free_parameters),
+          GuardLimits{}, result_);
+    result_.verdict = verdict_of(result_);
+    if (result_.verdict == "unexplained" && result_.unexplained.empty()) {
+      for (const Finding& finding : result_.findings) {
+        if (forbids_clean_bill(finding)) {
+          result_.unexplained.push_back(finding.text);
+        }
+      }
+    }
+    result_.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+    return std::move(result_);
+  }
+
+ private:
+  void add_notes(const std::vector<std::string>& sentences) {
+    std::transform(sentences.begin(), sentences.end(), std::back_inserter(result_.findings), note);
+  }
+
+  void withdraw_what_is_a_guess() {
+    if (result_.unexplained.empty() || selection_.steps.empty() || !study_.shadow_only(selection_, result_)) {
+      return;
+    }
+    for (const Step& step : selection_.steps) {
+      result_.findings.push_back(
+          note(step.name + " would fit, but what is left has a cause of its own: naming it would be a guess"));
+    }
+    selection_.steps.clear();
+    selection_.not_separable.clear();
+    selection_.final_model.fit = selection_.declared.fit;
+    result_.unexplained.clear();
+    study_.examine(selection_, result_);
+  }
+
+  /// Of a parameter among those of the whole model: two gains of translation must not share a key.
+  static std::string own_name(const Study::Parameter& parameter) {
+    return parameter.value.name == "gain" && !parameter.effect.empty() ? parameter.effect : parameter.value.name;
+  }
+
+  ModelResult model_result(const Fit& fit) const {
+    ModelResult out = study_.errors_of(fit);
+    out.structure = fit.structure;
+    for (const Study::Parameter& parameter : study_.parameters(fit)) {
+      out.parameters.push_back({own_name(parameter), parameter.value.value});
+    }
+    return out;
+  }
+
+  void intervals(const Fit& fit) {
+    const std::vector<Interval> spread = bootstrap(
+        family_, fit, [&](const Fit& one) { return study_.coordinates(one); }, request_.bootstrap_draws, request_.seed);
+    for (std::size_t k = 0; k < spread.size(); ++k) {
+      const double a = study_.reported(fit, k, spread[k].low);
+      const double b = study_.reported(fit, k, spread[k].high);
+      const NamedValue& value = result_.final_model.parameters[k];
+      result_.final_intervals.push_back({value.name, {value.value, std::min(a, b), std::max(a, b)}});
+    }
+  }
+
+  void effects(const Fit& final_fit) {
+    const std::vector<int> all(family_.block_count(), 1);
+    const std::vector<Study::Parameter> parameters = study_.parameters(final_fit);
+    Fit before = selection_.declared.fit;
+    for (std::size_t at = 0; at < selection_.steps.size(); ++at) {
+      const Step& step = selection_.steps[at];
+      EffectResult effect;
+      effect.name = step.name;
+      effect.cv_gain = step.cv_gain;
+      effect.delta_bic = step.delta_bic;
+      effect.paired_t = step.paired_t;
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        if (parameters[k].effect == step.name) {
+          effect.parameters.push_back({parameters[k].value.name, result_.final_intervals[k].interval});
+        }
+      }
+      Structure nested = final_fit.structure;
+      for (std::size_t later = at + 1; later < selection_.steps.size(); ++later) {
+        nested = family_.without(nested, selection_.steps[later].name);
+      }
+      before = nested == final_fit.structure ? final_fit : family_.fit(nested, all, &before);
+      effect.validation_rmse_after = study_.validation_rmse(before);
+      for (const Step::Runner& rival : step.rivals) {
+        effect.rivals.push_back({rival.name, study_.validation_rmse(rival.fit), rival.cv_ratio});
+      }
+      result_.effects.push_back(std::move(effect));
+    }
+  }
+
+  void figures(const Traces& traces) {
+    Figures& out = result_.figures;
+    out.t_s = traces.t_s;
+    out.validation = traces.validation;
+    std::vector<double> all_declared;
+    std::vector<double> all_final;
+    for (const Trace& trace : traces.directions) {
+      const auto add = [&](const char* name, std::vector<double> values) {
+        out.series.push_back({name + trace.suffix, std::move(values)});
+      };
+      add("measured", trace.measured);
+      add("declared", trace.declared);
+      add("final", trace.final_model);
+      add("declared_residual", difference(trace.measured, trace.declared, all_declared));
+      add("final_residual", difference(trace.measured, trace.final_model, all_final));
+    }
+    const auto longest = static_cast<std::size_t>(std::lround(traces.longest_lag_s / traces.sample_period_s));
+    for (std::size_t lag = 0; lag <= longest && lag < all_final.size(); lag += traces.lag_step) {
+      out.lag_s.push_back(static_cast<double>(lag) * traces.sample_period_s);
+      out.declared_autocorrelation.push_back(autocorrelation(all_declared, lag, traces.about_mean));
+      out.final_autocorrelation.push_back(autocorrelation(all_final, lag, traces.about_mean));
+    }
+  }
+
+  static std::vector<double> difference(const std::vector<double>& a, const std::vector<double>& b,
+                                        std::vector<double>& all) {
+    std::vector<double> out(a.size());
+    std::transform(a.begin(), a.end(), b.begin(), out.begin(), std::minus<>{});
+    all.insert(all.end(), out.begin(), out.end());
+    return out;
+  }
+
+  const Study& study_;
+  const Family& family_;
+  const Request& request_;
+  Selection selection_;
+  IdentifyResult result_;
+  std::vector<std::string> beside_unexplained_;
+};
+
+}  // namespace
+
+Selection choose(const Study& study, const Request& request, SelectionOptions options) {
+  options.progress = request.progress;
+  Selection selection = select(study.family(), request.declared, options);
+  withdraw_what_does_not_hold(study, selection);
+  return selection;
+}
+
+IdentifyResult conclude(const Study& study, const Request& request, Selection selection, Beside beside) {
+  return Conclusion(study, request, std::move(selection), std::move(beside)).run();
+}
+
+void check_declared(const std::vector<std::string>& declared, std::span<const std::string_view> bases,
+                    bool (*knows)(const std::string& name), const char* what) {
+  const auto is_base = [&](const std::string& name) {
+    return std::find(bases.begin(), bases.end(), name) != bases.end();
+  };
+  if (declared.empty() || !is_base(declared[0])) {
+    std::string names;
+    for (const std::string_view base : bases) {
+      names += (names.empty() ? "" : " or ") + std::string(base);
+    }
+    throw InputError("--declare", 0, declared.empty() ? "" : declared[0], "the first name must be " + names);
+  }
+  for (std::size_t k = 1; k < declared.size(); ++k) {
+    if (!knows(declared[k]) || is_base(declared[k])) {
+      throw InputError("--declare", 0, declared[k], std::string("not an effect of ") + what);
+    }
+  }
+}
+
+void check_blocks(std::size_t training, const std::string& training_file, std::size_t validation,
+                  const std::string& validation_file) {
+  constexpr std::size_t kLeastBlocks = 4;
+  if (training < kLeastBlocks) {
+    throw InputError(training_file, 0, "--train",
+                     "needs at least " + std::to_string(kLeastBlocks) + " blocks of 2.5 s with data, has " +
+                         std::to_string(training));
+  }
+  if (validation < 1) {
+    throw InputError(validation_file, 0, "--validate", "needs at least one block of 2.5 s with data");
+  }
+}
+
+}  // namespace m100::lab::identify

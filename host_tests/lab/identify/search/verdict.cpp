@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/search/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace m100::lab::identify {
+namespace {
+
+struct Power {
+  double mean_square = 0.0;
+  double degrees = 1.0;
+};
+
+Power power_of(const std::vector<std::vector<double>>& blocks) {
+  constexpr double kForgotten = 0.05;
+  double power = 0.0;
+  std::size_t samples = 0;
+  std::size_t longest = 0;
+  for (const std::vector<double>& block : blocks) {
+    for (const double value : block) {
+      power += value * value;
+    }
+    samples += block.size();
+    longest = std::max(longest, block.size());
+  }
+  if (samples == 0 || !(power > 0.0)) {
+    return {0.0, std::max(1.0, static_cast<double>(samples))};
+  }
+  double squares = 1.0;
+  for (std::size_t lag = 1; lag < longest; ++lag) {
+    double product = 0.0;
+    for (const std::vector<double>& block : blocks) {
+      for (std::size_t i = lag; i < block.size(); ++i) {
+        product += block[i] * block[i - lag];
+      }
+    }
+    const double correlation = product / power;
+    if (correlation < kForgotten) {
+      break;
+    }
+    squares += 2.0 * correlation * correlation;
+  }
+  const double n = static_cast<double>(samples);
+  return {power / n, std::max(1.0, n / squares)};
+}
+
+/// Continued fraction of the incomplete beta function, by the modified Lentz algorithm.
+double beta_fraction(double x, double a, double b) {
+  constexpr double kTiny = 1e-300;
+  constexpr int kTerms = 500;
+  const auto away = [](double value) { return std::abs(value) < kTiny ? kTiny : value; };
+  double c = 1.0;
+  double d = 1.0 / away(1.0 - (a + b) * x / (a + 1.0));
+  double fraction = d;
+  for (int term = 1; term <= kTerms; ++term) {
+    const double m = term;
+    const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+    d = 1.0 / away(1.0 + even * d);
+    c = away(1.0 + even / c);
+    fraction *= d * c;
+    const double odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+    d = 1.0 / away(1.0 + odd * d);
+    c = away(1.0 + odd / c);
+    fraction *= d * c;
+    if (std::abs(d * c - 1.0) < 1e-12) {
+      break;
+    }
+  }
+  return fraction;
+}
+
+/// Regularised incomplete beta function, 0 <= x <= 1.
+double incomplete_beta(double x, double a, double b) {
+  if (!(x > 0.0)) {
+    return 0.0;
+  }
+  if (!(x < 1.0)) {
+    return 1.0;
+  }
+  const double front =
+      std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log(1.0 - x));
+  return x < (a + 1.0) / (a + b + 2.0) ? front * beta_fraction(x, a, b) / a
+                                       : 1.0 - front * beta_fraction(1.0 - x, b, a) / b;
+}
+
+}  // namespace
+
+double f_tail(double ratio, double numerator_degrees, double denominator_degrees) {
+  const double x = denominator_degrees / (denominator_degrees + numerator_degrees * std::max(0.0, ratio));
+  return incomplete_beta(x, 0.5 * denominator_degrees, 0.5 * numerator_degrees);
+}
+
+PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
+                            const std::vector<std::vector<double>>& validation, std::size_t parameters) {
+  const Power seen = power_of(training);
+  const Power unseen = power_of(validation);
+  PartsCompared out;
+  out.validation_degrees = unseen.degrees;
+  out.training_degrees = std::max(1.0, seen.degrees - static_cast<double>(parameters));
+  if (!(seen.mean_square > 0.0)) {
+    return out;  // a perfect fit: made, not measured
+  }
+  out.ratio = unseen.mean_square / seen.mean_square;
+  // The fit has made the training error smaller by its share of parameters.
+  const double fair = out.ratio * out.training_degrees / seen.degrees;
+  out.probability = fair > 1.0 ? f_tail(fair, out.validation_degrees, out.training_degrees) : 1.0;
+  return out;
+}
+
+void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult& result) {
+  const double rms_ratio = std::sqrt(parts.ratio);
+  result.validation_over_training = rms_ratio;
+  char text[200];
+  const bool at_floor =
+      result.noise_floor > 0.0 && result.final_model.validation_rmse < limits.floor_factor * result.noise_floor;
+  if (result.final_model.fit_percent < limits.least_fit_percent && !at_floor) {
+    std::snprintf(text, sizeof text, "much of the validation part: the model explains %.0f %% of what is seen there",
+                  std::max(0.0, result.final_model.fit_percent));
+    result.unexplained.emplace_back(text);
+  }
+  if (!result.changes.empty()) {
+    return;
+  }
+  // What was named has passed the validation part already: there only the ratio counts.
+  const bool by_chance = !result.effects.empty() || parts.probability >= limits.least_probability;
+  if (rms_ratio > limits.most_ratio || !by_chance) {
+    const bool alone = result.unexplained.empty();
+    std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)", rms_ratio,
+                  parts.probability);
+    result.unexplained.emplace_back(text);
+    if (alone) {
+      result.findings.push_back(
+          note("the air changed, the model did not: the validation part is predicted worse, yet no parameter of the "
+               "model has another value there and nothing logged predicts what is left"));
+    }
+  }
+}
+
+bool forbids_clean_bill(const Finding& finding) {
+  return finding.what != "note" && finding.what != "gap" && finding.what != "on_ground";
+}
+
+std::string verdict_of(const IdentifyResult& result) {
+  // A finding about the log is no effect of the vehicle: what was named beside it may be its shadow.
+  if (!result.unexplained.empty() || std::any_of(result.findings.begin(), result.findings.end(), forbids_clean_bill)) {
+    return "unexplained";
+  }
+  return result.effects.empty() && result.changes.empty() ? "nothing_missing" : "explained";
+}
+
+}  // namespace m100::lab::identify

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/translation/translation_change.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "host_tests/lab/identify/remainder/change_scan.h"
+#include "host_tests/lab/identify/translation/translation_family.h"
+#include "host_tests/lab/identify/translation/translation_regression.h"
+#include "host_tests/lab/identify/translation/translation_search.h"
+
+namespace m100::lab::identify::translation {
+namespace {
+
+using logs::Signal;
+
+constexpr std::size_t kThin = 3;  // rows of 40 ms: the filter over 0.2 s leaves no more detail
+
+/// One row of a scan: which part, which row of its regressions, which sample of its log, which axis.
+struct Place {
+  const Part* part;
+  Eigen::Index row;
+  std::size_t sample;
+  std::size_t axis;
+};
+
+struct Places {
+  std::vector<Place> rows;
+  std::vector<Segment> segments;
+};
+
+Places places_of(const std::vector<const Part*>& parts) {
+  Places out;
+  const std::size_t axes = parts.front()->data.axes;
+  for (std::size_t c = 0; c < axes; ++c) {
+    std::vector<Place> all;
+    for (const Part* part : parts) {
+      for (const TranslationBlocks::Block& block : part->blocks.blocks) {
+        for (std::size_t k = 0; k < block.samples.size(); ++k) {
+          const auto row = static_cast<Eigen::Index>(block.row + c * block.samples.size() + k);
+          all.push_back({part, row, block.samples[k], c});
+        }
+      }
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.sample < b.sample; });
+    std::vector<Place> thin;
+    for (std::size_t k = 0; k < all.size(); k += kThin) {
+      thin.push_back(all[k]);
+    }
+    const double longest_s = 1.5 * static_cast<double>(kThin) * parts.front()->blocks.sample_period_s;
+    for (const Place& place : thin) {
+      const auto row = static_cast<Eigen::Index>(out.rows.size());
+      const bool goes_on =
+          !out.segments.empty() && out.rows.back().axis == c &&
+          place.part->data.time_s(place.sample) - out.rows.back().part->data.time_s(out.rows.back().sample) < longest_s;
+      if (!goes_on) {
+        out.segments.push_back({row, row});
+      }
+      out.segments.back().end = row + 1;
+      out.rows.push_back(place);
+    }
+  }
+  return out;
+}
+
+/// Columns of a structure's linear parameters in the rows of a scan.
+Columns columns_of(const Places& places, const std::vector<const Part*>& parts, const Structure& structure,
+                   const Searched& searched) {
+  Columns out(static_cast<Eigen::Index>(places.rows.size()), static_cast<Eigen::Index>(linear_count(structure)));
+  for (const Part* part : parts) {
+    const Regression model(part->blocks, structure, searched);
+    for (std::size_t k = 0; k < places.rows.size(); ++k) {
+      if (places.rows[k].part == part) {
+        out.row(static_cast<Eigen::Index>(k)) = model.columns.row(places.rows[k].row);
+      }
+    }
+  }
+  return out;
+}
+
+ScanRows rows_of(const Places& places, const std::vector<const Part*>& parts, const Fit& fit) {
+  ScanRows out;
+  out.segments = places.segments;
+  out.residual.resize(static_cast<Eigen::Index>(places.rows.size()));
+  for (const Part* part : parts) {
+    const Vector left = residual_of(part->blocks, measured_rows(part->blocks), fit);
+    for (std::size_t k = 0; k < places.rows.size(); ++k) {
+      if (places.rows[k].part == part) {
+        out.residual(static_cast<Eigen::Index>(k)) = left(places.rows[k].row);
+      }
+    }
+  }
+  for (const Place& place : places.rows) {
+    out.time_s.push_back(place.part->data.time_s(place.sample));
+  }
+  const Searched searched = searched_of(fit);
+  const Columns own = columns_of(places, parts, fit.structure, searched);
+  const Columns constant = columns_of(places, parts, {"rigid_body", "steady_wind"}, Searched{});
+  out.base.resize(own.rows(), own.cols() + constant.cols());
+  out.base << own, constant;
+  return out;
+}
+
+struct Candidate {
+  const char* name;    ///< of the change
+  const char* effect;  ///< whose columns it has
+  double least;
+  const char* unit;
+};
+constexpr std::array<Candidate, 5> kCandidates{{{"steady_wind", "steady_wind", 0.15, "accel_m_s2"},
+                                                {"body_bias", "body_bias", 0.15, "accel_m_s2"},
+                                                {"tilt_gain", "tilt_gain", 0.05, "gain"},
+                                                {"linear_drag", "linear_drag", 0.05, "rate_per_s"},
+                                                {"mass", "thrust_gain", 0.03, "thrust_over_mass"}}};
+
+bool can_see(const Part& part, const Candidate& candidate) {
+  const model::Needs& needs = model::translation_effect(candidate.effect)->needs;
+  const TranslationData& data = part.data;
+  const bool turns = std::string(candidate.effect) != "body_bias" || data.has_yaw;
+  return turns && (!needs.velocity || data.has_velocity) && (!needs.thrust_set_point || data.has_thrust) &&
+         (!needs.tilt_in_thrust || data.source != "force");
+}
+
+}  // namespace
+
+std::vector<Change> changes_of(const Part& training, const Part* validation, const Fit& fit) {
+  constexpr double kThreshold = 30.0;
+  constexpr double kNameMargin = 6.0;
+  std::vector<const Part*> parts{&training};
+  if (validation != nullptr) {
+    parts.push_back(validation);
+  }
+  const Places places = places_of(parts);
+  const ScanRows rows = rows_of(places, parts, fit);
+  std::vector<std::pair<const Candidate*, ScanHit>> hits;
+  for (const Candidate& candidate : kCandidates) {
+    if (!can_see(training, candidate)) {
+      continue;
+    }
+    const Columns columns = columns_of(places, parts, {"rigid_body", candidate.effect}, searched_of(fit));
+    ScanHit hit = scan_change(rows, columns);
+    if (hit.likelihood_ratio > kThreshold && hit.size.norm() > candidate.least) {
+      hits.emplace_back(&candidate, std::move(hit));
+    }
+  }
+  const auto best = std::max_element(hits.begin(), hits.end(), [](const auto& a, const auto& b) {
+    return a.second.likelihood_ratio < b.second.likelihood_ratio;
+  });
+  if (best == hits.end()) {
+    return {};
+  }
+  Change out;
+  out.at_s = best->second.at_s;
+  out.low_s = best->second.low_s;
+  out.high_s = best->second.high_s;
+  out.name = best->first->name;
+  out.likelihood_ratio = best->second.likelihood_ratio;
+  for (Eigen::Index k = 0; k < best->second.size.size(); ++k) {
+    const std::string axis = best->second.size.size() > 1 ? (k == 0 ? "_x" : "_y") : "";
+    out.parameters.push_back({std::string("change_of_") + best->first->unit + axis, best->second.size(k)});
+  }
+  for (const auto& [candidate, hit] : hits) {
+    if (candidate != best->first && hit.likelihood_ratio > best->second.likelihood_ratio - kNameMargin) {
+      out.rivals.emplace_back(candidate->name);
+    }
+  }
+  return {out};
+}
+
+std::vector<Finding> position_force(const Part& training, const Fit& fit) {
+  constexpr double kThreshold = 60.0;
+  constexpr double kLeast_m_s2 = 0.1;
+  if (!training.log.has3(Signal::kPositionX)) {
+    return {};
+  }
+  const std::vector<const Part*> parts{&training};
+  const Places places = places_of(parts);
+  const ScanRows rows = rows_of(places, parts, fit);
+  const Eigen::Index before = rows.base.cols();
+  Columns all(rows.base.rows(), before + 2);
+  all << rows.base, Columns::Zero(rows.base.rows(), 2);
+  for (std::size_t k = 0; k < places.rows.size(); ++k) {
+    const Place& place = places.rows[k];
+    if (place.axis < 2) {
+      const std::vector<double>& position =
+          training.log.of(logs::offset(Signal::kPositionX, static_cast<int>(place.axis)));
+      all(static_cast<Eigen::Index>(k), before + static_cast<Eigen::Index>(place.axis)) =
+          training.data.filtered(position, place.sample);
+    }
+  }
+  const auto solve = [](Columns normal, const Rows& right) -> Rows {
+    normal.diagonal() = normal.diagonal() * (1.0 + 1e-9) + Rows::Constant(normal.rows(), 1e-300);
+    return normal.ldlt().solve(right);
+  };
+  const Rows left = rows.residual - all * solve(all.transpose() * all, all.transpose() * rows.residual);
+  const Ar filter = autoregression(left, rows.segments);
+  Rows residual = rows.residual;
+  whiten(filter, rows.segments, residual);
+  for (Eigen::Index c = 0; c < all.cols(); ++c) {
+    whiten(filter, rows.segments, all.col(c));
+  }
+  const Columns base = all.leftCols(before);
+  const Rows without = residual - base * solve(base.transpose() * base, base.transpose() * residual);
+  const Rows solution = solve(all.transpose() * all, all.transpose() * residual);
+  const Rows with = residual - all * solution;
+  const double ratio =
+      whitened_rows(rows.segments) * std::log(without.squaredNorm() / std::max(1e-300, with.squaredNorm()));
+  double pull_m_s2 = 0.0;
+  for (int c = 0; c < 2; ++c) {
+    const std::vector<double>& position = training.log.of(logs::offset(Signal::kPositionX, c));
+    double mean = 0.0;
+    double square = 0.0;
+    for (const double p : position) {
+      mean += p / static_cast<double>(position.size());
+      square += p * p / static_cast<double>(position.size());
+    }
+    pull_m_s2 = std::max(pull_m_s2, -solution(before + c) * std::sqrt(std::max(0.0, square - mean * mean)));
+  }
+  if (ratio < kThreshold || pull_m_s2 < kLeast_m_s2) {
+    return {};
+  }
+  std::array<char, 160> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "a force pulls back the farther the vehicle is away (%.2f and %.2f m/s^2 per metre along x and y): a tether?",
+      -solution(before), -solution(before + 1));
+  return {{.what = "position_force", .signal = "position", .text = text.data()}};
+}
+
+}  // namespace m100::lab::identify::translation

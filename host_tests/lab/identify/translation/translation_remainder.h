@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/search/family.h"
+#include "host_tests/lab/identify/translation/translation_part.h"
+
+namespace m100::lab::identify::translation {
+
+/// What a fit leaves of both parts, axis by axis, tested for what may still predict it.
+/// Preconditions: both parts are of the request, have one thrust source and at least one block each.
+/// @returns sentences; empty: nothing that could be predicted is left.
+std::vector<std::string> remainder_of(const Request& request, const Part& training, const Part& validation,
+                                      const Fit& fit);
+
+}  // namespace m100::lab::identify::translation

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "host_tests/lab/identify/remainder/periodic.h"
+#include "host_tests/lab/identify/translation/translation_regression.h"
+
+namespace m100::lab::identify::translation {
+
+/// Measured acceleration in the rows of `part`.
+Vector measured_rows(const TranslationBlocks& part);
+
+struct Solution {
+  Vector linear;
+  double sum_of_squares = 0.0;
+};
+
+/// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.
+Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+               const Searched& searched, std::span<const int> weights);
+
+/// Minimises the error of the linear solution over the searched parameters, one coordinate after the other with
+/// shrinking steps: they are few and nearly independent of each other.
+class CoordinateSearch {
+ public:
+  /// All arguments must outlive the search; their shapes are those of solve().
+  CoordinateSearch(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
+                   std::span<const int> weights)
+      : part_(part), measured_(measured), structure_(structure), weights_(weights), used_(searched_in(structure)) {}
+
+  double cost(const Searched& at) const { return solve(part_, measured_, structure_, at, weights_).sum_of_squares; }
+  /// Improves `at`, beginning with the named step of every parameter; slots that are not used stay as they are.
+  void refine(Searched& at, double model::SearchedParameter::*step, int rounds) const;
+  bool anything() const;
+
+ private:
+  const TranslationBlocks& part_;
+  const Vector& measured_;
+  const Structure& structure_;
+  std::span<const int> weights_;
+  std::array<bool, kSearched> used_;
+};
+
+/// Measured less predicted, in the rows of `part`, which may be of another log than the fit.
+Vector residual_of(const TranslationBlocks& part, const Vector& measured, const Fit& fit);
+
+/// Residual of one axis with its times, for the line search. Blocks of weight 0 are left out; no weights: none is.
+LineSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
+                       std::span<const int> weights);
+
+/// The strongest line of the horizontal axes of a residual.
+double strongest_line_hz(const TranslationBlocks& part, const Vector& residual, std::span<const int> weights);
+
+}  // namespace m100::lab::identify::translation

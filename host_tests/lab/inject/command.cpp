@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab inject: a measured flight with an effect added to it, to see whether the analysis finds it there.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/inject/inject.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/write_csv.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string log, columns, axis, declare, train, effect, out, map;
+};
+
+hidden::Hidden effects_of(const std::string& text) {
+  hidden::Hidden out;
+  for (const std::string& one : parts(text, ',')) {
+    const std::vector<std::string> halves = parts(one, '=');
+    if (halves.size() != 2) {
+      throw InputError("--effect", 0, one, "an effect is NAME=VALUE");
+    }
+    if (!hidden::can_add(halves[0])) {
+      throw InputError("--effect", 0, halves[0], "no effect that can be added");
+    }
+    out[halves[0]] = number("--effect", halves[1]);
+  }
+  return out;
+}
+
+void run(const Options& options) {
+  const logs::FlightLog log = logs::load(options.log, options.columns);
+  const hidden::Hidden effects = effects_of(options.effect);
+  identify::ModelResult fitted;
+  if (options.axis != "translation") {
+    identify::Request request;
+    request.axis = options.axis;
+    request.declared = parts(options.declare, ',');
+    request.log = &log;
+    request.validation_log = &log;
+    const std::vector<std::string> ends = parts(options.train, ':');
+    if (ends.size() != 2) {
+      throw InputError("--train", 0, options.train, "a range is FROM:TO in seconds");
+    }
+    request.train = {{number("--train", ends[0]), number("--train", ends[1])}};
+    request.validate = request.train;  // nothing is judged here
+    request.bootstrap_draws = 0;
+    fitted = identify::identify_axis(request).declared;
+  }
+  const logs::FlightLog out = hidden::inject(log, options.axis, fitted, effects);
+  logs::write_csv(out, options.out);
+  if (!options.map.empty()) {
+    logs::write_column_map(out, options.map);
+  }
+  std::cout << options.out << ": " << options.effect << " added to " << options.axis << " of " << options.log << "\n";
+}
+
+}  // namespace
+
+void add_inject(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("inject", "add a named effect to a measured flight, keeping its residual");
+  auto options = std::make_shared<Options>();
+  app->add_option("--log", options->log, "flight log")->required();
+  app->add_option("--columns", options->columns, "column map (TOML)")->required();
+  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")->required();
+  app->add_option("--declare", options->declare, "model that the effect is added to, as for identify")
+      ->default_val("second_order");
+  app->add_option("--train", options->train, "FROM:TO, where that model is fitted; not for translation");
+  app->add_option("--effect", options->effect, "NAME=VALUE[,NAME=VALUE...], value in the effect's first unit")
+      ->required();
+  app->add_option("--out", options->out, "CSV to write")->required();
+  app->add_option("--map", options->map, "also write its column map");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

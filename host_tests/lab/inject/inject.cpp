@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/inject/inject.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "firmware/model/axis_effects.h"
+#include "firmware/model/translation.h"
+#include "host_tests/lab/hidden/stick_response.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::hidden {
+namespace {
+
+using logs::FlightLog;
+using logs::Signal;
+
+constexpr double kG_m_s2 = 9.80665;
+
+struct AxisOf {
+  Signal stick, other, response;
+};
+
+AxisOf axis_of(const std::string& axis) {
+  static const std::map<std::string, AxisOf> kAxes{
+      {"roll", {Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll}},
+      {"pitch", {Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch}},
+      {"yaw_rate", {Signal::kStickYaw, Signal::kCount, Signal::kRateZ}},
+      {"climb", {Signal::kStickThrottle, Signal::kCount, Signal::kVelocityZ}}};
+  const auto found = kAxes.find(axis);
+  if (found == kAxes.end()) {
+    throw InputError("--axis", 0, axis, "roll, pitch, yaw_rate, climb or translation");
+  }
+  return found->second;
+}
+
+double parameter(const identify::ModelResult& fitted, const std::string& name, double otherwise) {
+  for (const identify::NamedValue& value : fitted.parameters) {
+    if (value.name == name) {
+      return value.value;
+    }
+  }
+  return otherwise;
+}
+
+/// The fitted model with effects beside those it already has.
+std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
+                             const Hidden& effects) {
+  Hidden all;
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
+    const double value = parameter(fitted, std::string(effect.numbers[0].parameter), 0.0);
+    if (of_the_path && value != 0.0) {
+      all[std::string(effect.name)] = value;
+    }
+  }
+  double delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
+  for (const auto& [name, value] : effects) {
+    if (name == "transport_delay") {
+      delay_s += value;
+    } else {
+      all[name] = value;
+    }
+  }
+  const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
+  StickPath path(all, delay_s);
+  Tilt tilt{.scale_rad = parameter(fitted, "gain", 0.0),
+            .frequency_rad_s = parameter(fitted, "natural_frequency_rad_s", 1.0),
+            .damping = parameter(fitted, "damping_ratio", 1.0),
+            .time_constant_s = parameter(fitted, "time_constant_s", 0.0)};
+  const auto& stick = log.of(axis.stick);
+  const std::vector<double> none;
+  const auto& other = axis.other == Signal::kCount ? none : log.of(axis.other);
+  const int steps = static_cast<int>(std::lround(log.period_s / kStep_s));
+  std::vector<double> out(log.size);
+  for (std::size_t k = 0; k < log.size; ++k) {
+    for (int i = 0; i < steps; ++i) {
+      const double now_s = static_cast<double>(k) * log.period_s + i * kStep_s;
+      const double counts = path.pass(stick[k], other.empty() ? 0.0 : other[k], now_s);
+      tilt.step(tilt.scale_rad * counts, value_of("lead_zero"), value_of("rate_limit"), value_of("saturation"));
+    }
+    out[k] = tilt.angle;
+  }
+  return out;
+}
+
+bool moves_the_aircraft(const std::string& name) {
+  const model::TranslationEffect* effect = model::translation_effect(name);
+  return effect != nullptr && effect->columns > 0 && effect->acts == model::Acts::kAsForce;
+}
+
+/// Each effect's value times its first column. A line has 0.43 Hz.
+std::pair<double, double> horizontal_force(const Hidden& effects, const model::Moment& at) {
+  constexpr double kLine_hz = 0.43;
+  std::pair<double, double> sum{0.0, 0.0};
+  for (const auto& [name, value] : effects) {
+    const model::Acceleration column = model::translation_effect(name)->column(0, at, kLine_hz);
+    sum.first += value * column[0];
+    sum.second += value * column[1];
+  }
+  return sum;
+}
+
+void into_translation(FlightLog& log, const Hidden& effects) {
+  if (!log.has(Signal::kAttitudeRoll) || !log.has(Signal::kAttitudePitch) || !log.has3(Signal::kVelocityX)) {
+    throw InputError(log.file, 0, "attitude_roll", "translation needs attitude and velocity");
+  }
+  for (const auto& [name, value] : effects) {
+    if (!moves_the_aircraft(name)) {
+      throw InputError("--effect", 0, name, "cannot be added to translation");
+    }
+  }
+  auto& roll = log.of(Signal::kAttitudeRoll);
+  auto& pitch = log.of(Signal::kAttitudePitch);
+  for (std::size_t k = 0; k < log.size; ++k) {
+    const double yaw = log.has(Signal::kAttitudeYaw) ? log.of(Signal::kAttitudeYaw)[k] : 0.0;
+    const double c = std::cos(yaw);
+    const double s = std::sin(yaw);
+    const double vx = log.of(Signal::kVelocityX)[k];
+    const double vy = log.of(Signal::kVelocityY)[k];
+    const auto [fx, fy] = horizontal_force(effects, {.time_s = log.time_s(k),
+                                                     .air_velocity_w_m_s = {vx, vy, log.of(Signal::kVelocityZ)[k]},
+                                                     .heading_cosine = c,
+                                                     .heading_sine = s});
+    const double thrust = log.has(Signal::kForceZ) ? log.of(Signal::kForceZ)[k] : kG_m_s2;
+    // In the heading frame, b3 = (sin pitch cos roll, -sin roll, cos pitch cos roll).
+    const double ahead = thrust * std::sin(pitch[k]) * std::cos(roll[k]) - (c * fx + s * fy);
+    const double aside = -thrust * std::sin(roll[k]) - (-s * fx + c * fy);
+    const double up = thrust * std::cos(pitch[k]) * std::cos(roll[k]);
+    const double size = std::hypot(ahead, aside, up);
+    const double old_roll = roll[k];
+    const double old_pitch = pitch[k];
+    roll[k] = -std::asin(aside / size);
+    pitch[k] = std::atan2(ahead, up);
+    if (log.has3(Signal::kForceX)) {
+      // Same acceleration, felt in the new attitude; small turns, so roll and pitch turn the vector one after the
+      // other.
+      auto& x = log.of(Signal::kForceX)[k];
+      auto& y = log.of(Signal::kForceY)[k];
+      auto& z = log.of(Signal::kForceZ)[k];
+      const double about_pitch = pitch[k] - old_pitch;
+      const double about_roll = roll[k] - old_roll;
+      const double x0 = x;
+      const double y0 = y;
+      x = x0 * std::cos(about_pitch) - z * std::sin(about_pitch);
+      const double z1 = z * std::cos(about_pitch) + x0 * std::sin(about_pitch);
+      y = y0 * std::cos(about_roll) + z1 * std::sin(about_roll);
+      z = z1 * std::cos(about_roll) - y0 * std::sin(about_roll);
+    }
+  }
+}
+
+}  // namespace
+
+bool can_add(const std::string& effect) {
+  const model::AxisEffect* row = model::axis_effect(effect);
+  return moves_the_aircraft(effect) || (row != nullptr && row->typical.size != 0.0 && StickPath::knows(effect));
+}
+
+FlightLog inject(const FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,
+                 const Hidden& effects) {
+  FlightLog out = log;
+  if (axis == "translation") {
+    into_translation(out, effects);
+    return out;
+  }
+  const AxisOf signals = axis_of(axis);
+  for (const Signal needed : {signals.stick, signals.response}) {
+    if (!log.has(needed)) {
+      throw InputError(log.file, 0, std::string(name_of(needed)), "is needed to add an effect to " + axis);
+    }
+  }
+  const std::vector<double> with = response(log, signals, fitted, effects);
+  const std::vector<double> without = response(log, signals, fitted, {});
+  std::vector<double>& y = out.of(signals.response);
+  for (std::size_t k = 0; k < log.size; ++k) {
+    y[k] += with[k] - without[k];
+  }
+  return out;
+}
+
+}  // namespace m100::lab::hidden

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "firmware/companion/files/key_file.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab {
+
+/// The app's key from a file that only its owner can read, as `m100` reads it. @throws InputError
+inline protocol::CipherKey read_key(const std::string& path) {
+  protocol::CipherKey key{};
+  if (const companion::KeyFileProblem problem = companion::load_key(path, key); !problem.what.empty()) {
+    throw InputError(path, problem.line, "", problem.what);
+  }
+  return key;
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/column_map.h"
+
+#define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <cstdint>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/printable.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::logs {
+namespace {
+
+long line_of(const toml::node& node) { return static_cast<long>(node.source().begin.line); }
+
+double number(const toml::node& node, const std::string& file, const std::string& key) {
+  const auto value = node.value<double>();
+  if (!value || !std::isfinite(*value)) {
+    throw InputError(file, line_of(node), key, "must be a finite number");
+  }
+  return *value;
+}
+
+std::string text_of(const toml::node& node, const std::string& file, const std::string& key) {
+  const auto value = node.value<std::string>();
+  if (!node.is_string() || value->empty()) {
+    throw InputError(file, line_of(node), key, "must be the name of a column");
+  }
+  return *value;
+}
+
+ColumnRef column_ref(const toml::node& node, const std::string& file, const std::string& key) {
+  ColumnRef ref;
+  ref.line = line_of(node);
+  const toml::table* table = node.as_table();
+  if (table == nullptr) {
+    ref.column = text_of(node, file, key);
+    return ref;
+  }
+  for (const auto& [name, value] : *table) {
+    const std::string part = key + "." + std::string(name.str());
+    if (name == "column") {
+      ref.column = text_of(value, file, part);
+    } else if (name == "offset") {
+      ref.offset = number(value, file, part);
+    } else if (name == "scale") {
+      ref.scale = number(value, file, part);
+    } else if (name == "sequence") {
+      ref.sequence = text_of(value, file, part);
+    } else if (name == "time") {
+      ref.time = text_of(value, file, part);
+    } else {
+      throw InputError(file, line_of(value), part, "unknown key (known: column, offset, scale, sequence, time)");
+    }
+  }
+  if (ref.column.empty()) {
+    throw InputError(file, ref.line, key, "names no column");
+  }
+  if (ref.scale == 0) {
+    throw InputError(file, ref.line, key + ".scale", "must not be zero");
+  }
+  return ref;
+}
+
+const toml::table& section(const toml::node& node, const std::string& file, const std::string& key) {
+  if (!node.is_table()) {
+    throw InputError(file, line_of(node), key, "must be a table");
+  }
+  return *node.as_table();
+}
+
+void read_signals(const toml::table& table, ColumnMap& map) {
+  for (const auto& [name, value] : table) {
+    const auto signal = signal_of(name.str());
+    if (!signal) {
+      throw InputError(map.file, line_of(value), std::string(name.str()), "is no canonical signal");
+    }
+    map.signals[static_cast<std::size_t>(*signal)] = column_ref(value, map.file, std::string(name.str()));
+  }
+}
+
+/// All four parts or none, and not beside the angles that they would give.
+void check_quaternion(const ColumnMap& map, Signal first, Signal angle, int angles) {
+  const auto given = [&](Signal signal) { return map.signals[static_cast<std::size_t>(signal)].has_value(); };
+  int parts = 0;
+  for (int i = 0; i < 4; ++i) {
+    parts += given(offset(first, i)) ? 1 : 0;
+  }
+  for (int i = 0; i < 4 && parts > 0; ++i) {
+    if (!given(offset(first, i))) {
+      throw InputError(map.file, 0, std::string(name_of(offset(first, i))), "is missing: a quaternion has four parts");
+    }
+  }
+  for (int i = 0; i < angles && parts > 0; ++i) {
+    if (given(offset(angle, i))) {
+      throw InputError(map.file, map.signals[static_cast<std::size_t>(offset(angle, i))]->line,
+                       std::string(name_of(offset(angle, i))), "is given by the quaternion already: keep one of them");
+    }
+  }
+}
+
+}  // namespace
+
+ColumnMap parse_column_map(std::string_view text, const std::string& file) {
+  toml::table root;
+  try {
+    root = toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    throw InputError(file, static_cast<long>(error.source().begin.line), "", printable(error.description(), 200));
+  }
+  ColumnMap map;
+  map.file = file;
+  for (const auto& [name, value] : root) {
+    const std::string key(name.str());
+    if (key == "time") {
+      map.time = column_ref(value, file, key);
+    } else if (key == "frame") {
+      const std::string word = value.value<std::string>().value_or("");
+      if (word != "nwu_flu" && word != "ned_frd") {
+        throw InputError(file, line_of(value), key, "must be \"nwu_flu\" or \"ned_frd\"");
+      }
+      map.frame = word == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
+    } else if (key == "signals") {
+      read_signals(section(value, file, key), map);
+    } else if (key == "extra") {
+      for (const auto& [extra, column] : section(value, file, key)) {
+        map.extra[std::string(extra.str())] = column_ref(column, file, "extra." + std::string(extra.str()));
+      }
+    } else {
+      throw InputError(file, line_of(value), key, "unknown key (known: frame, time, [signals], [extra])");
+    }
+  }
+  check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
+  check_quaternion(map, Signal::kCommandQw, Signal::kCommandRoll, 2);
+  if (map.time.column.empty()) {
+    throw InputError(file, 0, "time", "is missing: which column is the clock?");
+  }
+  if (root["signals"].as_table() == nullptr || root["signals"].as_table()->empty()) {
+    throw InputError(file, 0, "signals", "is missing or empty");
+  }
+  return map;
+}
+
+ColumnMap read_column_map(const std::string& file) {
+  constexpr std::uintmax_t kMostBytes = 1U << 20U;
+  return parse_column_map(whole_file(file, kMostBytes), file);
+}
+
+}  // namespace m100::lab::logs

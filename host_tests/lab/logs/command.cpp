@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab logs: what is inside a log of any format, and a column map for what is recognised.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/propose.h"
+#include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/lab/printable.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string log, json, map;
+};
+
+void print(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics, double duration_s) {
+  constexpr std::size_t kShownFields = 24;
+  std::printf("%s: %s, %zu topics, %.2f s\n", printable(log.file()).c_str(), log.format().c_str(), topics.size(),
+              duration_s);
+  for (const logs::TopicSummary& topic : topics) {
+    const std::string name = topic.name.empty() ? "(one table)" : printable(topic.name, 80);
+    std::printf("  %-36s %7zu messages %8.2f Hz  %8.2f to %8.2f s", name.c_str(), topic.messages, topic.rate_hz,
+                topic.from_s, topic.to_s);
+    topic.gaps > 0 ? std::printf("  %zu gaps, longest %.2f s\n", topic.gaps, topic.longest_gap_s) : std::printf("\n");
+    std::string fields;
+    for (std::size_t i = 0; i < std::min(kShownFields, topic.fields.size()); ++i) {
+      fields += (i == 0 ? "" : ", ") + printable(topic.fields[i], 60);
+    }
+    const std::size_t hidden = topic.fields.size() - std::min(kShownFields, topic.fields.size());
+    std::printf("      %s%s\n", fields.c_str(),
+                hidden > 0 ? (", and " + std::to_string(hidden) + " more").c_str() : "");
+  }
+  for (const std::string& note : log.notes()) {
+    std::printf("  note: %s\n", printable(note).c_str());
+  }
+}
+
+Json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics, double duration_s,
+             const std::optional<logs::Proposal>& proposal) {
+  Json list = Json::array();
+  for (const logs::TopicSummary& topic : topics) {
+    Json fields = Json::array();
+    for (const std::string& field : topic.fields) {
+      fields.push_back(printable(field));
+    }
+    list.push_back({{"name", printable(topic.name)},
+                    {"type", printable(topic.type)},
+                    {"messages", topic.messages},
+                    {"from_s", topic.from_s},
+                    {"to_s", topic.to_s},
+                    {"rate_hz", topic.rate_hz},
+                    {"gaps", topic.gaps},
+                    {"longest_gap_s", topic.longest_gap_s},
+                    {"fields", std::move(fields)}});
+  }
+  Json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
+           {"topics", std::move(list)},     {"notes", log.notes()},   {"proposed", nullptr}};
+  if (proposal) {
+    out["proposed"] = {{"dialect", proposal->dialect}, {"map", proposal->toml}};
+  }
+  return out;
+}
+
+void write_text(const std::string& file, const std::string& option, const std::string& text) {
+  std::ofstream out(file);
+  out << text;
+  out.close();
+  if (!out) {
+    throw InputError(file, 0, option, "cannot be written");
+  }
+}
+
+void run(const Options& options) {
+  for (const auto& [file, option] : {std::pair(options.json, "--json"), std::pair(options.map, "--propose")}) {
+    refuse_overwriting(options.log, file, option);
+    require_writable(file, option);
+  }
+  const std::unique_ptr<logs::RawLog> log = logs::open_log(options.log);
+  const std::vector<logs::TopicSummary> topics = log->topics();
+  double from_s = 0.0;
+  double to_s = 0.0;
+  bool timed = false;
+  for (const logs::TopicSummary& topic : topics) {
+    if (topic.rate_hz > 0.0) {
+      from_s = timed ? std::min(from_s, topic.from_s) : topic.from_s;
+      to_s = timed ? std::max(to_s, topic.to_s) : topic.to_s;
+      timed = true;
+    }
+  }
+  print(*log, topics, to_s - from_s);
+  const std::optional<logs::Proposal> proposal = logs::propose(*log);
+  if (!options.json.empty()) {
+    const Json out = to_json(*log, topics, to_s - from_s, proposal);
+    write_text(options.json, "--json", out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  }
+  if (!proposal) {
+    std::printf("No map is proposed: the names are not known here.\n");
+    if (!options.map.empty()) {
+      throw CLI::RuntimeError(kAnswerIsNo);
+    }
+    return;
+  }
+  if (options.map.empty()) {
+    std::printf("Recognised: %s (--propose MAP.toml writes a column map)\n", proposal->dialect.c_str());
+    return;
+  }
+  write_text(options.map, "--propose", proposal->toml);
+  std::printf("Recognised: %s; wrote %s\n", proposal->dialect.c_str(), printable(options.map).c_str());
+}
+
+}  // namespace
+
+void add_logs(CLI::App& lab) {
+  CLI::App* app = lab.add_subcommand("logs", "list what is inside a log of any format, propose a column map for it");
+  auto options = std::make_shared<Options>();
+  app->add_option("log,--log", options->log, "CSV, MAT-file, ULog, ArduPilot .bin, ROS 1 or ROS 2 bag")->required();
+  app->add_option("--json", options->json, "the same as JSON");
+  app->add_option("--propose", options->map, "column map (TOML) to write; exit code 1 where the names are not known");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/flight_log.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/quaternion.h"
+#include "host_tests/lab/logs/stream.h"
+
+namespace m100::lab::logs {
+namespace {
+
+constexpr double kRateEvidence = 0.8;  // correlation of gyro and turning attitude that counts as the same motion
+constexpr int kLongestRateShift = 50;  // samples
+constexpr std::size_t kFewestSamples = 16;
+constexpr double kSlowestSample_s = 1.0;  // slower is no flight log, or its clock counts milliseconds
+
+/// A counter of 16 bits wraps; ours goes on.
+std::vector<double> unwrapped(std::vector<double> counter) {
+  double turns = 0;
+  for (std::size_t k = 1; k < counter.size(); ++k) {
+    const double step = counter[k] + turns - counter[k - 1];
+    turns += step < -32768.0 ? 65536.0 : 0.0;
+    counter[k] += turns;
+  }
+  return counter;
+}
+
+void unwrap_angle(std::vector<double>& angle) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  for (std::size_t k = 1; k < angle.size(); ++k) {
+    angle[k] -= kTurn * std::round((angle[k] - angle[k - 1]) / kTurn);
+  }
+}
+
+class Loader {
+ public:
+  Loader(const RawLog& raw, const ColumnMap& map, double period_s) : raw_(raw), map_(map) {
+    log_.file = raw.file();
+    log_.period_s = period_s;
+    log_.alignment.evidence = "none";
+  }
+
+  FlightLog load() {
+    read_clock();
+    for (std::size_t i = 0; i < kSignals; ++i) {
+      const auto signal = static_cast<Signal>(i);
+      if (map_.signals[i] && signal != Signal::kSequence && !is_quaternion(signal)) {
+        read_signal(signal, *map_.signals[i]);
+      }
+    }
+    read_quaternion(Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
+    read_quaternion(Signal::kCommandQw, Signal::kCommandRoll, 2);
+    for (const auto& [name, ref] : map_.extra) {
+      std::vector<std::uint8_t> unused(log_.size, 0);
+      const Stream stream = tidy(stream_of(ref, "extra." + name, nullptr), ref.column, false);
+      log_.extra[name] = resampled(stream, log_.start_s, log_.period_s, log_.size, unused);
+    }
+    const std::vector<std::string> damage = raw_.notes();
+    log_.notes.insert(log_.notes.end(), damage.begin(), damage.end());
+    note_gaps();
+    compare_rates();
+    return std::move(log_);
+  }
+
+ private:
+  void read_clock() {
+    const RawColumn clock = raw_.column(map_.time.column, "time");
+    clock_s_.reserve(clock.values.size());
+    for (const double raw : clock.values) {
+      clock_s_.push_back(map_.time.scale * (raw + map_.time.offset));
+    }
+    counter_ = clock.sequence;
+    if (const auto& mapped = map_.signals[static_cast<std::size_t>(Signal::kSequence)]) {
+      counter_ = raw_.column(mapped->column, "sequence").values;
+    }
+    if (counter_.size() != clock_s_.size()) {
+      counter_.clear();
+    }
+    counter_ = unwrapped(counter_);
+    const Stream times = tidy({clock_s_, clock_s_, {}}, map_.time.column, true);
+    if (times.values.size() < kFewestSamples) {
+      throw InputError(raw_.file(), 0, map_.time.column,
+                       "has only " + std::to_string(times.values.size()) + " samples");
+    }
+    log_.start_s = times.time_s.front();
+    const double samples = (times.time_s.back() - log_.start_s) / log_.period_s;
+    constexpr double kMostSamples = 1e8;
+    if (samples > kMostSamples) {
+      throw InputError(raw_.file(), 0, map_.time.column, "spans more than 10 days: is its unit really seconds?");
+    }
+    const double typical_s = (times.time_s.back() - log_.start_s) / static_cast<double>(times.values.size());
+    if (typical_s > kSlowestSample_s) {
+      throw InputError(raw_.file(), 0, map_.time.column,
+                       "has " + std::to_string(typical_s) + " s between samples: is its unit really seconds?");
+    }
+    log_.size = static_cast<std::size_t>(std::floor(samples + 1e-6)) + 1;
+    if (log_.size < kFewestSamples) {
+      throw InputError(raw_.file(), 0, map_.time.column, "spans less than 0.2 s: is its unit really seconds?");
+    }
+    log_.gap.assign(log_.size, 0);
+  }
+
+  static bool is_quaternion(Signal signal) { return signal >= Signal::kAttitudeQw && signal <= Signal::kCommandQz; }
+
+  double turn(Signal signal) const { return map_.frame == Frame::kNedFrd ? sign_in_ned_frd(signal) : 1.0; }
+
+  /// The stream on the log's grid; what it does not have is marked for these signals.
+  std::vector<double> on_grid(const Stream& stream, Signal first, int signals) {
+    std::vector<std::uint8_t> gap(log_.size, 0);
+    std::vector<double> grid = resampled(stream, log_.start_s, log_.period_s, log_.size, gap);
+    if (std::find(gap.begin(), gap.end(), 1) == gap.end()) {
+      return grid;
+    }
+    for (int i = 0; i < signals; ++i) {
+      std::vector<std::uint8_t>& own = log_.signal_gap[offset(first, i)];
+      own.resize(log_.size, 0);
+      std::transform(own.begin(), own.end(), gap.begin(), own.begin(), [](auto a, auto b) { return a | b; });
+    }
+    std::transform(log_.gap.begin(), log_.gap.end(), gap.begin(), log_.gap.begin(),
+                   [](auto a, auto b) { return a | b; });
+    return grid;
+  }
+
+  void read_signal(Signal signal, const ColumnRef& ref) {
+    int shift = 0;
+    Stream stream = stream_of(ref, std::string(name_of(signal)), &shift);
+    for (double& value : stream.values) {
+      value *= turn(signal);
+    }
+    stream = tidy(stream, ref.column, false);
+    if (signal == Signal::kAttitudeYaw) {
+      unwrap_angle(stream.values);
+    }
+    log_.of(signal) = on_grid(stream, signal, 1);
+    if (signal <= Signal::kStickYaw && shift != 0) {
+      log_.alignment.stick_shift_samples = shift;
+    }
+    if (signal >= Signal::kRateX && signal <= Signal::kRateZ && shift != 0) {
+      log_.alignment.rate_shift_samples = shift;
+    }
+  }
+
+  /// Four parts become `angles` angles from `first_angle` on. The parts are put on the grid one by one and are of unit
+  /// length again there: between two samples of a flight the straight line is as good as the arc.
+  void read_quaternion(Signal first, Signal first_angle, int angles) {
+    if (!map_.signals[static_cast<std::size_t>(first)]) {
+      return;
+    }
+    std::array<Stream, 4> parts;
+    for (int i = 0; i < 4; ++i) {
+      const Signal signal = offset(first, i);
+      Stream& part = parts[static_cast<std::size_t>(i)];
+      const ColumnRef& ref = *map_.signals[static_cast<std::size_t>(signal)];
+      part = stream_of(ref, std::string(name_of(signal)), nullptr);
+      for (double& value : part.values) {
+        value *= turn(signal);
+      }
+      if (part.values.empty() || part.time_s != parts[0].time_s) {
+        throw InputError(raw_.file(), 0, ref.column, "has another clock than the quaternion's first part");
+      }
+    }
+    const std::string& column = map_.signals[static_cast<std::size_t>(first)]->column;
+    const std::size_t wrong = make_continuous({&parts[0].values, &parts[1].values, &parts[2].values, &parts[3].values});
+    if (2 * wrong >= parts[0].values.size()) {
+      throw InputError(raw_.file(), 0, column, "is no quaternion: its four parts are not of unit length");
+    }
+    std::array<std::vector<double>, 4> grid;
+    for (std::size_t i = 0; i < 4; ++i) {
+      grid[i] = on_grid(tidy(parts[i], column, false), first_angle, angles);
+    }
+    std::vector<std::vector<double>> out(3, std::vector<double>(log_.size));
+    for (std::size_t k = 0; k < log_.size; ++k) {
+      const std::array<double, 3> euler = euler_zyx({grid[0][k], grid[1][k], grid[2][k], grid[3][k]});
+      for (std::size_t i = 0; i < 3; ++i) {
+        out[i][k] = euler[i];
+      }
+    }
+    unwrap_angle(out[2]);
+    for (int i = 0; i < angles; ++i) {
+      log_.of(offset(first_angle, i)) = std::move(out[static_cast<std::size_t>(i)]);
+    }
+  }
+
+  /// Times and scaled values of one column. @param shift out: samples by which its counter moved it, if not null.
+  Stream stream_of(const ColumnRef& ref, const std::string& key, int* shift) {
+    RawColumn column = raw_.column(ref.column, key);
+    for (double& value : column.values) {
+      value = ref.scale * (value + ref.offset);
+    }
+    if (!ref.time.empty()) {
+      column.time_s = raw_.column(ref.time, key + ".time").values;
+      for (double& t : column.time_s) {
+        t = map_.time.scale * (t + map_.time.offset);
+      }
+    }
+    if (!ref.sequence.empty()) {
+      column.sequence = raw_.column(ref.sequence, key + ".sequence").values;
+    }
+    Stream stream{.time_s = column.time_s.empty() ? clock_s_ : column.time_s,
+                  .values = std::move(column.values),
+                  .after_spoilt = {}};
+    if (!column.sequence.empty() && !counter_.empty()) {
+      stream.time_s = times_by_counter(unwrapped(column.sequence), stream.values.size(), key, shift);
+    }
+    if (stream.time_s.size() != stream.values.size()) {
+      throw InputError(raw_.file(), 0, ref.column,
+                       "has " + std::to_string(stream.values.size()) + " samples, its clock " +
+                           std::to_string(stream.time_s.size()) + " (key " + key + ")");
+    }
+    return stream;
+  }
+
+  /// When was the message with this number received, on the clock of the log? Linear between and beyond known ones.
+  std::vector<double> times_by_counter(std::vector<double> own, std::size_t count, const std::string& key, int* shift) {
+    if (own.size() != count && count == counter_.size()) {
+      // The values were resampled to the log's clock with their own start set to zero: row k is as far from the
+      // stream's first message as the clock's row k is from the clock's first.
+      const double first = own.front();
+      own.resize(count);
+      std::transform(counter_.begin(), counter_.end(), own.begin(),
+                     [&](double number) { return first + number - counter_.front(); });
+    }
+    own.resize(std::min(own.size(), count));
+    std::vector<double> moved;
+    for (std::size_t k = 0; k < std::min(own.size(), counter_.size()); ++k) {
+      if (std::isfinite(own[k] - counter_[k])) {
+        moved.push_back(own[k] - counter_[k]);
+      }
+    }
+    if (moved.empty()) {
+      throw InputError(raw_.file(), 0, key, "has a message counter without numbers");
+    }
+    const int samples = static_cast<int>(std::lround(median(moved)));
+    log_.alignment.evidence = "sequence";
+    if (shift != nullptr) {
+      *shift = samples;
+    }
+    if (samples != 0) {
+      log_.notes.push_back(key + ": moved by " + std::to_string(samples) + " samples to match the message counters");
+    }
+    const Stream table = tidy({counter_, clock_s_, {}}, "sequence", true);
+    if (table.values.size() < 2) {
+      throw InputError(raw_.file(), 0, key, "has a message counter that does not count");
+    }
+    std::vector<double> times;
+    std::size_t hint = 0;
+    for (const double number : own) {
+      times.push_back(interpolate(table.time_s, table.values, number, hint));
+    }
+    return times;
+  }
+
+  /// @throws InputError where time runs backwards: which part of the log is wrong cannot be known.
+  Stream tidy(const Stream& stream, const std::string& name, bool is_clock) {
+    Untidy untidy;
+    std::size_t backwards = 0;
+    Stream out = tidied(stream, untidy, backwards);
+    if (backwards < stream.time_s.size()) {
+      throw InputError(raw_.file(), raw_.line_of(backwards), name, "time runs backwards");
+    }
+    if (out.values.empty()) {
+      throw InputError(raw_.file(), 0, name, "has no sample that can be used");
+    }
+    if (is_clock && untidy.repeated > 0) {
+      log_.notes.push_back(name + ": " + std::to_string(untidy.repeated) +
+                           " repeated stamps, the first sample of each kept");
+    }
+    if (untidy.spoilt > 0) {
+      log_.notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " + std::to_string(stream.time_s.size()) +
+                           " samples cannot be used");
+    }
+    return out;
+  }
+
+  void note_gaps() {
+    std::size_t holes = 0;
+    std::size_t lost = 0;
+    for (std::size_t k = 0; k < log_.size; ++k) {
+      lost += log_.gap[k];
+      holes += log_.gap[k] != 0 && (k == 0 || log_.gap[k - 1] == 0) ? 1U : 0U;
+    }
+    if (holes > 0) {
+      log_.notes.push_back(std::to_string(holes) + " gaps, " + std::to_string(lost) + " samples of " +
+                           std::to_string(log_.size) + " are kept out");
+    }
+  }
+
+  /// The gyro must turn when the attitude does. Where no counter tells, a shift between them is found and taken out.
+  void compare_rates() {
+    if (log_.alignment.evidence != "none" || !log_.has(Signal::kRateX) || !log_.has(Signal::kAttitudeRoll)) {
+      return;
+    }
+    const auto& roll = log_.of(Signal::kAttitudeRoll);
+    std::vector<double> turning(log_.size, 0.0);
+    for (std::size_t k = 1; k + 1 < log_.size; ++k) {
+      turning[k] = (roll[k + 1] - roll[k - 1]) / (2.0 * log_.period_s);
+    }
+    const Lag lag = best_lag(turning, log_.of(Signal::kRateX), kLongestRateShift);
+    if (lag.peak < kRateEvidence) {
+      return;
+    }
+    log_.alignment.evidence = "correlation";
+    if (lag.samples == 0) {
+      return;
+    }
+    log_.alignment.rate_shift_samples = lag.samples;
+    log_.notes.push_back("rate_x: lies " + std::to_string(lag.samples) +
+                         " samples beside the turning attitude (correlation " + std::to_string(lag.peak) +
+                         "); the rates were moved");
+    for (int i = 0; i < 3; ++i) {
+      shift_later(log_.of(offset(Signal::kRateX, i)), lag.samples);
+    }
+  }
+
+  static void shift_later(std::vector<double>& values, int samples) {
+    const std::vector<double> old = values;
+    const auto last = static_cast<std::ptrdiff_t>(old.size()) - 1;
+    for (std::ptrdiff_t k = 0; k < static_cast<std::ptrdiff_t>(old.size()); ++k) {
+      values[static_cast<std::size_t>(k)] =
+          old[static_cast<std::size_t>(std::clamp(k - samples, std::ptrdiff_t{0}, last))];
+    }
+  }
+
+  const RawLog& raw_;
+  const ColumnMap& map_;
+  std::vector<double> clock_s_;
+  std::vector<double> counter_;
+  FlightLog log_;
+};
+
+}  // namespace
+
+std::size_t FlightLog::index_of(double time) const {
+  const double k = std::ceil((time - start_s) / period_s - 1e-6);
+  return static_cast<std::size_t>(std::clamp(k, 0.0, static_cast<double>(size)));
+}
+
+FlightLog load(const RawLog& raw, const ColumnMap& map, double period_s) { return Loader(raw, map, period_s).load(); }
+
+FlightLog load(const std::string& file, const std::string& columns, double period_s) {
+  const ColumnMap map = read_column_map(columns);
+  return load(*open_log(file), map, period_s);
+}
+
+Lag best_lag(const std::vector<double>& a, const std::vector<double>& b, int most) {
+  const auto n = static_cast<std::ptrdiff_t>(std::min(a.size(), b.size()));
+  const auto mean = [n](const std::vector<double>& v) {
+    return std::accumulate(v.begin(), v.begin() + n, 0.0) / static_cast<double>(n);
+  };
+  const double mean_a = mean(a);
+  const double mean_b = mean(b);
+  Lag best;
+  for (int d = -most; d <= most; ++d) {
+    double ab = 0;
+    double aa = 0;
+    double bb = 0;
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, d); k < std::min(n, n + d); ++k) {
+      const double x = a[static_cast<std::size_t>(k)] - mean_a;
+      const double y = b[static_cast<std::size_t>(k - d)] - mean_b;
+      ab += x * y;
+      aa += x * x;
+      bb += y * y;
+    }
+    const double correlation = aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0.0;
+    if (correlation > best.peak) {
+      best = {d, correlation};
+    }
+  }
+  return best;
+}
+
+}  // namespace m100::lab::logs

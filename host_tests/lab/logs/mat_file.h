@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace m100::lab::logs {
+
+/// One variable of a MATLAB 5 file, or a field of one: a real matrix, a scalar structure, or neither (text, cells,
+/// complex numbers, structure arrays: they are there, and are not looked into).
+struct MatVariable {
+  std::string name;
+  bool is_matrix = false;
+  std::array<std::size_t, 2> dims{};
+  std::string_view bytes;     ///< of a matrix, column by column
+  std::uint32_t storage = 0;  ///< how its numbers are stored
+  std::vector<MatVariable> fields;
+
+  std::size_t length() const { return dims[0] > dims[1] ? dims[0] : dims[1]; }
+  std::size_t width() const { return dims[0] > dims[1] ? dims[1] : dims[0]; }
+  /// Row `row` (from 0) of a matrix whose longer side is time. Precondition: is_matrix, row < width().
+  std::vector<double> row(std::size_t row) const;
+  /// nullptr: there is no such field.
+  const MatVariable* field(std::string_view wanted) const;
+};
+
+/// A MATLAB 5 file, little endian, with or without compression. Memory and time: at most a constant times its size, and
+/// unpacked data of at most 64 MiB and 64 times its size; what a number in the file claims beyond its bytes is damage.
+class MatFile {
+ public:
+  /// @throws InputError: no MAT-file of version 5, big endian, no variable that can be read.
+  explicit MatFile(const std::string& file);
+  const std::vector<MatVariable>& variables() const { return variables_; }
+
+ private:
+  void read_elements(std::string_view bytes);
+  std::string_view unpacked(std::string_view packed);
+
+  std::string bytes_;
+  std::deque<std::string> unpacked_;  ///< what the variables' views look at
+  std::size_t room_ = 0;
+  std::vector<MatVariable> variables_;
+};
+
+}  // namespace m100::lab::logs

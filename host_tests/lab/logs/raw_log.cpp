@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/raw_log.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <string_view>
+#include <utility>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/printable.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::logs {
+namespace {
+
+constexpr std::size_t kComparedBytes = 64;  // of names: what a message offers need not be right beyond that
+constexpr std::size_t kTextBytes = 4096;    // looked at before a file is taken for text
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  a = a.substr(0, kComparedBytes);
+  b = b.substr(0, kComparedBytes);
+  std::array<std::size_t, kComparedBytes + 1> row{};
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, change});
+    }
+  }
+  return row[b.size()];
+}
+
+/// Whether a file that begins like this may be text: no control characters but those that lines are made of.
+bool may_be_text(std::string_view head) {
+  return std::none_of(head.begin(), head.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte == 0x7F || (byte < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f');
+  });
+}
+
+bool is_mat(std::string_view head) {
+  constexpr std::size_t kVersionAt = 124;
+  const std::string_view version = head.size() >= 128 ? head.substr(kVersionAt, 4) : std::string_view();
+  using namespace std::string_view_literals;
+  return head.starts_with("MATLAB") || version == "\x00\x01IM"sv || version == "\x01\x00MI"sv;
+}
+
+/// What to do with a file of a known format that is not read; empty: not known.
+std::string_view remedy(std::string_view head) {
+  using namespace std::string_view_literals;
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kOthers{
+      {{"\x89HDF"sv, "is HDF5 (a MAT-file of version 7.3?): save it with -v7"sv},
+       {"\x89MCAP"sv, "is an MCAP recording: convert it to sqlite3 (ros2 bag convert), or to CSV"sv},
+       {"\x1f\x8b"sv, "is compressed with gzip: unpack it first"sv},
+       {"BZh"sv, "is compressed with bzip2: unpack it first"sv},
+       {"\xfd"
+        "7zXZ"sv,
+        "is compressed with xz: unpack it first"sv},
+       {"PK\x03\x04"sv, "is a zip archive: unpack it first"sv},
+       {"\xff\xfe"sv, "is text of 16 bits a character: save it as UTF-8"sv},
+       {"\xfe\xff"sv, "is text of 16 bits a character: save it as UTF-8"sv}}};
+  for (const auto& [magic, what] : kOthers) {
+    if (head.starts_with(magic)) {
+      return what;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+void RawLog::require_mostly_sound(const std::vector<double>& values, const std::string& name) const {
+  std::size_t bad = 0;
+  std::size_t first = values.size();
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (!std::isfinite(values[k])) {
+      first = std::min(first, k);
+      ++bad;
+    }
+  }
+  if (bad > 0 && 2 * bad >= values.size()) {
+    throw InputError(file_, line_of(first), name,
+                     "sample " + std::to_string(first + 1) + " is not a finite number, and " + std::to_string(bad) +
+                         " of " + std::to_string(values.size()) + " are none");
+  }
+}
+
+void RawLog::no_such_column(const std::string& name, const std::string& asked_by) const {
+  throw InputError(file_, 0, name,
+                   "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names(), name));
+}
+
+TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
+                        std::vector<std::string> fields) {
+  TopicSummary out{
+      .name = std::move(name), .type = std::move(type), .messages = time_s.size(), .fields = std::move(fields)};
+  std::vector<double> intervals;
+  double last_s = 0.0;
+  bool begun = false;
+  for (const double t : time_s) {
+    if (!std::isfinite(t) || (begun && t <= last_s)) {
+      continue;
+    }
+    begun ? intervals.push_back(t - last_s) : void(out.from_s = t);
+    begun = true;
+    last_s = t;
+  }
+  out.to_s = last_s;
+  if (intervals.empty()) {
+    return out;
+  }
+  std::vector<double> sorted = intervals;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  out.rate_hz = 1.0 / *middle;
+  const double longest = std::max(0.05, 3.5 * *middle);
+  for (const double interval : intervals) {
+    out.gaps += interval > longest ? 1U : 0U;
+    out.longest_gap_s = std::max(out.longest_gap_s, interval > longest ? interval : 0.0);
+  }
+  return out;
+}
+
+std::string nearest_names(const std::vector<std::string>& names, const std::string& wanted, std::size_t count) {
+  std::vector<std::pair<std::size_t, std::size_t>> ranked(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    ranked[i] = {edit_distance(names[i], wanted), i};
+  }
+  const std::size_t shown = std::min(count, ranked.size());
+  std::partial_sort(ranked.begin(), ranked.begin() + static_cast<std::ptrdiff_t>(shown), ranked.end());
+  std::string text;
+  for (std::size_t i = 0; i < shown; ++i) {
+    text += (i == 0 ? "" : ", ") + printable(names[ranked[i].second], 100);
+  }
+  return text + (names.size() > count ? ", ..." : "");
+}
+
+std::unique_ptr<RawLog> open_log(const std::string& file) {
+  require_regular(file);
+  std::ifstream in(file, std::ios::binary);
+  if (!in) {
+    throw InputError(file, 0, "", "cannot be opened");
+  }
+  std::string head(kTextBytes, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  using namespace std::string_view_literals;
+  if (head.empty()) {
+    throw InputError(file, 0, "", "is empty");
+  }
+  if (head.starts_with("ULog\x01\x12\x35"sv)) {
+    return open_ulog(file);
+  }
+  if (head.starts_with("\xa3\x95\x80"sv)) {
+    return open_ardupilot(file);
+  }
+  if (head.starts_with("SQLite format 3\0"sv)) {
+    return open_rosbag2(file);
+  }
+  if (head.starts_with("#ROSBAG")) {
+    if (!head.starts_with("#ROSBAG V2.0\n")) {
+      throw InputError(file, 0, "", "not a ROS bag of format 2.0");
+    }
+    return open_rosbag(file);
+  }
+  if (is_mat(head)) {
+    return open_mat(file);
+  }
+  if (const std::string_view what = remedy(head); !what.empty()) {
+    throw InputError(file, 0, "", std::string(what));
+  }
+  if (!may_be_text(head)) {
+    throw InputError(file, 0, "", "is of no format that is read here (CSV, MAT 5, ULog, ArduPilot .bin, ROS bags)");
+  }
+  return open_csv(file);
+}
+
+}  // namespace m100::lab::logs

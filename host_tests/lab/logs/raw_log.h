@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace m100::lab::logs {
+
+/// One column as the file has it, before any scaling. A value that is no finite number (a spoilt row, a cell that is
+/// empty, a message that is too short) is NaN: whoever needs that moment finds a gap there.
+struct RawColumn {
+  std::vector<double> values;
+  std::vector<double> time_s;    ///< the stream's own clock, where the format gives each stream one (ULog); else empty
+  std::vector<double> sequence;  ///< message counter found beside the column (MAT structs); else empty
+};
+
+/// What a log says of one of its streams.
+struct TopicSummary {
+  std::string name;  ///< as columns spell it; empty: the file has one stream only
+  std::string type;  ///< as the file calls it; may be empty
+  std::size_t messages = 0;
+  double from_s = 0.0, to_s = 0.0;  ///< on the clock that the columns have
+  double rate_hz = 0.0;             ///< one over the median interval; 0: no clock is known
+  std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals
+  double longest_gap_s = 0.0;
+  std::vector<std::string> fields;  ///< an array is one entry: "q[4]"
+};
+
+/// Counts rate and gaps of a stream; stamps that are not finite or do not increase are left out.
+TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
+                        std::vector<std::string> fields);
+
+/// A log file of some format, read column by column: only columns that somebody asks for have to be sound. Whatever the
+/// file holds, memory and time stay within a constant times its size.
+class RawLog {
+ public:
+  virtual ~RawLog() = default;
+  RawLog(const RawLog&) = delete;
+  RawLog& operator=(const RawLog&) = delete;
+
+  /// @param asked_by the key of the column map that wants this column (for messages).
+  /// @throws InputError: no such column, or half of its values and more are no finite numbers (file, line, column).
+  virtual RawColumn column(const std::string& name, const std::string& asked_by) const = 0;
+
+  /// Names that column() would accept, at most kMostNames of them, for `convert` and for messages.
+  virtual std::vector<std::string> names() const = 0;
+  static constexpr std::size_t kMostNames = 100'000;
+
+  /// The streams in the file, for `logs`.
+  virtual std::vector<TopicSummary> topics() const { return {}; }
+
+  /// "CSV", "ULog", ...
+  virtual std::string format() const { return ""; }
+
+  /// What was damaged or left out while the file was opened: sentences for the report.
+  virtual std::vector<std::string> notes() const { return {}; }
+
+  /// Line of a sample (0-based) in the file, or its number where the format has no lines; for messages.
+  virtual long line_of(std::size_t sample) const { return static_cast<long>(sample) + 1; }
+
+  const std::string& file() const { return file_; }
+
+ protected:
+  explicit RawLog(std::string file) : file_(std::move(file)) {}
+
+  /// @throws InputError if half of the values and more are no finite numbers, naming the first of them.
+  void require_mostly_sound(const std::vector<double>& values, const std::string& name) const;
+  /// @throws InputError, with the names that are near.
+  [[noreturn]] void no_such_column(const std::string& name, const std::string& asked_by) const;
+
+ private:
+  std::string file_;
+};
+
+/// Comma (or semicolon, or tab) separated text; first line names; quotes, CRLF and a byte-order mark are fine.
+std::unique_ptr<RawLog> open_csv(const std::string& file);
+/// MATLAB 5 MAT-file. Columns are paths: `Experiment1.RCData.channel[1]` is row 1 (as MATLAB counts) of a matrix whose
+/// longer side is time. Struct arrays and cells are not followed.
+std::unique_ptr<RawLog> open_mat(const std::string& file);
+/// ULog of any version. Columns are `topic.field`, `topic.field[0]`, `topic.nested.field`, and `topic:1.field` for the
+/// second instance; each topic has its own clock (`topic.timestamp`, in seconds).
+std::unique_ptr<RawLog> open_ulog(const std::string& file);
+/// ArduPilot's self-describing binary log (".bin"). Columns are `ATT.Roll`, in the unit that the log's own multipliers
+/// give (degrees stay degrees), and `IMU:1.GyrX` for the second instance; each message type has its own clock, in
+/// seconds (`ATT.TimeUS`).
+std::unique_ptr<RawLog> open_ardupilot(const std::string& file);
+/// ROS 1 bag 2.0, chunks plain or (built with libbz2) bz2. Columns are `/topic.field.path`, `/topic.axes[0]`, and
+/// `/topic.time`: the header's stamp, else the time of reception, in seconds from the bag's first message.
+std::unique_ptr<RawLog> open_rosbag(const std::string& file);
+/// ROS 2 bag, storage sqlite3, encoding CDR; columns as in a ROS 1 bag. Types: those of ros_types.h, and any that the
+/// bag itself defines.
+std::unique_ptr<RawLog> open_rosbag2(const std::string& file);
+
+/// Chooses by the file's first bytes. @throws InputError: cannot be opened, no regular file, empty, of no format that
+/// is
+///   read here, damaged.
+std::unique_ptr<RawLog> open_log(const std::string& file);
+
+/// "a, b, c" with at most `count` names, the nearest to `wanted` first: what a message offers when a name is unknown.
+/// Cost: linear in the number of names.
+std::string nearest_names(const std::vector<std::string>& names, const std::string& wanted, std::size_t count = 6);
+
+}  // namespace m100::lab::logs

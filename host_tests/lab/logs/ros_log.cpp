@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/ros_types.h"
+
+namespace m100::lab::logs {
+
+void RosTopic::decode(double start_s) {
+  if (decoded_) {
+    return;
+  }
+  decoded_ = true;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::size_t stamp_at = std::string::npos;
+  bool named = false;
+  std::vector<double> numbers;
+  for (const auto& [bytes, received_s] : messages) {
+    numbers.clear();
+    std::vector<std::string> paths;
+    std::string wrong = unknown;
+    if (wrong.empty()) {
+      wrong = type.walk(bytes, !named, [&](const std::string& path, double value) {
+        numbers.push_back(value);
+        if (!named) {
+          paths.push_back(path);
+        }
+      });
+    }
+    if (wrong.empty() && !named) {
+      named = true;
+      names_ = std::move(paths);
+      columns_.assign(names_.size(), std::vector<double>(time_s_.size(), kNone));
+      stamp_at = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), "header.stamp") - names_.begin());
+    }
+    if (wrong.empty() && numbers.size() != columns_.size()) {
+      wrong = "has arrays of another length than the first one";
+    }
+    complaint_ = complaint_.empty() ? wrong : complaint_;
+    damaged_ += wrong.empty() ? 0U : 1U;
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      columns_[k].push_back(wrong.empty() ? numbers[k] : kNone);
+    }
+    const double stamped = wrong.empty() && stamp_at < numbers.size() ? numbers[stamp_at] : 0.0;
+    time_s_.push_back((stamped > 0.0 ? stamped : received_s) - start_s);
+  }
+}
+
+const std::vector<double>* RosTopic::field(const std::string& name) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  return found == names_.end() ? nullptr : &columns_[static_cast<std::size_t>(found - names_.begin())];
+}
+
+void RosLog::start() {
+  double first = std::numeric_limits<double>::infinity();
+  for (const auto& [name, topic] : topics_) {
+    for (const auto& message : topic.messages) {
+      first = std::min(first, message.second);
+    }
+  }
+  if (!std::isfinite(first)) {
+    throw InputError(file(), 0, "", "holds no message");
+  }
+  start_s_ = first;
+}
+
+RawColumn RosLog::column(const std::string& name, const std::string& asked_by) const {
+  const std::size_t dot = name.find('.');
+  const auto found = topics_.find(name.substr(0, dot));
+  if (found == topics_.end() || dot == std::string::npos) {
+    throw InputError(file(), 0, name,
+                     "no such topic (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+  }
+  RosTopic& topic = found->second;
+  topic.decode(start_s_);
+  RawColumn out;
+  out.time_s = topic.times();
+  const std::string field = name.substr(dot + 1);
+  const std::vector<double>* const values = field == "time" ? &topic.times() : topic.field(field);
+  if (values == nullptr) {
+    throw InputError(file(), 0, name,
+                     topic.names().empty() && !topic.complaint().empty()
+                         ? "cannot be read: its type " + topic.type_name + " " + topic.complaint()
+                         : "no such field (wanted for " + asked_by + "); near: " + nearest_names(names(), name));
+  }
+  out.values = *values;
+  require_mostly_sound(out.values, name);
+  return out;
+}
+
+std::vector<std::string> RosLog::names() const {
+  std::vector<std::string> out;
+  for (auto& [name, topic] : topics_) {
+    topic.decode(start_s_);
+    if (out.size() < kMostNames) {
+      out.push_back(name + ".time");
+    }
+    for (const std::string& field : topic.names()) {
+      if (out.size() < kMostNames) {
+        out.push_back(name + "." + field);
+      }
+    }
+  }
+  return out;
+}
+
+std::vector<TopicSummary> RosLog::topics() const {
+  std::vector<TopicSummary> out;
+  for (auto& [name, topic] : topics_) {
+    topic.decode(start_s_);
+    out.push_back(summary_of(name, topic.type_name, topic.times(), topic.names()));
+  }
+  return out;
+}
+
+}  // namespace m100::lab::logs

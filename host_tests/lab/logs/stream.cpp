@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/stream.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace m100::lab::logs {
+namespace {
+
+constexpr double kGapFloor_s = 0.05;   // a stream of 100 Hz may lose four samples in a row before it counts
+constexpr double kGapIntervals = 3.5;  // slower streams: as many of their own intervals
+
+}  // namespace
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint) {
+  while (hint + 2 < x.size() && x[hint + 1] <= at) {
+    ++hint;
+  }
+  const double span = x[hint + 1] - x[hint];
+  return y[hint] + (y[hint + 1] - y[hint]) * (at - x[hint]) / span;
+}
+
+Stream tidied(const Stream& stream, Untidy& untidy, std::size_t& backwards) {
+  Stream tidy;
+  bool spoilt = false;
+  backwards = stream.time_s.size();
+  for (std::size_t k = 0; k < stream.time_s.size(); ++k) {
+    const double t = stream.time_s[k];
+    const bool has_next = k + 1 < stream.time_s.size();
+    const double next = has_next ? stream.time_s[k + 1] : t;
+    if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
+      spoilt = true;
+      ++untidy.spoilt;
+      continue;
+    }
+    if (!tidy.time_s.empty()) {
+      const double last = tidy.time_s.back();
+      if (t == last) {
+        ++untidy.repeated;
+        continue;
+      }
+      const bool one_back = t < last && (!has_next || next > last);
+      const bool one_ahead = has_next && t > next && next > last;
+      if (one_back || one_ahead) {
+        spoilt = true;
+        ++untidy.spoilt;
+        continue;
+      }
+      if (t < last) {
+        backwards = k;
+        return tidy;
+      }
+    }
+    tidy.time_s.push_back(t);
+    tidy.values.push_back(stream.values[k]);
+    tidy.after_spoilt.push_back(spoilt ? 1 : 0);
+    spoilt = false;
+  }
+  return tidy;
+}
+
+std::vector<double> resampled(const Stream& tidy, double start_s, double period_s, std::size_t size,
+                              std::vector<std::uint8_t>& gap) {
+  if (tidy.values.size() < 2) {
+    std::fill(gap.begin(), gap.end(), std::uint8_t{1});
+    return std::vector<double>(size, tidy.values.empty() ? 0.0 : tidy.values.front());
+  }
+  std::vector<double> interval(tidy.time_s.size() - 1);
+  for (std::size_t k = 0; k < interval.size(); ++k) {
+    interval[k] = tidy.time_s[k + 1] - tidy.time_s[k];
+  }
+  const double longest = std::max(kGapFloor_s, kGapIntervals * median(interval));
+  const double slack = 1e-6 * period_s;
+  std::vector<double> grid(size);
+  std::size_t hint = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    const double wanted = start_s + static_cast<double>(k) * period_s;
+    const double at = std::clamp(wanted, tidy.time_s.front(), tidy.time_s.back());
+    grid[k] = interpolate(tidy.time_s, tidy.values, at, hint);
+    const bool hole = interval[hint] > longest || tidy.after_spoilt[hint + 1] != 0;
+    const bool inside = at > tidy.time_s[hint] + slack && at < tidy.time_s[hint + 1] - slack;
+    if ((hole && inside) || std::abs(at - wanted) > period_s) {
+      gap[k] = 1;
+    }
+  }
+  return grid;
+}
+
+}  // namespace m100::lab::logs

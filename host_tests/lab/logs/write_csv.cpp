@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/logs/write_csv.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::logs {
+namespace {
+
+struct Column {
+  std::string name;
+  const std::vector<double>* values;
+};
+
+std::vector<Column> columns_of(const FlightLog& log) {
+  std::vector<Column> out;
+  for (std::size_t i = 0; i < kSignals; ++i) {
+    if (!log.signals[i].empty()) {
+      out.push_back({std::string(kSignalNames[i]), &log.signals[i]});
+    }
+  }
+  for (const auto& [name, values] : log.extra) {
+    out.push_back({"extra_" + name, &values});
+  }
+  return out;
+}
+
+std::string digits(double value) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
+}
+
+void finish(std::ofstream& out, const std::string& file) {
+  out.close();
+  if (!out) {
+    throw InputError(file, 0, "", "cannot be written");
+  }
+}
+
+}  // namespace
+
+void write_csv(const FlightLog& log, const std::string& file) {
+  std::ofstream out(file);
+  const std::vector<Column> columns = columns_of(log);
+  const bool has_gaps = std::find(log.gap.begin(), log.gap.end(), 1) != log.gap.end();
+  out << "t_s";
+  for (const Column& column : columns) {
+    out << "," << column.name;
+  }
+  out << (has_gaps ? ",gap\n" : "\n");
+  for (std::size_t k = 0; k < log.size; ++k) {
+    out << digits(log.time_s(k));
+    for (const Column& column : columns) {
+      out << "," << digits((*column.values)[k]);
+    }
+    out << (has_gaps ? (log.gap[k] != 0 ? ",1\n" : ",0\n") : "\n");
+  }
+  finish(out, file);
+}
+
+void write_column_map(const FlightLog& log, const std::string& file) {
+  std::ofstream out(file);
+  out << "time = \"t_s\"\n[signals]\n";
+  for (std::size_t i = 0; i < kSignals; ++i) {
+    if (!log.signals[i].empty()) {
+      out << kSignalNames[i] << " = { column = \"" << kSignalNames[i] << "\" }\n";
+    }
+  }
+  if (!log.extra.empty()) {
+    out << "[extra]\n";
+    for (const auto& [name, values] : log.extra) {
+      out << '"' << name << "\" = { column = \"extra_" << name << "\" }\n";
+    }
+  }
+  finish(out, file);
+}
+
+}  // namespace m100::lab::logs

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab loop: fly, identify what the log shows missing, add it, make new tables, fly again.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/flown_log.h"
+#include "host_tests/lab/option_words.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/sim/world/plant_file.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string plant;
+  std::string plant_from;
+  std::string vehicle;
+  std::string out;
+  std::string json;
+  std::string logs;
+  std::string report;
+  std::uint64_t seed = 1;
+  int seeds = 1;
+  std::string law = "mpc";
+};
+
+void run(const Options& options) {
+  loop::LoopOptions loop;
+  if (options.plant.empty() && options.plant_from.empty()) {
+    throw InputError("--plant", 0, "", "is missing: the plant file of the world to fly in, or --plant-from");
+  }
+  loop.plant = sim::plant_of_options(options.plant, options.plant_from);
+  loop.vehicle =
+      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
+  loop.seed = options.seed;
+  loop.seeds = options.seeds;
+  loop.law = law_of(options.law);
+  loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
+  if (!options.logs.empty()) {
+    std::filesystem::create_directories(options.logs);
+    loop.work_folder = options.logs;
+    std::ofstream(options.logs + "/columns.toml") << loop::own_columns();
+  }
+  const loop::LoopResult result = loop::close_loop(loop);
+  companion::save_vehicle(options.out, result.vehicle.vehicle, result.vehicle.sources);
+  loop::print(std::cout, result);
+  if (!options.report.empty()) {
+    const std::string page = options.report + "/loop.html";
+    loop::write_page(result, page);
+    std::cout << "wrote " << page << "\n";
+  }
+  if (!options.json.empty()) {
+    std::ofstream file(options.json);
+    file << loop::to_json(result).dump(2) << "\n";
+    if (!file) {
+      throw InputError(options.json, 0, "", "cannot be written");
+    }
+  }
+}
+
+}  // namespace
+
+void add_loop(CLI::App& lab) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = lab.add_subcommand("loop", "fly, identify what the log shows missing, add it, fly again");
+  command->add_option("--plant", options->plant, "what the simulated world is (TOML); shown to the simulator only");
+  command->add_option(
+      "--plant-from", options->plant_from,
+      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
+  command->add_option("--vehicle", options->vehicle, "what the controller believes at first; default: the project's");
+  command->add_option("--out", options->out, "vehicle file to write")->required();
+  command->add_option("--json", options->json, "file for the numbers");
+  command->add_option("--logs", options->logs, "folder that keeps the two identification flights and their column map");
+  command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
+  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
+      ->check(CLI::IsMember({"mpc", "lqr"}));
+  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

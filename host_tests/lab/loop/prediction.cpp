@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/axis/axis_blocks.h"
+
+namespace m100::lab::loop {
+namespace {
+
+using identify::AxisData;
+using logs::Signal;
+
+AxisData axis_data(const logs::FlightLog& log, Signal stick, Signal other, Signal measured) {
+  AxisData data;
+  data.start_s = log.start_s;
+  data.period_s = log.period_s;
+  data.stick = log.of(stick);
+  data.other = log.of(other);
+  data.measured = log.of(measured);
+  data.valid.assign(data.measured.size(), 1);
+  return data;
+}
+
+std::array<double, kHorizons_s.size()> errors(const AxisData& data, double from_s, double to_s,
+                                              const model::StickAxis& model) {
+  std::array<double, kHorizons_s.size()> out{};
+  const auto rmse = identify::horizon_rmse(data, {{from_s, to_s}}, model, {kHorizons_s.begin(), kHorizons_s.end()});
+  for (std::size_t i = 0; i < out.size() && i < rmse.size(); ++i) {
+    out[i] = rmse[i].second;
+  }
+  return out;
+}
+
+/// Commands of one axis over the whole log, delayed.
+std::vector<double> commands(const AxisData& data, const model::StickAxis& model) {
+  model::StickLaw<double> law(model, data.period_s);
+  std::vector<double> now(data.stick.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    now[i] = law.command(data.stick[i], data.other[i], data.time_s(i) - data.start_s);
+  }
+  const double shift = model.transport_delay_s / data.period_s;
+  std::vector<double> late(now.size());
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const double at = std::max(0.0, static_cast<double>(i) - shift);
+    const auto low = static_cast<std::size_t>(at);
+    const double part = at - static_cast<double>(low);
+    late[i] = now[low] * (1.0 - part) + now[std::min(low + 1, now.size() - 1)] * part;
+  }
+  return late;
+}
+
+std::size_t pose_age_samples(const logs::FlightLog& log) {
+  const auto age = log.extra.find("pose_age");
+  double mean_s = 0.0;
+  if (age != log.extra.end()) {
+    for (const double one : age->second) {
+      mean_s += one / static_cast<double>(age->second.size());
+    }
+  }
+  return static_cast<std::size_t>(std::lround(mean_s / log.period_s));
+}
+
+std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
+  const std::vector<double>& x = log.of(position);
+  const std::size_t shift = pose_age_samples(log);
+  std::vector<double> out(x.size(), 0.0);
+  for (std::size_t i = 5; i + shift + 5 < x.size(); ++i) {
+    out[i] = (x[i + shift + 5] - x[i + shift - 5]) / (10.0 * log.period_s);
+  }
+  return out;
+}
+
+/// One stick axis: what was measured, what the vehicle file makes of its sticks, and a forecast under way.
+struct AxisForecast {
+  AxisForecast(const logs::FlightLog& log, Signal stick, Signal other, Signal measured, const model::StickAxis& axis)
+      : data(axis_data(log, stick, other, measured)), command(commands(data, axis)), model(axis) {}
+
+  sysid::AxisDynamics<double> from(std::size_t begin) const {
+    sysid::AxisDynamics<double> out(model, data.period_s);
+    const std::vector<double>& x = data.measured;
+    out.start(x[begin], (x[begin + 3] - x[begin - 3]) / (6.0 * data.period_s));
+    return out;
+  }
+
+  AxisData data;
+  std::vector<double> command;
+  const model::StickAxis& model;
+};
+
+using Velocity = std::array<double, 2>;
+
+/// Forecasts the horizontal velocity from a moment of the log with the sticks that followed.
+class VelocityForecast {
+ public:
+  VelocityForecast(const model::Translation& translation, const std::vector<double>& yaw, const AxisForecast& roll,
+                   const AxisForecast& pitch, const AxisForecast& climb, std::size_t begin, const Velocity& velocity)
+      : translation_(translation),
+        yaw_(yaw),
+        roll_(roll),
+        pitch_(pitch),
+        climb_(climb),
+        roll_now_(roll.from(begin)),
+        pitch_now_(pitch.from(begin)),
+        climb_now_(climb.from(begin)),
+        velocity_(velocity) {}
+
+  /// @returns the velocity at sample i; call it for one sample after the other.
+  const Velocity& at(std::size_t i) {
+    const double period_s = climb_.data.period_s;
+    const double climb_before = climb_now_.value();
+    const double lift_m_s2 = translation_.tilt_gain * model::kGravity_m_s2 +
+                             (climb_now_.step(climb_.command[i - 1]) - climb_before) / period_s;
+    const double pitch_rad = pitch_now_.step(pitch_.command[i - 1]);
+    const double forward = lift_m_s2 * std::tan(pitch_rad);
+    const double left = -lift_m_s2 * std::tan(roll_now_.step(roll_.command[i - 1])) / std::cos(pitch_rad);
+    const double cosine = std::cos(yaw_[i]), sine = std::sin(yaw_[i]);
+    const model::Acceleration air = model::outer_acceleration(
+        translation_,
+        {.air_velocity_w_m_s = {velocity_[0], velocity_[1], 0.0}, .heading_cosine = cosine, .heading_sine = sine}, 1.0);
+    velocity_[0] += period_s * (cosine * forward - sine * left + air[0]);
+    velocity_[1] += period_s * (sine * forward + cosine * left + air[1]);
+    return velocity_;
+  }
+
+ private:
+  const model::Translation& translation_;
+  const std::vector<double>& yaw_;
+  const AxisForecast& roll_;
+  const AxisForecast& pitch_;
+  const AxisForecast& climb_;
+  sysid::AxisDynamics<double> roll_now_, pitch_now_, climb_now_;
+  Velocity velocity_;
+};
+
+/// Velocity errors at one horizon.
+struct ErrorSums {
+  double squares = 0.0, x = 0.0, y = 0.0, count = 0.0;
+
+  void add(double ex, double ey) {
+    squares += ex * ex + ey * ey;
+    x += ex;
+    y += ey;
+    count += 1.0;
+  }
+  /// Without the mean error: that is the steady wind, which the observer learns in flight.
+  double rms() const {
+    const double n = std::max(1.0, count);
+    return std::sqrt(std::max(0.0, squares / n - (x * x + y * y) / (n * n)));
+  }
+};
+
+/// Errors of the forecast velocity at every horizon, from a start every ten samples.
+std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation& translation,
+                                                       const logs::FlightLog& log, const AxisForecast& roll,
+                                                       const AxisForecast& pitch, const AxisForecast& climb,
+                                                       double from_s, double to_s) {
+  const std::vector<double> velocity_x = velocity(log, Signal::kPositionX);
+  const std::vector<double> velocity_y = velocity(log, Signal::kPositionY);
+  const std::size_t last = log.index_of(to_s);
+  std::array<ErrorSums, kHorizons_s.size()> sums;
+  for (std::size_t begin = log.index_of(from_s) + 5; begin + 220 < last; begin += 10) {
+    VelocityForecast forecast(translation, log.of(Signal::kAttitudeYaw), roll, pitch, climb, begin,
+                              {velocity_x[begin], velocity_y[begin]});
+    std::size_t horizon = 0;
+    for (std::size_t k = 1; horizon < kHorizons_s.size(); ++k) {
+      const std::size_t i = begin + k;
+      const Velocity& v = forecast.at(i);
+      if (static_cast<double>(k) * log.period_s >= kHorizons_s[horizon] - 1e-9) {
+        sums[horizon].add(v[0] - velocity_x[i], v[1] - velocity_y[i]);
+        ++horizon;
+      }
+    }
+  }
+  std::array<double, kHorizons_s.size()> out{};
+  std::transform(sums.begin(), sums.end(), out.begin(), [](const ErrorSums& one) { return one.rms(); });
+  return out;
+}
+
+}  // namespace
+
+logs::FlightLog with_captured_velocity(const logs::FlightLog& log) {
+  logs::FlightLog out = log;
+  const std::size_t shift = pose_age_samples(log);
+  for (int c = 0; c < 3; ++c) {
+    out.of(logs::offset(Signal::kVelocityX, c)) = velocity(log, logs::offset(Signal::kPositionX, c));
+    std::vector<double>& x = out.of(logs::offset(Signal::kPositionX, c));
+    std::copy(x.begin() + static_cast<std::ptrdiff_t>(shift), x.end(), x.begin());
+  }
+  return out;
+}
+
+Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s) {
+  const AxisForecast roll(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
+  const AxisForecast pitch(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
+  const AxisForecast climb(log, Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ, vehicle.climb);
+  Prediction out;
+  out.roll_rad = errors(roll.data, from_s, to_s, vehicle.roll);
+  out.pitch_rad = errors(pitch.data, from_s, to_s, vehicle.pitch);
+  out.climb_m_s = errors(climb.data, from_s, to_s, vehicle.climb);
+  out.velocity_m_s = velocity_errors(vehicle.translation, log, roll, pitch, climb, from_s, to_s);
+  return out;
+}
+
+}  // namespace m100::lab::loop

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "firmware/model/vehicle.h"
+#include "host_tests/lab/logs/flight_log.h"
+
+namespace m100::lab::loop {
+
+/// The log with the velocity that motion capture saw, not the one that the observer believed: the slope of the position
+/// over 0.1 s; both moved earlier by the mean age of the poses.
+logs::FlightLog with_captured_velocity(const logs::FlightLog& log);
+
+/// How far ahead predictions are looked at.
+inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
+
+/// Root mean square error of what a vehicle file predicts from the sticks of a log, at each of kHorizons_s; starts
+/// every 0.1 s from the measured state. Velocity is horizontal, in the world: v + integral of
+/// (g + predicted climb acceleration) tan(predicted tilts), less drag; about its mean, which is the wind that the
+/// observer learns in flight.
+struct Prediction {
+  std::array<double, kHorizons_s.size()> roll_rad{};
+  std::array<double, kHorizons_s.size()> pitch_rad{};
+  std::array<double, kHorizons_s.size()> velocity_m_s{};
+  std::array<double, kHorizons_s.size()> climb_m_s{};
+};
+Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
+
+}  // namespace m100::lab::loop

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace m100::lab::plot {
+
+/// A self-contained page: one HTML file, figures as SVG inside, no script, nothing fetched.
+class Page {
+ public:
+  explicit Page(std::string title);
+
+  void heading(const std::string& words);
+  void paragraph(const std::string& words);
+  /// A coloured box for the one sentence that matters. kind: "good", "warn" or "bad".
+  void verdict(const std::string& words, const std::string& kind);
+  /// First row is the head. Numbers are right-aligned by their look.
+  void table(const std::vector<std::vector<std::string>>& rows);
+  void list(const std::vector<std::string>& items);
+  /// An SVG as svg() makes it, with a caption.
+  void figure(const std::string& svg, const std::string& caption);
+  /// HTML as it is, e.g. another page's body().
+  void raw(const std::string& html) { body_ += html; }
+
+  const std::string& body() const { return body_; }
+  std::string html() const;
+  /// Makes the folder where needed. Errors: InputError naming the file.
+  void write(const std::string& path) const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+}  // namespace m100::lab::plot

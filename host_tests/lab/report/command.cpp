@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab report: joins the pages that other subcommands wrote into one self-contained page.
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab {
+namespace {
+
+struct Options {
+  std::string out;
+  std::string title = "Matrice 100: identified, flown, compared";
+  std::string note;
+  std::vector<std::string> pages;
+};
+
+/// What stands between the tags, or an InputError that names the page.
+std::string between(const std::string& page, const std::string& html, const std::string& from, const std::string& to) {
+  const std::size_t begin = html.find(from);
+  const std::size_t end = html.rfind(to);
+  if (begin == std::string::npos || end == std::string::npos || end < begin + from.size()) {
+    throw InputError(page, 0, from, "not a page that this program wrote");
+  }
+  return html.substr(begin + from.size(), end - begin - from.size());
+}
+
+void run(const Options& options) {
+  plot::Page whole(options.title);
+  if (!options.note.empty()) {
+    whole.paragraph(options.note);
+  }
+  std::string contents = "<ul>\n";
+  std::string bodies;
+  for (std::size_t i = 0; i < options.pages.size(); ++i) {
+    const std::string html = whole_file(options.pages[i]);
+    const std::string anchor = "part" + std::to_string(i + 1);
+    contents +=
+        "<li><a href=\"#" + anchor + "\">" + between(options.pages[i], html, "<title>", "</title>") + "</a></li>\n";
+    bodies += "<section id=\"" + anchor + "\">" + between(options.pages[i], html, "<body>", "</body>") + "</section>\n";
+  }
+  whole.raw(contents + "</ul>\n" + bodies);
+  whole.write(options.out);
+  std::cout << "wrote " << options.out << "\n";
+}
+
+}  // namespace
+
+void add_report(CLI::App& lab) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = lab.add_subcommand("report", "join the pages of identify, gains, experiments and loop into one");
+  command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
+  command->add_option("--out", options->out, "the page to write")->required();
+  command->add_option("--title", options->title, "its title");
+  command->add_option("--note", options->note, "a sentence under the title");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace m100::lab {
+
+/// Exit codes of both programs (documented in --help).
+enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
+
+// Each subcommand lives in a file of its own and adds itself here. Its callback throws InputError for bad input and
+// CLI::RuntimeError(kAnswerIsNo) when the answer is no.
+void add_campaign(CLI::App& lab);
+void add_convert(CLI::App& lab);
+void add_experiments(CLI::App& lab);
+void add_loop(CLI::App& lab);
+void add_excite(CLI::App& lab);
+void add_frames(CLI::App& lab);
+void add_identify(CLI::App& lab);
+void add_paper(CLI::App& lab);
+void add_autopilot(CLI::App& lab);
+void add_inject(CLI::App& lab);
+void add_logs(CLI::App& lab);
+void add_report(CLI::App& lab);
+
+void add_gains(CLI::App& lab);
+void add_mpc(CLI::App& lab);
+
+}  // namespace m100::lab
