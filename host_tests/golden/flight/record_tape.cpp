@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host_tests/golden/flight/tape.h"
-#include "host_tests/sim/world.h"
+#include "host_tests/sim/ports/world.h"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <span>
 
-#include "firmware/app/board_course.h"
 #include "firmware/app/flight_controller.h"
+#include "firmware/app/image/board_course.h"
 #include "firmware/log/flight_log.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "hal/uart.h"

@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <string>
 
+#include "host_tests/lab/identify/paper/paper_report.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/shared_files.h"
-#include "host_tests/tools/identify/paper_report.h"
-#include "host_tests/tools/identify/request.h"
-#include "host_tests/tools/logs/flight_log.h"
 
-namespace m100::tools::identify {
+namespace m100::lab::identify {
 namespace {
 
 IdentifyResult identify(const std::filesystem::path& file, const std::string& axis, Range train, Range validate) {
-  const logs::FlightLog log = logs::load(file.string(), "host_tests/tools/columns/m100_csv.toml");
+  const logs::FlightLog log = logs::load(file.string(), "host_tests/lab/columns/m100_csv.toml");
   Request request;
   request.axis = axis;
   request.declared = {"first_order"};
@@ -102,4 +102,4 @@ TEST(PaperReproduction, GivesThePapersThreeDigits) {
 }
 
 }  // namespace
-}  // namespace m100::tools::identify
+}  // namespace m100::lab::identify

@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "firmware/mpc/horizontal_mpc.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/instances.h"
 #include "host_tests/shared_files.h"
-#include "host_tests/tools/gains/gain_tables.h"
-#include "host_tests/tools/gains/instances.h"
 
-namespace m100::tools::gains {
+namespace m100::lab::gains {
 namespace {
 
 // 4000 instances solved to 1e-12 by two independent programs (projected Newton in 80 bits; active-set re-solve).
@@ -65,7 +68,23 @@ Worst solve_all(const InstanceFile& file, bool warm) {
   return worst;
 }
 
-class MpcInstances : public ::testing::TestWithParam<bool> {};
+class MpcInstances : public ::testing::TestWithParam<bool> {
+ protected:
+  /// The figures of a page: errors in rad, and changes of the active set.
+  void record(const std::string& scalar, const Worst& worst) {
+    const std::string start = GetParam() ? "kept." : "cold.";
+    RecordProperty("figure.instances." + start + scalar + ".first", in_rad(worst.first_rad));
+    RecordProperty("figure.instances." + start + scalar + ".sequence", in_rad(worst.any_rad));
+    RecordProperty("figure.instances." + start + scalar + ".changes", std::to_string(worst.changes));
+  }
+
+ private:
+  static std::string in_rad(double error_rad) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1e rad", error_rad);
+    return text.data();
+  }
+};
 
 TEST_P(MpcInstances, WholeSequenceInDouble) {
   M100_SHARED_FILE_OR_SKIP(path, "mpc/instances_dev.jsonl");
@@ -73,6 +92,7 @@ TEST_P(MpcInstances, WholeSequenceInDouble) {
   const InstanceFile file = read_instances(stream, path.string());
   ASSERT_EQ(file.instances.size(), 4000U);
   const Worst worst = solve_all<double>(file, GetParam());
+  record("double", worst);
   EXPECT_LE(worst.any_rad, 1e-9);
   EXPECT_LE(worst.kkt, 2e-8);
   EXPECT_LE(worst.changes, mpc::kMaxChanges);
@@ -85,6 +105,7 @@ TEST_P(MpcInstances, FirstInputInFloat) {
   std::ifstream stream(path);
   const InstanceFile file = read_instances(stream, path.string());
   const Worst worst = solve_all<float>(file, GetParam());
+  record("float", worst);
   EXPECT_LE(worst.first_rad, 2e-5);
   EXPECT_LE(worst.changes, mpc::kMaxChanges);
   EXPECT_EQ(worst.wrong_active, 0U);
@@ -122,4 +143,4 @@ TEST(MpcModels, AreTheExactDiscretisationsOfTheAttitudeModels) {
 }
 
 }  // namespace
-}  // namespace m100::tools::gains
+}  // namespace m100::lab::gains

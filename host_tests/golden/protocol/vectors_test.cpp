@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Golden: protocol/vectors.jsonl of the shared material. Made by running DJI's own code (each line names its source);
+// Golden: the recorded vectors of the shared material. Made by running DJI's own code (each line names its source);
 // to_fc frames are what DJI's API calls put on the port, from_fc frames were accepted by DJI's parser. Bytes must agree
 // exactly, decoded values to half a unit of the ninth digit that the file prints.
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <fstream>
 
+#include "host_tests/lab/frames/frame_text.h"
+#include "host_tests/lab/frames/hex.h"
+#include "host_tests/lab/frames/message_json.h"
 #include "host_tests/shared_files.h"
-#include "host_tests/tools/frames/frame_text.h"
-#include "host_tests/tools/frames/hex.h"
-#include "host_tests/tools/frames/message_json.h"
 #include "protocol/acks.h"
 #include "protocol/aes256.h"
 #include "protocol/commands.h"
@@ -19,7 +19,7 @@
 #include "protocol/pushes.h"
 #include "protocol/telemetry.h"
 
-namespace m100::tools {
+namespace m100::lab {
 namespace {
 
 std::vector<Json> read_vectors(const std::filesystem::path& path) {
@@ -157,4 +157,4 @@ TEST(Vectors, AreDecodedAndMadeAgainByteForByte) {
 }
 
 }  // namespace
-}  // namespace m100::tools
+}  // namespace m100::lab

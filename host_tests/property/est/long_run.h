@@ -31,8 +31,7 @@ struct LongRunReport {
 /// The measured axis: 9.36 rad/s, damping 0.68, 33 ms.
 inline AxisModel measured_axis() {
   AxisModel model;
-  model.attitude = {.natural_frequency_rad_s = 9.36, .damping_ratio = 0.68};
-  model.transport_delay_s = 0.033;
+  model.attitude = {.natural_frequency_rad_s = 9.36, .damping_ratio = 0.68, .transport_delay_s = 0.033};
   model.linear_drag_per_s = 0.3;
   model.noise.velocity_process_m_s = 0.005;
   model.noise.tilt_rate_process_rad_s = 0.3;
@@ -81,7 +80,7 @@ struct Runner {
     if (pose) {
       // As DisturbanceEkf does: what wind may have done while no pose came is let through the gate.
       const double unseen_m = std::fmin(0.5, 1.5 * since_pose_s * since_pose_s);
-      const auto test = filter.test_pose(n(position), Age<S>::of(age_s), n(unseen_m));
+      const auto test = filter.test_pose(n(position), Age<S>::of(age_s), n(unseen_m), 0.F);
       if (test.inside) {
         filter.correct_pose(test);
         since_pose_s = 0.0;
@@ -107,6 +106,88 @@ void compare(const Runner<S>& other, const Runner<double>& reference, ScalarRepo
   report.disturbance_max_m_s2 = std::fmax(report.disturbance_max_m_s2, std::fabs(dd));
 }
 
+/// What the filters are told in one tick; and what is true.
+struct WanderTick {
+  double u, before, after;  ///< rad, as the delay line gives them
+  bool pose;
+  double seen, age_s, tilt_seen, rate_seen;
+  double wind;
+};
+
+/// The vehicle that wanders, and its sensors.
+class Wander {
+ public:
+  Wander(const AxisModel& model, std::uint32_t seed)
+      : step_(model::axis_step(model.attitude, kTick_s)), random_(seed) {}
+
+  WanderTick tick(long tick) {
+    // Delay 3.3 ticks: the share 0.3 of what was sent 4 ticks ago.
+    const auto delayed = [&](std::size_t more) { return 0.7 * sent_[3 + more] + 0.3 * sent_[4 + more]; };
+    WanderTick out{};
+    out.u = delayed(0);
+    out.before = delayed(1);
+    out.after = 0.7 * sent_[2] + 0.3 * sent_[3];
+    move(out);
+    const double t = 0.01 * static_cast<double>(tick);
+    positions_[static_cast<std::size_t>(tick) % positions_.size()] = position_;
+    const long age_ticks = 1 + static_cast<long>(random_() % 3);
+    const bool dropout = std::fmod(t, 30.0) < 0.3;
+    out.pose = tick > 8 && !dropout && random_() % 50 != 0;
+    out.seen = positions_[static_cast<std::size_t>(tick - (tick > 3 ? age_ticks : 0)) % positions_.size()] +
+               0.002 * normal_(random_);
+    out.tilt_seen = tilt_ - 0.002 * rate_ + 0.005 * normal_(random_);
+    out.rate_seen = rate_ + 0.01 * normal_(random_);
+    out.age_s = 0.01 * static_cast<double>(age_ticks);
+    return out;
+  }
+
+  /// A plain position loop on what one filter believes.
+  void steer(double position, double velocity, long tick) {
+    const double t = 0.01 * static_cast<double>(tick);
+    const double goal = 2.0 * std::sin(0.5 * t) + 1.0;
+    const double wanted = -0.35 * (position - goal) - 0.35 * (velocity - std::cos(0.5 * t)) - 0.09;
+    for (std::size_t i = sent_.size() - 1; i > 0; --i) {
+      sent_[i] = sent_[i - 1];
+    }
+    sent_[0] = std::fmax(-0.43, std::fmin(0.43, wanted));
+  }
+
+ private:
+  void move(WanderTick& out) {
+    constexpr double kTrim = 0.02;
+    const double old_tilt = tilt_, old_rate = rate_;
+    tilt_ = step_.oo * old_tilt + step_.o_r * old_rate + step_.o_u * (out.u + kTrim);
+    rate_ = step_.ro * old_tilt + step_.rr * old_rate + step_.r_u * (out.u + kTrim);
+    gust_ = 0.99 * gust_ + 0.5 * std::sqrt(1.0 - 0.99 * 0.99) * normal_(random_);
+    out.wind = 1.0 + gust_;
+    const double acceleration = 9.8066 * std::tan(0.5 * (tilt_ + old_tilt)) - 0.3 * velocity_ + out.wind;
+    position_ += 0.01 * velocity_ + 5e-5 * acceleration;
+    velocity_ += 0.01 * acceleration;
+  }
+
+  model::AxisStep step_;
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+  std::array<double, 64> positions_{};
+  std::array<double, 8> sent_{};
+  double position_ = 0.0, velocity_ = 0.0, tilt_ = 0.0, rate_ = 0.0, gust_ = 0.0;
+};
+
+template <typename S>
+void tell(Runner<S>& runner, const WanderTick& tick) {
+  runner.tick(tick.u, tick.before, tick.after, tick.pose, tick.seen, tick.age_s, tick.tilt_seen, tick.rate_seen);
+}
+
+template <typename S>
+void finish(const Runner<S>& runner, double count, ScalarReport& report) {
+  report.position_rms_m = std::sqrt(report.position_rms_m / count);
+  report.velocity_rms_m_s = std::sqrt(report.velocity_rms_m_s / count);
+  report.disturbance_rms_m_s2 = std::sqrt(report.disturbance_rms_m_s2 / count);
+  report.repairs = runner.filter.health().repairs;
+  report.floors = runner.filter.health().floors;
+  report.refused = runner.refused;
+}
+
 }  // namespace detail
 
 /// A flight that wanders within a few metres under a plain position loop in gusty wind: poses of 2 mm noise, 15 to 35
@@ -118,59 +199,24 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
   detail::Runner<double> reference(model);
   detail::Runner<float> single(model);
   detail::Runner<core::Fixed> fixed(model);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  const AttitudeStep step = discretise(model.attitude, kTick_s);
+  detail::Wander wander(model, seed);
   const long ticks = std::lround(hours * 360000.0);
   constexpr long kSettled = 1000;
-  std::array<double, 64> positions{};
-  std::array<double, 8> sent{};
-  double p = 0.0, v = 0.0, tilt = 0.0, rate = 0.0, gust = 0.0;
   LongRunReport report;
   std::uint32_t early_fixed = 0;
   for (long tick = 0; tick < ticks; ++tick) {
-    const double t = 0.01 * static_cast<double>(tick);
-    // Delay 3.3 ticks: the share 0.3 of what was sent 4 ticks ago.
-    const auto delayed = [&](std::size_t more) { return 0.7 * sent[3 + more] + 0.3 * sent[4 + more]; };
-    const double u = delayed(0), before = delayed(1), after = 0.7 * sent[2] + 0.3 * sent[3];
-    const double trim = 0.02;
-    const double old_tilt = tilt, old_rate = rate;
-    tilt = step.oo * old_tilt + step.o_r * old_rate + step.o_u * (u + trim);
-    rate = step.ro * old_tilt + step.rr * old_rate + step.r_u * (u + trim);
-    gust = 0.99 * gust + 0.5 * std::sqrt(1.0 - 0.99 * 0.99) * normal(random);
-    const double wind = 1.0 + gust;
-    const double acceleration = 9.8066 * std::tan(0.5 * (tilt + old_tilt)) - 0.3 * v + wind;
-    p += 0.01 * v + 5e-5 * acceleration;
-    v += 0.01 * acceleration;
-    positions[static_cast<std::size_t>(tick) % positions.size()] = p;
-
-    const long age_ticks = 1 + static_cast<long>(random() % 3);
-    const bool dropout = std::fmod(t, 30.0) < 0.3;
-    const bool pose = tick > 8 && !dropout && random() % 50 != 0;
-    const double seen = positions[static_cast<std::size_t>(tick - (tick > 3 ? age_ticks : 0)) % positions.size()] +
-                        0.002 * normal(random);
-    const double tilt_seen = tilt - 0.002 * rate + 0.005 * normal(random);
-    const double rate_seen = rate + 0.01 * normal(random);
-    const double age_s = 0.01 * static_cast<double>(age_ticks);
-    reference.tick(u, before, after, pose, seen, age_s, tilt_seen, rate_seen);
-    single.tick(u, before, after, pose, seen, age_s, tilt_seen, rate_seen);
-    fixed.tick(u, before, after, pose, seen, age_s, tilt_seen, rate_seen);
-
-    const double goal = 2.0 * std::sin(0.5 * t) + 1.0;
-    const double wanted = -0.35 * (reference.state(Filter::kP) - goal) -
-                          0.35 * (reference.state(Filter::kV) / kTimeUnit_s - std::cos(0.5 * t)) - 0.09;
-    for (std::size_t i = sent.size() - 1; i > 0; --i) {
-      sent[i] = sent[i - 1];
-    }
-    sent[0] = std::fmax(-0.43, std::fmin(0.43, wanted));
-
+    const detail::WanderTick told = wander.tick(tick);
+    detail::tell(reference, told);
+    detail::tell(single, told);
+    detail::tell(fixed, told);
+    wander.steer(reference.state(Filter::kP), reference.state(Filter::kV) / kTimeUnit_s, tick);
     if (tick == kSettled) {
       early_fixed = fixed.filter.health().saturations;
     }
     if (tick > kSettled) {
       detail::compare(fixed, reference, report.fixed);
       detail::compare(single, reference, report.single);
-      const double error = reference.state(Filter::kD) / (kTimeUnit_s * kTimeUnit_s) - wind;
+      const double error = reference.state(Filter::kD) / (kTimeUnit_s * kTimeUnit_s) - told.wind;
       report.disturbance_error_rms_m_s2 += error * error;
     }
     if (tick % 100 == 0) {
@@ -180,19 +226,10 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
     }
   }
   const double n = static_cast<double>(ticks - kSettled - 1);
-  for (ScalarReport* r : {&report.fixed, &report.single}) {
-    r->position_rms_m = std::sqrt(r->position_rms_m / n);
-    r->velocity_rms_m_s = std::sqrt(r->velocity_rms_m_s / n);
-    r->disturbance_rms_m_s2 = std::sqrt(r->disturbance_rms_m_s2 / n);
-  }
+  detail::finish(fixed, n, report.fixed);
+  detail::finish(single, n, report.single);
   report.disturbance_error_rms_m_s2 = std::sqrt(report.disturbance_error_rms_m_s2 / n);
   report.fixed.saturations_late = fixed.filter.health().saturations - early_fixed;
-  report.fixed.repairs = fixed.filter.health().repairs;
-  report.fixed.floors = fixed.filter.health().floors;
-  report.fixed.refused = fixed.refused;
-  report.single.refused = single.refused;
-  report.single.repairs = single.filter.health().repairs;
-  report.single.floors = single.filter.health().floors;
   return report;
 }
 

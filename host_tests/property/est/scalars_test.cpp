@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdio>
+#include <string>
 
 #include "host_tests/property/est/long_run.h"
 
@@ -20,14 +22,23 @@ void print(const char* name, const ScalarReport& r) {
       r.saturations_late, r.repairs, r.floors, r.not_positive, r.refused);
 }
 
+/// As a row's cells on a page; the figures' names end with the arithmetic, and the day has names of its own.
+std::string cells(const ScalarReport& r) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "%.1e / %.1e m | %.1e / %.1e m/s^2", r.position_rms_m, r.position_max_m,
+                r.disturbance_rms_m_s2, r.disturbance_max_m_s2);
+  return text.data();
+}
+constexpr const char* kLength = M100_HOURS < 1.0 ? "short." : "day.";
+
 // Catches an unscaled covariance (it collapses or diverges in 32 bits), a gain that overflows before it is scaled, a
 // rounding that drifts, and a loss of positivity that only a long flight shows.
 // Would catch: scales that depend on the arithmetic, so that the three filters are not the same filter.
 TEST(EkfScalars, ScaleTheirCovarianceAlike) {
   for (const bool first_order : {false, true}) {
     AxisModel model;
-    model.attitude = first_order ? ResponseModel{.time_constant_s = 0.4}
-                                 : ResponseModel{.natural_frequency_rad_s = 9.0, .damping_ratio = 0.7};
+    model.attitude = first_order ? model::StickAxis{.time_constant_s = 0.4}
+                                 : model::StickAxis{.natural_frequency_rad_s = 9.0, .damping_ratio = 0.7};
     const auto in_double = steady_scales<double>(model);
     EXPECT_EQ(steady_scales<float>(model), in_double);
     EXPECT_EQ(steady_scales<core::Fixed>(model), in_double);
@@ -40,6 +51,8 @@ TEST(EkfScalars, StayWithAMicrometreOfDoubleAndPositive) {
   std::printf("%.2f h, filter against the truth: d %.3f m/s^2 rms\n", M100_HOURS, report.disturbance_error_rms_m_s2);
   print("fixed", report.fixed);
   print("float", report.single);
+  RecordProperty("figure.est." + std::string(kLength) + "fixed", cells(report.fixed));
+  RecordProperty("figure.est." + std::string(kLength) + "float", cells(report.single));
   EXPECT_LE(report.fixed.position_rms_m, 1e-6);
   EXPECT_LE(report.fixed.disturbance_rms_m_s2, 1e-5);
   EXPECT_EQ(report.fixed.saturations_late, 0U);

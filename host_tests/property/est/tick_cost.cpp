@@ -20,7 +20,7 @@ constexpr int kTicks = 1000;
 
 model::Vehicle vehicle() {
   model::Vehicle v;
-  for (model::AttitudeAxis* axis : {&v.roll, &v.pitch}) {
+  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
     axis->natural_frequency_rad_s = 9.36;
     axis->damping_ratio = 0.68;
     axis->transport_delay_s = 0.033;
@@ -55,7 +55,7 @@ template <typename Real>
 est::Measurement<Real> measurement(int i) {
   est::Measurement<Real> m;
   m.pose.is_new = m.attitude.is_new = true;
-  m.pose.age = std::chrono::milliseconds(20);
+  m.pose.set_captured_at(m.now - std::chrono::milliseconds(20));
   m.pose.position_w_m = {Real(0.001) * Real(i % 7), Real(0.001) * Real(i % 3), Real(1)};
   m.attitude.pitch_rad = Real(0.001) * Real(i % 5);
   return m;

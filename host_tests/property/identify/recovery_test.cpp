@@ -6,24 +6,24 @@
 #include <cmath>
 #include <string>
 
+#include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
-#include "host_tests/tools/identify/request.h"
 
 namespace m100::host_tests {
 namespace {
 
-using tools::identify::IdentifyResult;
+using lab::identify::IdentifyResult;
 
 IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::string>& declared, std::size_t draws = 0) {
-  const tools::logs::FlightLog log = vehicle.fly();
-  tools::identify::Request request;
+  const lab::logs::FlightLog log = vehicle.fly();
+  lab::identify::Request request;
   request.axis = "roll";
   request.declared = declared;
   request.train = {{3.0, 30.0}};
   request.validate = {{30.0, 44.0}};
   request.log = request.validation_log = &log;
   request.bootstrap_draws = draws;
-  return tools::identify::identify_axis(request);
+  return lab::identify::identify_axis(request);
 }
 
 std::vector<std::string> names(const IdentifyResult& result) {

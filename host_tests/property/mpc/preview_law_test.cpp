@@ -6,10 +6,10 @@
 #include <random>
 
 #include "firmware/mpc/horizontal_mpc.h"
-#include "host_tests/tools/gains/gain_tables.h"
-#include "host_tests/tools/gains/instances.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/instances.h"
 
-namespace m100::tools::gains {
+namespace m100::lab::gains {
 namespace {
 
 using mpc::kHorizon;
@@ -101,7 +101,7 @@ AxisProblem random_model(std::mt19937& random) {
   };
   model::Vehicle vehicle;
   const bool first = random() % 2 == 0;
-  for (model::AttitudeAxis* axis : {&vehicle.pitch, &vehicle.roll}) {
+  for (model::StickAxis* axis : {&vehicle.pitch, &vehicle.roll}) {
     axis->time_constant_s = first ? between(0.05, 0.6) : 0.0;
     axis->natural_frequency_rad_s = first ? 0.0 : between(4.0, 20.0);
     axis->damping_ratio = first ? 0.0 : between(0.3, 1.5);
@@ -178,6 +178,36 @@ TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
 }
 INSTANTIATE_TEST_SUITE_P(Seed, PreviewLaw, ::testing::Range(1U, 9U));
 
+// The baseline must be what it is called: the same optimum with the limits taken away, cut to them, at every place.
+TEST_P(PreviewLaw, TheBaselineIsTheOptimumWithoutLimitsClipped) {
+  std::mt19937 random(1000 + GetParam());
+  unsigned bound = 0;
+  for (int m = 0; m < 4; ++m) {
+    const AxisProblem model = random_model(random);
+    const mpc::GainTable<double> table = make_gain_table(model);
+    AxisProblem without = model;
+    without.u_min = -1e6;
+    without.u_max = 1e6;
+    const mpc::GainTable<double> unlimited = make_gain_table(without);
+    mpc::HorizontalMpc<double> baseline(table, mpc::Law::kLqr);
+    mpc::HorizontalMpc<double> free(unlimited);
+    for (int i = 0; i < 25; ++i) {
+      const mpc::Problem<double> problem = random_problem(random);
+      const mpc::Solution<double> wanted = free.solve(problem);
+      const mpc::Solution<double> solution = baseline.solve(problem);
+      bool cut = false;
+      for (std::size_t k = 0; k < kHorizon; ++k) {
+        const double kept = std::clamp(wanted.input_rad.at(k), table.input_min_rad, table.input_max_rad);
+        cut = cut || kept != wanted.input_rad.at(k);
+        ASSERT_NEAR(solution.input_rad.at(k), kept, 1e-12 * (1.0 + std::abs(wanted.input_rad.at(k))));
+      }
+      EXPECT_EQ(solution.path, cut ? mpc::Path::kClipped : mpc::Path::kTable);
+      bound += cut ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(bound, 10U);  // else nothing was shown
+}
+
 // What is not a number must end in the flagged, finite answer, and must not poison the next tick.
 TEST(PreviewLawFaults, ANumberThatIsNotOneGivesAFiniteClippedAnswer) {
   std::mt19937 random(3);
@@ -222,4 +252,4 @@ TEST(PreviewLawFaults, TheSameHistoryGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace m100::tools::gains
+}  // namespace m100::lab::gains

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/gains/setpoint_law.h"
+#include "host_tests/lab/gains/setpoint_law.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/mpc/horizontal_mpc.h"
-#include "host_tests/tools/gains/gain_tables.h"
-#include "host_tests/tools/gains/instances.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/instances.h"
 
-namespace m100::tools::gains {
+namespace m100::lab::gains {
 namespace {
 
 /// A constant reference, the state anywhere in the law's box; every third is small, where the limits hardly bind.
@@ -131,4 +131,4 @@ TEST(SetpointLaw, LeavesWhatIsOutsideItsBoxToThePreviewLaw) {
 }
 
 }  // namespace
-}  // namespace m100::tools::gains
+}  // namespace m100::lab::gains

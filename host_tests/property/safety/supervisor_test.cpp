@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-Facts random_facts(std::mt19937_64& random, core::TimePoint now) {
+Observation random_observation(std::mt19937_64& random, core::TimePoint now) {
   const auto chance = [&random](double p) { return std::uniform_real_distribution<>(0.0, 1.0)(random) < p; };
   const auto age = [&random](double mean_s) {
     return microseconds(static_cast<std::int64_t>(std::exponential_distribution<>(1e-6 / mean_s)(random)));
@@ -19,7 +19,7 @@ Facts random_facts(std::mt19937_64& random, core::TimePoint now) {
   return {.now = now,
           .pose_age = age(0.03),
           .telemetry_age = chance(0.01) ? age(1.0) : age(0.02),
-          .refused_poses = chance(0.01) ? 6U : 0U,
+          .refused_for = chance(0.01) ? microseconds(400000) : microseconds(0),
           .estimate_healthy = chance(0.999),
           .authority = chance(0.995),
           .mode_f = chance(0.998),
@@ -40,11 +40,11 @@ double random_number(std::mt19937_64& random) {
   }
 }
 
-class SupervisorFacts : public ::testing::TestWithParam<int> {};
+class SupervisorObservations : public ::testing::TestWithParam<int> {};
 
 // Whatever is reported in whatever order: no transmission without authority and mode F, nothing up from level or
 // silence without the operator, every number finite, inside its range and its slew.
-TEST_P(SupervisorFacts, NeverGrantWhatTheyMustNot) {
+TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
   RecordProperty("promise", "R4,R5");
   std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
   SCOPED_TRACE("seed " + std::to_string(GetParam()));
@@ -54,16 +54,16 @@ TEST_P(SupervisorFacts, NeverGrantWhatTheyMustNot) {
   ctl::Command<double> last;
   for (int i = 0; i < 20000; ++i) {
     now += microseconds(10000);
-    const Facts facts = random_facts(random, now);
+    const Observation seen = random_observation(random, now);
     const ctl::Command<double> wanted{random_number(random), random_number(random), random_number(random),
                                       random_number(random)};
     const Rung before = supervisor.rung();
-    const Grant<double> grant = supervisor.review(wanted, facts, 0.01);
-    ASSERT_FALSE(grant.transmit && !(facts.authority && facts.mode_f));
+    const Grant<double> grant = supervisor.review(wanted, {}, seen, 0.01);
+    ASSERT_FALSE(grant.transmit && !(seen.authority && seen.mode_f));
     ASSERT_FALSE((before == Rung::kSilent || before == Rung::kLevel || before == Rung::kRelease) &&
-                 grant.rung == Rung::kNominal && !facts.operator_engages);
+                 grant.rung == Rung::kNominal && !seen.operator_engages);
     ASSERT_FALSE(before == Rung::kNominal && grant.rung == Rung::kNominal &&
-                 facts.pose_age > std::chrono::milliseconds(60));
+                 seen.pose_age > std::chrono::milliseconds(60));
     const auto check = [](double value, double was, double range, double slew) {
       ASSERT_TRUE(std::isfinite(value));
       ASSERT_LE(std::abs(value), range);
@@ -76,15 +76,15 @@ TEST_P(SupervisorFacts, NeverGrantWhatTheyMustNot) {
     last = grant.command;
   }
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorFacts, ::testing::Range(1, 9));
+INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorObservations, ::testing::Range(1, 9));
 
-// Every state, every set of facts, all 2^11 of them: whoever may not command is silent in the next tick.
-TEST(Transitions, LeaveEveryStateWhenAuthorityGoes) {
+// Every state, every set of signs, all 2^11 of them: whoever may not command is silent in the next tick.
+TEST(Ladder, LeaveEveryStateWhenAuthorityGoes) {
   for (int bits = 0; bits < (1 << 11); ++bits) {
-    const Sign facts = static_cast<Sign>(bits);
+    const LadderSign signs = static_cast<LadderSign>(bits);
     for (const Rung state : {Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel, Rung::kRelease}) {
-      if (!has_any(facts, Sign::kCommandable)) {
-        ASSERT_EQ(next_rung(state, facts), Rung::kSilent) << "facts " << bits;
+      if (!any(signs, LadderSign::kCommandable)) {
+        ASSERT_EQ(next_rung(state, signs), Rung::kSilent) << "signs " << bits;
       }
     }
   }

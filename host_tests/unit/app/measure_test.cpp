@@ -23,12 +23,22 @@ protocol::Telemetry telemetry_of(const core::Euler<double>& flu, const std::arra
   return telemetry;
 }
 
+core::Pose<double> pose_at(core::TimePoint captured, const core::Vector<double, 3>& position_w_m,
+                           double yaw_rad = 0.0) {
+  core::Pose<double> pose;
+  pose.is_new = true;
+  pose.set_captured_at(captured);
+  pose.position_w_m = position_w_m;
+  pose.yaw_rad = yaw_rad;
+  return pose;
+}
+
 TEST(Measure, TurnsTheAutopilotsFramesIntoOurs) {
   RecordProperty("paper", "III-A");
   Measure measure;
   const core::Euler<double> truth{.roll_rad = 0.1, .pitch_rad = -0.2, .yaw_rad = 1.0};
   const auto measured =
-      measure.update<double>(telemetry_of(truth, {0.1F, 0.2F, 0.3F}), milliseconds(2), PoseReport{}, kNow);
+      measure.update<double>(telemetry_of(truth, {0.1F, 0.2F, 0.3F}), milliseconds(2), core::Pose<double>{}, kNow);
   ASSERT_TRUE(measured.attitude.is_new);
   EXPECT_NEAR(measured.attitude.roll_rad, 0.1, 1e-6);
   EXPECT_NEAR(measured.attitude.pitch_rad, -0.2, 1e-6);
@@ -42,16 +52,16 @@ TEST(Measure, TurnsTheAutopilotsFramesIntoOurs) {
 TEST(Measure, SaysHowOldAPoseIs) {
   RecordProperty("promise", "R3");
   Measure measure;
-  const PoseReport pose{.is_new = true, .captured = kNow - milliseconds(23), .position_w_m = {1.0, 2.0, 3.0}};
+  const core::Pose<double> pose = pose_at(kNow - milliseconds(23), {1.0, 2.0, 3.0});
   const auto measured = measure.update<float>(protocol::Telemetry{}, milliseconds(0), pose, kNow);
   ASSERT_TRUE(measured.pose.is_new);
-  EXPECT_EQ(measured.pose.age, milliseconds(23));
+  EXPECT_EQ(measured.pose.age(kNow), milliseconds(23));
   EXPECT_EQ(measured.pose.position_w_m.y(), 2.0F);
 }
 
 struct BadPose {
   const char* name;
-  PoseReport pose;
+  core::Pose<double> pose;
 };
 class RefusedPose : public ::testing::TestWithParam<BadPose> {};
 TEST_P(RefusedPose, IsDroppedAndCounted) {
@@ -62,11 +72,11 @@ TEST_P(RefusedPose, IsDroppedAndCounted) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, RefusedPose,
-    ::testing::Values(BadPose{"NotANumber", {true, kNow, {std::nan(""), 0.0, 1.0}, 0.0}},
-                      BadPose{"Infinite", {true, kNow, {0.0, -std::numeric_limits<double>::infinity(), 1.0}, 0.0}},
-                      BadPose{"FarAway", {true, kNow, {0.0, 0.0, 1e6}, 0.0}},
-                      BadPose{"YawNotANumber", {true, kNow, {0.0, 0.0, 1.0}, std::nan("")}},
-                      BadPose{"FromTheFuture", {true, kNow + milliseconds(1), {0.0, 0.0, 1.0}, 0.0}}),
+    ::testing::Values(BadPose{"NotANumber", pose_at(kNow, {std::nan(""), 0.0, 1.0}, 0.0)},
+                      BadPose{"Infinite", pose_at(kNow, {0.0, -std::numeric_limits<double>::infinity(), 1.0}, 0.0)},
+                      BadPose{"FarAway", pose_at(kNow, {0.0, 0.0, 1e6}, 0.0)},
+                      BadPose{"YawNotANumber", pose_at(kNow, {0.0, 0.0, 1.0}, std::nan(""))},
+                      BadPose{"FromTheFuture", pose_at(kNow + milliseconds(1), {0.0, 0.0, 1.0}, 0.0)}),
     [](const auto& tested) { return tested.param.name; });
 
 struct BadAttitude {
@@ -78,7 +88,7 @@ TEST_P(RefusedAttitude, IsDroppedAndCounted) {
   Measure measure;
   protocol::Telemetry telemetry = telemetry_of({}, {0.0F, 0.0F, 0.0F});
   GetParam().spoil(telemetry);
-  EXPECT_FALSE(measure.update<double>(telemetry, milliseconds(0), PoseReport{}, kNow).attitude.is_new);
+  EXPECT_FALSE(measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new);
   EXPECT_EQ(measure.stats().refused_attitudes, 1U);
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -100,7 +110,7 @@ TEST(Measure, NoticesAStuckSensor) {
   const protocol::Telemetry telemetry = telemetry_of({.roll_rad = 0.01}, {0.01F, 0.0F, 0.0F});
   int used = 0;
   for (int i = 0; i < 100; ++i) {
-    used += measure.update<double>(telemetry, milliseconds(0), PoseReport{}, kNow).attitude.is_new ? 1 : 0;
+    used += measure.update<double>(telemetry, milliseconds(0), core::Pose<double>{}, kNow).attitude.is_new ? 1 : 0;
   }
   EXPECT_EQ(used, 50);
 }
@@ -108,9 +118,9 @@ TEST(Measure, NoticesAStuckSensor) {
 // A capture that lost the aircraft repeats its last pose under fresh stamps.
 TEST(Measure, TakesTheSamePoseAgainForNothingNew) {
   Measure measure;
-  PoseReport pose{.is_new = true, .captured = kNow, .position_w_m = {1.0, 2.0, 3.0}};
+  core::Pose<double> pose = pose_at(kNow, {1.0, 2.0, 3.0});
   EXPECT_TRUE(measure.update<double>({}, milliseconds(3), pose, kNow).pose.is_new);
-  pose.captured = kNow + milliseconds(10);
+  pose.set_captured_at(kNow + milliseconds(10));
   EXPECT_FALSE(measure.update<double>({}, milliseconds(3), pose, kNow + milliseconds(10)).pose.is_new);
   EXPECT_EQ(measure.stats().repeated_poses, 1U);
   pose.position_w_m.x() += 1e-9;

@@ -46,6 +46,44 @@ TEST(AltitudePid, DampsTheMeasuredClimbSpeedOnly) {
   EXPECT_NEAR(pid.update(1.1, 0.0, 1.0, 0.5, 0.01), 1.963 * 0.1 - 0.156 * 0.5, 1e-12);
 }
 
+struct Loop {
+  const char* name;
+  model::StickAxis climb;
+  double proportional_per_s, derivative;
+};
+class DesignOfTheAltitudeLoop : public ::testing::TestWithParam<Loop> {};
+
+// Worked by hand from what the header says: frequency w = 0.5 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then
+// Kp = w^2 T, Kd = 2 w T - 1 (critically damped), or, where T damps enough by itself, Kp = 1/(4 T) and no derivative.
+TEST_P(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
+  const model::AltitudeGains gains = design_altitude(GetParam().climb, model::AltitudeGains{});
+  EXPECT_NEAR(gains.proportional_per_s, GetParam().proportional_per_s, 1e-3);
+  EXPECT_NEAR(gains.derivative, GetParam().derivative, 1e-3);
+  EXPECT_EQ(gains.integral_max_m_s, model::AltitudeGains{}.integral_max_m_s);
+}
+model::StickAxis first_order(double time_constant_s, double delay_s) {
+  model::StickAxis axis;
+  axis.time_constant_s = time_constant_s;
+  axis.transport_delay_s = delay_s;
+  return axis;
+}
+model::StickAxis second_order(double frequency_rad_s, double damping, double delay_s) {
+  model::StickAxis axis;
+  axis.natural_frequency_rad_s = frequency_rad_s;
+  axis.damping_ratio = damping;
+  axis.transport_delay_s = delay_s;
+  return axis;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Table, DesignOfTheAltitudeLoop,
+    ::testing::Values(Loop{"SlowAndPrompt", first_order(0.5, 0.02), 8.0, 3.0},            // w = 10, cut to 4
+                      Loop{"AsFlown", first_order(0.334, 0.08), 5.344, 1.672},            // w = 4.5455, cut to 4
+                      Loop{"Late", first_order(0.334, 0.17), 2.0875, 0.67},               // w = 2.5
+                      Loop{"VeryLate", first_order(0.6, 0.97), 0.6, 0.2},                 // w = 0.5, raised to 1
+                      Loop{"FastAndLate", first_order(0.05, 0.17), 5.0, 0.0},             // 2 w T - 1 = -0.75
+                      Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 1.3256, 0.5730}),  // T = 0.4667, w = 1.6854
+    [](const auto& tested) { return tested.param.name; });
+
 struct Turn {
   const char* name;
   double wanted_rad, yaw_rad, rate_rad_s;

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "firmware/core/tilt.h"
+#include "firmware/est/units.h"
 
 namespace m100::est {
 namespace {
@@ -17,7 +18,7 @@ using std::chrono::milliseconds;
 
 model::Vehicle vehicle() {
   model::Vehicle v;
-  for (model::AttitudeAxis* axis : {&v.roll, &v.pitch}) {
+  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
     axis->natural_frequency_rad_s = 9.36;
     axis->damping_ratio = 0.68;
     axis->transport_delay_s = 0.033;
@@ -50,7 +51,7 @@ class Hover {
     m.attitude.roll_rad = static_cast<Real>(tilted.roll_rad + 0.003 * normal_(random_));
     m.attitude.pitch_rad = static_cast<Real>(tilted.pitch_rad + 0.003 * normal_(random_));
     m.pose.is_new = true;
-    m.pose.age = age;
+    m.pose.set_captured_at(m.now - age);
     const double age_s = core::seconds<double>(age);
     for (int i = 0; i < 3; ++i) {
       m.pose.position_w_m[i] = static_cast<Real>(position[i] - velocity[i] * age_s + 0.002 * normal_(random_));
@@ -128,6 +129,27 @@ TYPED_TEST(AllScalars, AnOldPoseIsPutWhereItBelongs) {
     EXPECT_NEAR(static_cast<double>(e.y.position_m), truth.y(), 0.012) << age_ms;
     EXPECT_EQ(e.pose_age, milliseconds(age_ms));
   }
+}
+
+// Catches an observer that ignores what the sender of the pose says of its own accuracy.
+TYPED_TEST(AllScalars, APoseThatClaimsLittleMovesLittle) {
+  using Real = typename TypeParam::Real;
+  const auto moved_by_one_pose = [](Real told_m2) {
+    typename TypeParam::Filter filter(vehicle());
+    Hover<Real> hover;
+    hover.wind_x_m_s2 = 0.0;
+    const Estimate<Real> before = run(filter, hover, 1000);
+    Measurement<Real> m = hover.measurement();
+    m.pose.position_w_m.x() = before.x.position_m + Real(0.008);
+    m.pose.position_variance_m2.setConstant(told_m2);
+    const Estimate<Real> after = filter.update(m, hover.command(), core::kTickPeriod);
+    return static_cast<double>(after.x.position_m - before.x.position_m);
+  };
+  const double untold = moved_by_one_pose(Real(0));
+  EXPECT_EQ(moved_by_one_pose(Real(1e-8)), untold) << "the vehicle file's sigma is the least";
+  EXPECT_EQ(moved_by_one_pose(std::numeric_limits<Real>::quiet_NaN()), untold);
+  EXPECT_GT(untold, 2e-4);
+  EXPECT_LT(std::abs(moved_by_one_pose(Real(0.01))), 0.1 * untold);
 }
 
 TYPED_TEST(AllScalars, NumbersThatAreNoneAreDroppedCountedAndForgotten) {
@@ -242,6 +264,26 @@ TYPED_TEST(AllScalars, StartsInFlightWithTheVelocityItHas) {
   EXPECT_EQ(filter.counters().poses_refused, 0U);
 }
 
+// Catches an age in other units than the filter's where it begins: at 2 m/s a pose of 100 ms ago is 0.2 m behind.
+TYPED_TEST(AllScalars, StartsWhereItIsNotWhereTheOldPoseWas) {
+  using Real = typename TypeParam::Real;
+  typename TypeParam::Filter filter(vehicle());
+  Hover<Real> hover;
+  hover.wind_x_m_s2 = 0.0;
+  hover.velocity = {2.0, -2.0, 1.0};
+  hover.age = milliseconds(100);
+  Estimate<Real> e;
+  for (int i = 0; i < 30 && filter.counters().poses_used == 0; ++i) {
+    e = run(filter, hover, 1);
+  }
+  ASSERT_EQ(filter.counters().poses_used, 1U);
+  const core::Vector<double, 3> truth = hover.position - 0.01 * hover.velocity;  // of the last measurement
+  // Two poses 2 mm off, 0.1 s apart, carried on by 0.1 s: 5 mm.
+  EXPECT_NEAR(static_cast<double>(e.x.position_m), truth.x(), 0.02);
+  EXPECT_NEAR(static_cast<double>(e.y.position_m), truth.y(), 0.02);
+  EXPECT_NEAR(static_cast<double>(e.height_m), truth.z(), 0.02);
+}
+
 // A stall: what comes after it must be as if the ticks had been there.
 TYPED_TEST(AllScalars, AStallOfThreeTicksIsCaughtUp) {
   using Real = typename TypeParam::Real;
@@ -259,35 +301,6 @@ TYPED_TEST(AllScalars, AStallOfThreeTicksIsCaughtUp) {
 
 // The pieces under it.
 
-TEST(AttitudeStep, AgreesWithFineIntegrationOfTheLawWithItsZero) {
-  for (const double zero_s : {0.0, 0.05}) {
-    const ResponseModel law{.natural_frequency_rad_s = 8.69, .damping_ratio = 0.682, .lead_zero_s = zero_s};
-    const AttitudeStep step = discretise(law, 0.01);
-    const double w = law.natural_frequency_rad_s;
-    double a = 0.02, r = -0.1;
-    const double u = 0.1, before = 0.05;
-    const double coarse = step.oo * a + step.o_r * r + step.o_u * u + step.o_jump * (u - before);
-    const double coarse_rate = step.ro * a + step.rr * r + step.r_u * u + step.r_jump * (u - before);
-    r += w * w * zero_s * (u - before);
-    for (int i = 0; i < 100000; ++i) {
-      const double h = 1e-7;
-      const double acceleration = w * w * (u - a) - 2.0 * law.damping_ratio * w * r;
-      a += h * r + 0.5 * h * h * acceleration;
-      r += h * acceleration;
-    }
-    EXPECT_NEAR(coarse, a, 1e-8);
-    EXPECT_NEAR(coarse_rate, r, 1e-6);
-  }
-}
-
-TEST(AttitudeStep, FirstOrderRateIsItsRightSide) {
-  const AttitudeStep step = discretise({.time_constant_s = 0.087}, 0.01);
-  const double a = 0.1, u = 0.3, next = 0.4;
-  const double after = step.oo * a + step.o_u * u;
-  EXPECT_NEAR(after, u + (a - u) * std::exp(-0.01 / 0.087), 1e-12);
-  EXPECT_NEAR(step.ro * a + step.r_u * u + step.r_next * next, (next - after) / 0.087, 1e-12);
-}
-
 TEST(Fixed, RoundsToNearestSaturatesAndCounts) {
   using core::Fixed;
   core::Arithmetic<Fixed> a;
@@ -301,6 +314,50 @@ TEST(Fixed, RoundsToNearestSaturatesAndCounts) {
   EXPECT_NEAR(core::Arithmetic<Fixed>::real<double>(a.narrow(a.product(n(100.0), n(-100.0)))), -128.0, 1e-4);
   EXPECT_EQ(a.saturations(), 2U);
   EXPECT_EQ(n(1e9).raw(), n(127.99999).raw());
+}
+
+/// An axis that has begun to turn: one tick under a large command.
+AxisFilter<double> turning() {
+  AxisModel model;
+  model.attitude = vehicle().pitch;
+  AxisFilter<double> filter(model);
+  filter.start(0.0, 0.0, 0.0);
+  filter.predict({.now = 0.4, .before = 0.4, .after = 0.4});
+  return filter;
+}
+
+// Catches a wrong sign of what the axis has turned since the measurement: the gate is 5 rad/s to either side of the
+// rate that it had then, and the axis has gained 3 rad/s since.
+TEST(RateGate, StandsAboutTheRateOfTheTimeOfTheMeasurement) {
+  using Filter = AxisFilter<double>;
+  const Filter before = turning();
+  const Age<double> age = Age<double>::of(0.1);
+  const double gained = age.units * 64.0 * before.state(Filter::kRate);  // from rest in a tick, 64 of which are a unit
+  ASSERT_GT(gained, 2.0 * kTimeUnit_s);
+  const double rate_then = before.state(Filter::kRate) - gained;
+  const double tilt_then = before.state(Filter::kTilt) - age.units * (before.state(Filter::kRate) - 0.5 * gained);
+  for (const double side : {-1.0, 1.0}) {
+    Filter inside = before;
+    EXPECT_EQ(inside.correct_attitude(tilt_then, rate_then + side * 4.9 * kTimeUnit_s, age), Verdict::kUsed) << side;
+    Filter outside = before;
+    EXPECT_EQ(outside.correct_attitude(tilt_then, rate_then + side * 5.1 * kTimeUnit_s, age), Verdict::kRefused)
+        << side;
+  }
+}
+
+// Catches a gate about the negative of the rate.
+TEST(RateGate, LetsAFastTurnPassAndNotItsOpposite) {
+  using Filter = AxisFilter<double>;
+  Filter filter = turning();
+  for (int i = 0; i < 12; ++i) {
+    filter.predict({.now = 0.65, .before = 0.65, .after = 0.65});
+  }
+  const double rate = filter.state(Filter::kRate);
+  const double tilt = filter.state(Filter::kTilt);
+  ASSERT_GT(rate, 2.6 * kTimeUnit_s);
+  const Age<double> now = Age<double>::of(0.0);
+  EXPECT_EQ(Filter(filter).correct_attitude(tilt, -rate, now), Verdict::kRefused);
+  EXPECT_EQ(filter.correct_attitude(tilt, rate, now), Verdict::kUsed);
 }
 
 struct Shape {

@@ -33,8 +33,8 @@ TEST(TrimWatch, FindsTheBalancingPointsOfThePaperUnderAnyHeading) {
   for (const double yaw_rad : {0.0, 0.7, -2.5}) {
     TrimWatch<double> trim(vehicle);
     // Roll balances at 1080: a stick at 1024 is 56 counts to the left of it.
-    const double roll_rad = -56.0 * vehicle.roll.scale_rad_per_count;
-    const double pitch_rad = 26.0 * vehicle.pitch.scale_rad_per_count;
+    const double roll_rad = -56.0 * vehicle.roll.scale_per_count;
+    const double pitch_rad = 26.0 * vehicle.pitch.scale_per_count;
     watch(trim, hovering(pitch_rad, roll_rad, yaw_rad), 10.5);
     EXPECT_TRUE(trim.report().drifted);
     EXPECT_NEAR(trim.report().roll_counts, 56.0, 0.01);
@@ -64,7 +64,7 @@ TEST(TrimWatch, FollowsADriftWithinThreeTimeConstantsAndForgetsIt) {
   watch(trim, hovering(0.0, 0.0, 0.0), 20.0);
   EXPECT_FALSE(trim.report().drifted);
   const double counts = 30.0;
-  watch(trim, hovering(0.0, -counts * vehicle.roll.scale_rad_per_count, 0.0), 3.0 * TrimWatch<double>::kTimeConstant_s);
+  watch(trim, hovering(0.0, -counts * vehicle.roll.scale_per_count, 0.0), 3.0 * TrimWatch<double>::kTimeConstant_s);
   EXPECT_TRUE(trim.report().drifted);
   EXPECT_NEAR(trim.report().roll_counts, counts, 0.06 * counts);
   watch(trim, hovering(0.0, 0.0, 0.0), 3.0 * TrimWatch<double>::kTimeConstant_s);

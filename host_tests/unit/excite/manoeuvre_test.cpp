@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/excite/manoeuvre.h"
+#include "host_tests/lab/excite/manoeuvre.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 #include <random>
 #include <stdexcept>
 
-#include "host_tests/tools/identify/request.h"
+#include "host_tests/lab/identify/request.h"
 
-namespace m100::tools::excite {
+namespace m100::lab::excite {
 namespace {
 
-const model::AttitudeAxis kAxis{
-    .scale_rad_per_count = 9.3e-4, .natural_frequency_rad_s = 8.7, .damping_ratio = 0.68, .dead_zone_counts = 16.0};
+const model::StickAxis kAxis{
+    .scale_per_count = 9.3e-4, .natural_frequency_rad_s = 8.7, .damping_ratio = 0.68, .dead_zone_counts = 16.0};
 
 class Kind : public ::testing::TestWithParam<std::string> {};
 
@@ -62,7 +62,7 @@ TEST(Forecast, SaysThatMixedManoeuvresTellDeadZoneFromCurveBetterThanDoublets) {
   EXPECT_LT(of(mixed, "dead_zone").likeness, of(doublets, "dead_zone").likeness);
 }
 
-const model::AttitudeAxis kClimb{.scale_rad_per_count = 3e-3, .natural_frequency_rad_s = 5.0, .damping_ratio = 0.8};
+const model::StickAxis kClimb{.scale_per_count = 3e-3, .natural_frequency_rad_s = 5.0, .damping_ratio = 0.8};
 
 // Catches a climb that is flown like a tilt: its fence is about height, and it has to come back to where it began.
 TEST(RateAxis, StaysInsideItsFenceAndComesBack) {
@@ -75,8 +75,8 @@ TEST(RateAxis, StaysInsideItsFenceAndComesBack) {
   }
 }
 
-logs::FlightLog flown(const Manoeuvre& made, const model::AttitudeAxis& axis, const Wish& wish,
-                      const std::string& effect, double size, unsigned seed) {
+logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const Wish& wish, const std::string& effect,
+                      double size, unsigned seed) {
   using logs::Signal;
   const std::vector<double> clean = response(made, axis, wish, effect, size);
   logs::FlightLog log;
@@ -118,7 +118,7 @@ TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
     wish.duration_s = 80.0;
     wish.air = 0.05;
   }
-  const model::AttitudeAxis& axis = GetParam() ? kClimb : kAxis;
+  const model::StickAxis& axis = GetParam() ? kClimb : kAxis;
   const Manoeuvre made = make(wish, axis);
   int promised = 0;
   int kept = 0;
@@ -171,4 +171,4 @@ TEST(Wish, ThatMakesNoSenseIsRefused) {
 }
 
 }  // namespace
-}  // namespace m100::tools::excite
+}  // namespace m100::lab::excite

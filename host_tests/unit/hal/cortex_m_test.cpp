@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/cortex_m/cmsdk_uart.h"
+#include "hal/cortex_m/cmsdk_watchdog.h"
 #include "hal/cortex_m/systick_clock.h"
 
 namespace m100::hal {
@@ -74,6 +75,29 @@ TEST(CmsdkUart, CountsWhatDoesNotFit) {
   EXPECT_EQ(board.uart.received(), CmsdkUart::kReceiveBytes + 5);
 }
 
+// A byte that came before the last was taken: the register counts as well as the ring, and the flag is given back.
+TEST(CmsdkUart, CountsOverrunsOfTheRegisterAndOfTheRing) {
+  Board board;
+  constexpr std::uint32_t kReceiverOverran = 8;
+  board.registers.state = kReceiverOverran;
+  board.arrive(7);
+  EXPECT_EQ(board.uart.line_errors().value(), (LineErrors{.framing = 0, .parity = 0, .overrun = 1, .breaks = 0}));
+  EXPECT_EQ(board.uart.received(), 1U) << "the byte that is there is good";
+  board.registers.state = 0;
+  for (std::size_t i = 0; i < CmsdkUart::kReceiveBytes + 1; ++i) {
+    board.arrive(1);
+  }
+  EXPECT_EQ(board.uart.line_errors().value().overrun, 1U + 2U);
+}
+
+// The flag is cleared by writing it, and by writing nothing else: the other bits of the register are the device's.
+TEST(CmsdkUart, ClearsTheOverrunFlagAlone) {
+  Board board;
+  board.registers.state = 8U | kReceiverFull | kTransmitterFull;
+  board.uart.on_receive();
+  EXPECT_EQ(board.registers.state, 8U);
+}
+
 TEST(CmsdkUart, SendsFromTheInterruptThatAWritePends) {
   Board board;
   const std::array<std::byte, 3> bytes{std::byte{7}, std::byte{8}, std::byte{9}};
@@ -113,6 +137,22 @@ TEST(CmsdkUart, WritesWithoutInterruptsAndGivesUpOnADeadLine) {
   board.registers.state = kTransmitterFull;
   board.uart.write_without_interrupts(bytes);
   EXPECT_NE(board.registers.data, 2U);
+}
+
+// A locked watchdog cannot be stopped by a stray write, so it is locked again after each visit.
+TEST(CmsdkWatchdog, CountsThePatienceInterruptsThenResetsAndLocksItself) {
+  CmsdkWatchdogRegisters registers{};
+  volatile std::uint32_t lock = 1;
+  CmsdkWatchdog watchdog(registers, lock, 25000000);
+  watchdog.start(std::chrono::milliseconds(500));
+  EXPECT_EQ(registers.load, 12500000U);
+  EXPECT_EQ(registers.control, 3U);
+  EXPECT_EQ(lock, 0U);
+  registers.interrupt_clear = 0;
+  lock = 1;
+  watchdog.feed();
+  EXPECT_NE(registers.interrupt_clear, 0U);
+  EXPECT_EQ(lock, 0U);
 }
 
 TEST(SysTickClock, CountsPeriodsAndReadsTheRest) {

@@ -75,6 +75,7 @@ TEST_F(UartPairTest, AReaderWhoSleepsTooLongLosesTheNewest) {
   ASSERT_EQ(got.size(), Line::kReceiverBytes);
   EXPECT_EQ(got.front(), std::byte{0});
   EXPECT_EQ(pair.a_to_b().stats().overruns, 8000 - Line::kReceiverBytes);
+  EXPECT_EQ(pair.b().line_errors().value().overrun, 8000 - Line::kReceiverBytes);
 }
 
 TEST_F(UartPairTest, AScriptedWindowOfLossEndsWhenItSays) {
@@ -109,6 +110,21 @@ TEST_F(UartPairTest, EachFaultDoesWhatItsNameSays) {
   EXPECT_TRUE(send({.delay = milliseconds(200)}, 5).empty());
   clock.advance(milliseconds(200));
   EXPECT_EQ(read_all(pair.b()).size(), 5U);
+}
+
+TEST_F(UartPairTest, ScriptedLineErrorsDamageTheBytesAndAreCountedAtTheirEnd) {
+  Line& line = pair.a_to_b();
+  line.set_faults({.framing_error_per_byte = 1.0, .break_per_write = 1.0});
+  ASSERT_EQ(pair.a().write(counting(200)).value(), 200U);
+  clock.advance(milliseconds(100));
+  const std::vector<std::byte> got = read_all(pair.b());
+  ASSERT_EQ(got.size(), 201U) << "a break is received as a zero byte";
+  EXPECT_EQ(got[0], std::byte{0});
+  EXPECT_NE(std::vector<std::byte>(got.begin() + 1, got.end()), counting(200));
+  line.set_faults({.parity_error_per_byte = 1.0});
+  ASSERT_EQ(pair.a().write(counting(3)).value(), 3U);
+  EXPECT_EQ(pair.b().line_errors().value(), (LineErrors{.framing = 200, .parity = 3, .overrun = 0, .breaks = 1}));
+  EXPECT_EQ(pair.a().line_errors().value(), LineErrors{}) << "the other direction is whole";
 }
 
 TEST_F(UartPairTest, ASwappedWriteArrivesAfterItsSuccessor) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is wrong with a log is said, and never called an effect of the aircraft.
-#include "host_tests/tools/identify/log_defects.h"
+#include "host_tests/lab/identify/log_defects.h"
 
 #include <gtest/gtest.h>
 
@@ -10,12 +10,11 @@
 #include <numbers>
 #include <string>
 
-#include "host_tests/tools/hidden/hidden_flight.h"
-#include "host_tests/tools/identify/request.h"
-#include "host_tests/tools/identify/residual_lines.h"
-#include "host_tests/tools/input_error.h"
+#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/remainder/residual_lines.h"
+#include "host_tests/lab/identify/request.h"
 
-namespace m100::tools::identify {
+namespace m100::lab::identify {
 namespace {
 
 using logs::FlightLog;
@@ -44,10 +43,14 @@ std::string said(const IdentifyResult& result) {
   for (const EffectResult& effect : result.effects) {
     out += " named " + effect.name + ";";
   }
-  for (const std::vector<std::string>* texts : {&result.unexplained, &result.findings}) {
-    for (const std::string& text : *texts) {
-      out += " " + text + ";";
-    }
+  for (const std::string& text : result.unexplained) {
+    out += " " + text + ";";
+  }
+  for (const Finding& finding : result.findings) {
+    out += " " + finding.what + ": " + finding.text + ";";
+  }
+  for (const Change& change : result.changes) {
+    out += " changed " + change.name + " at " + std::to_string(change.at_s) + ";";
   }
   return out;
 }
@@ -96,6 +99,20 @@ INSTANTIATE_TEST_SUITE_P(
                }
              },
              "unexplained", "drifts with time"},
+        Case{"FrozenSamples",
+             [](FlightLog& log) {
+               for (std::size_t from = 500; from < 4200; from += 700) {
+                 std::fill_n(roll(log).begin() + static_cast<std::ptrdiff_t>(from), 50, roll(log)[from]);
+               }
+             },
+             "unexplained", "frozen: "},
+        Case{"Outliers",
+             [](FlightLog& log) {
+               for (std::size_t k = 400; k < 4300; k += 170) {
+                 roll(log)[k] += 0.5;
+               }
+             },
+             "unexplained", "outliers: "},
         Case{"AnotherSignal",
              [](FlightLog& log) {
                const std::vector<double> old = roll(log);
@@ -109,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(
                std::vector<double>& stick = log.of(Signal::kStickRoll);
                std::copy_backward(stick.begin(), stick.end() - 15, stick.end());
              },
-             "unexplained", "begins before stick_roll moves"},
+             "unexplained", "clock_shift: "},
         Case{"CutStick",
              [](FlightLog& log) {
                for (double& counts : log.of(Signal::kStickRoll)) {
@@ -123,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
                  counts = -counts;
                }
              },
-             "nothing_missing", "a sign of the column map is probably wrong"},
+             "unexplained", "sign_reversed: "},
         // Catches a restart in the middle of a gap, and input that is believed although nobody logged it.
         Case{"Gaps",
              [](FlightLog& log) {
@@ -151,17 +168,37 @@ INSTANTIATE_TEST_SUITE_P(
              "nothing_missing", "on the ground"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-TEST(DamagedLogs, DegreesAreRefused) {
+TEST(DamagedLogs, DegreesAreSaidAndTurned) {
   FlightLog log = clean_flight(606);
+  const double gain = ask(log).final_model.parameters[0].value;
   for (double& angle : roll(log)) {
     angle *= 180.0 / std::numbers::pi;
   }
-  try {
-    static_cast<void>(ask(log));
-    FAIL() << "accepted";
-  } catch (const InputError& wrong) {
-    EXPECT_NE(std::string(wrong.what()).find("degrees"), std::string::npos) << wrong.what();
+  const IdentifyResult result = ask(log);
+  EXPECT_EQ(result.verdict, "unexplained") << said(result);
+  EXPECT_NE(said(result).find("wrong_unit: "), std::string::npos) << said(result);
+  EXPECT_NEAR(result.final_model.parameters[0].value, gain, 1e-3 * gain);
+}
+
+// Sticks that were logged as commands in radians: the ground is seen in them too.
+TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
+  FlightLog log = clean_flight(606);
+  for (const auto& [stick, command] :
+       {std::pair{Signal::kStickRoll, Signal::kCommandRoll}, std::pair{Signal::kStickPitch, Signal::kCommandPitch},
+        std::pair{Signal::kStickThrottle, Signal::kCommandClimb}}) {
+    log.of(command) = log.of(stick);
+    log.of(stick).clear();
+    for (double& value : log.of(command)) {
+      value *= 9e-4;
+    }
   }
+  for (std::size_t k = 0; k < 900; ++k) {
+    for (const Signal still : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kVelocityZ}) {
+      log.of(still)[k] = 0.01;
+    }
+    log.of(Signal::kCommandRoll)[k] = k > 150 && k < 300 ? -0.3 : 0.0;
+  }
+  EXPECT_NE(said(ask(log)).find("on_ground: "), std::string::npos) << said(ask(log));
 }
 
 // Catches a detector that takes a hover with centred sticks for standing, and cuts good data off.
@@ -187,4 +224,4 @@ TEST(FastLine, IsFoundAtItsFrequencyAndNotInNoise) {
 }
 
 }  // namespace
-}  // namespace m100::tools::identify
+}  // namespace m100::lab::identify

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/identify/periodic.h"
+#include "host_tests/lab/identify/remainder/periodic.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-namespace m100::tools::identify {
+namespace m100::lab::identify {
 namespace {
 
 constexpr double kLine_hz = 0.31;
@@ -76,4 +76,4 @@ TEST(OwnMotion, RefusesALineThatEndsWhereTheVehicleHovers) {
 }
 
 }  // namespace
-}  // namespace m100::tools::identify
+}  // namespace m100::lab::identify

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/identify/to_vehicle.h"
+#include "host_tests/lab/identify/answer/to_vehicle.h"
 
 #include <gtest/gtest.h>
 
-namespace m100::tools::identify {
+namespace m100::lab::identify {
 namespace {
 
 IdentifyResult second_order_with_dead_zone(const char* shape) {
@@ -62,4 +62,4 @@ TEST(ToVehicle, ClimbCarriesEveryEffectThatCanBeFoundThere) {
 }
 
 }  // namespace
-}  // namespace m100::tools::identify
+}  // namespace m100::lab::identify

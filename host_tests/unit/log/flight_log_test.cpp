@@ -37,8 +37,8 @@ std::vector<Message> messages(const std::vector<std::uint8_t>& file) {
 }
 
 std::size_t bytes_of_format(std::string_view format) {
-  const std::map<std::string_view, std::size_t> sizes{{"uint64_t", 8}, {"double", 8},   {"float", 4},
-                                                      {"uint32_t", 4}, {"uint16_t", 2}, {"uint8_t", 1}};
+  const std::map<std::string_view, std::size_t> sizes{{"uint64_t", 8}, {"double", 8},  {"float", 4},  {"uint32_t", 4},
+                                                      {"uint16_t", 2}, {"int16_t", 2}, {"uint8_t", 1}};
   std::size_t total = 0;
   for (std::size_t at = format.find(':') + 1; at < format.size(); at = format.find(';', at) + 1) {
     const std::string_view type = format.substr(at, format.find(' ', at) - at);
@@ -53,6 +53,7 @@ std::size_t bytes_of_format(std::string_view format) {
 TEST(Records, AreAsTheirFormatsSay) {
   EXPECT_EQ(bytes_of_format(kTickFormat), sizeof(TickRecord));
   EXPECT_EQ(bytes_of_format(kBytesFormat), sizeof(BytesRecord));
+  EXPECT_EQ(bytes_of_format(kExcitationFormat), sizeof(ExcitationRecord));
 }
 
 TEST(FlightLog, BeginsAsUlogDoes) {
@@ -70,10 +71,10 @@ TEST(FlightLog, BeginsAsUlogDoes) {
   for (const Message& one : all) {
     types += one.type;
   }
-  EXPECT_EQ(types, "BFFIAA");
+  EXPECT_EQ(types, "BFFFIAAA");
   EXPECT_EQ(all[0].body, std::string(40, '\0'));
-  EXPECT_EQ(all[3].body, std::string("\x10") + "char[12] vehicle" + "[axis.roll]\n");
-  EXPECT_EQ(all[4].body, std::string("\0\0\0tick", 7));
+  EXPECT_EQ(all[4].body, std::string("\x10") + "char[12] vehicle" + "[axis.roll]\n");
+  EXPECT_EQ(all[5].body, std::string("\0\0\0tick", 7));
 }
 
 TEST(FlightLog, KeepsEveryByteOfALongRead) {

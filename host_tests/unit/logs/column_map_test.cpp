@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/logs/column_map.h"
+#include "host_tests/lab/logs/column_map.h"
 
 #include "host_tests/unit/logs/log_files.h"
 
-namespace m100::tools::logs {
+namespace m100::lab::logs {
 namespace {
 
 TEST(ColumnMap, ReadsNamesScalesAndExtras) {
@@ -61,4 +61,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace m100::tools::logs
+}  // namespace m100::lab::logs

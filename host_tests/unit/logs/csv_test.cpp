@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/logs/raw_log.h"
+#include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/unit/logs/log_files.h"
 
-namespace m100::tools::logs {
+namespace m100::lab::logs {
 namespace {
 
 TEST(Csv, ReadsQuotesCrLfByteOrderMarkAndBlankLines) {
@@ -65,4 +65,4 @@ TEST(OpenLog, RefusesADamagedMatFile) {
 }
 
 }  // namespace
-}  // namespace m100::tools::logs
+}  // namespace m100::lab::logs

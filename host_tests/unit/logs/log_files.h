@@ -8,9 +8,9 @@
 #include <fstream>
 #include <string>
 
-#include "host_tests/tools/input_error.h"
+#include "host_tests/lab/input_error.h"
 
-namespace m100::tools::logs {
+namespace m100::lab::logs {
 
 /// A file that lives as long as one test.
 class TemporaryFile {
@@ -50,4 +50,4 @@ std::string complaint_of(Act&& act) {
   return "";
 }
 
-}  // namespace m100::tools::logs
+}  // namespace m100::lab::logs

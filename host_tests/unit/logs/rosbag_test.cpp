@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "host_tests/tools/input_error.h"
-#include "host_tests/tools/logs/flight_log.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/flight_log.h"
 
-namespace m100::tools::logs {
+namespace m100::lab::logs {
 namespace {
 
 template <typename T>
@@ -155,9 +155,11 @@ TEST(RosBag, EveryTruncationIsSurvived) {
   const std::string whole = bag("none", inside, inside.size());
   for (std::size_t length = 0; length < whole.size(); length += 7) {
     const std::string file = write("cut.bag", whole.substr(0, length));
-    EXPECT_NE(complaint(file, "/joy.axes[0]"), "") << length;
+    if (complaint(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and the cut is said
+      EXPECT_FALSE(open_log(file)->notes().empty()) << length;
+    }
   }
 }
 
 }  // namespace
-}  // namespace m100::tools::logs
+}  // namespace m100::lab::logs

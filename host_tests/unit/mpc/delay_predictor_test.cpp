@@ -8,12 +8,12 @@
 #include <deque>
 #include <random>
 
-#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/lab/gains/gain_tables.h"
 
 namespace m100::mpc {
 namespace {
 
-using tools::gains::Axis;
+using lab::gains::Axis;
 
 struct Case {
   const char* name;
@@ -94,13 +94,13 @@ TEST_P(DelayPredictorTable, SeesWhereTheVehicleWillBeWhenTheNextInputActs) {
   const Case& axis = GetParam();
   for (const Axis which : {Axis::kX, Axis::kY}) {
     model::Vehicle vehicle;
-    model::AttitudeAxis& attitude = which == Axis::kX ? vehicle.pitch : vehicle.roll;
+    model::StickAxis& attitude = which == Axis::kX ? vehicle.pitch : vehicle.roll;
     attitude.time_constant_s = axis.time_constant_s;
     attitude.natural_frequency_rad_s = axis.natural_frequency_rad_s;
     attitude.damping_ratio = axis.damping_ratio;
     attitude.transport_delay_s = axis.delay_s;
     attitude.lead_zero_s = axis.lead_zero_s;
-    const DelayModel<double> model = tools::gains::make_delay_model(vehicle, which);
+    const DelayModel<double> model = lab::gains::make_delay_model(vehicle, which);
     DelayPredictor<double> predictor(model);
     EXPECT_NEAR(core::seconds<double>(predictor.lead()), axis.delay_s, 1e-6);
     FineAxis truth(axis, which == Axis::kX ? 1.0 : -1.0, 0.8, 0.03);

@@ -5,14 +5,14 @@
 #include <iterator>
 
 #include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/tools/gains/write_tables.h"
+#include "host_tests/lab/gains/write_tables.h"
 
-namespace m100::tools::gains {
+namespace m100::lab::gains {
 namespace {
 
 // A table that was edited by hand, or forgotten after a change of the vehicle or of the generator.
 TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
-  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
   std::ifstream stream("firmware/mpc/generated/gain_table.h");
   const std::string there((std::istreambuf_iterator<char>(stream)), {});
   EXPECT_TRUE(there == to_header(make_table_set(file), file.vehicle))
@@ -22,8 +22,8 @@ TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
 
 // Catches a field that the vehicle file knows and the generated vehicle does not.
 TEST(GeneratedTable, CarriesTheWholeVehicle) {
-  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
-  EXPECT_EQ(app::to_text(mpc::generated::kVehicle, {}), app::to_text(file.vehicle, {}));
+  const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  EXPECT_EQ(companion::to_text(mpc::generated::kVehicle, {}), companion::to_text(file.vehicle, {}));
 }
 
 TEST(GeneratedTable, InFloatIsTheDoubleRounded) {
@@ -36,4 +36,4 @@ TEST(GeneratedTable, InFloatIsTheDoubleRounded) {
 }
 
 }  // namespace
-}  // namespace m100::tools::gains
+}  // namespace m100::lab::gains

@@ -4,19 +4,20 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 
-#include "host_tests/tools/gains/write_tables.h"
+#include "host_tests/lab/gains/write_tables.h"
 
 namespace m100::mpc {
 namespace {
 
 using core::Status;
-using tools::gains::TableSet;
-using tools::gains::to_file;
+using lab::gains::TableSet;
+using lab::gains::to_file;
 
-TableSet made_from(const app::VehicleFile& file) {
+TableSet made_from(const companion::VehicleFile& file) {
   TableSet set;
-  set.tables = tools::gains::make_gain_tables(file.vehicle, file.digest);
+  set.tables = lab::gains::make_gain_tables(file.vehicle, file.digest);
   set.x.planes.assign(2 * kNodeNumbers + 1, 0.5);
   set.x.laws.assign(3 * kLawNumbers, -2.0);
   constexpr auto kLeaf = SetpointTree<double>::kLeaf;
@@ -25,7 +26,7 @@ TableSet made_from(const app::VehicleFile& file) {
 }
 
 struct TableFile : ::testing::Test {
-  const app::VehicleFile file = app::load_vehicle("firmware/mpc/generated/vehicle.toml");
+  const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
   const TableSet set = made_from(file);
   const std::vector<std::byte> bytes = to_file(set);
   const std::unique_ptr<TableStorage<double>> storage = std::make_unique<TableStorage<double>>();
@@ -47,7 +48,14 @@ TEST_F(TableFile, ComesBackToTheLastBit) {
 TEST_F(TableFile, InFloatIsTheTableOfTheFirmware) {
   const auto single = std::make_unique<TableStorage<float>>();
   ASSERT_EQ(single->load(bytes, file.digest), Status::kOk);
-  EXPECT_EQ(single->tables().y.filter_gain, tools::gains::to_float(set.tables.y).filter_gain);
+  EXPECT_EQ(single->tables().y.filter_gain, lab::gains::to_float(set.tables.y).filter_gain);
+}
+
+// Without the check the controller's own assertion would end a flight program that was given such a file.
+TEST_F(TableFile, WithLimitsThatCrossIsRefused) {
+  TableSet crossed = made_from(file);
+  std::swap(crossed.tables.y.input_min_rad, crossed.tables.y.input_max_rad);
+  EXPECT_EQ(storage->load(to_file(crossed), file.digest), Status::kInvalidArgument);
 }
 
 #ifdef __SANITIZE_ADDRESS__
@@ -74,16 +82,16 @@ INSTANTIATE_TEST_SUITE_P(Bit, EveryBit, ::testing::Range(0U, 8U));
 
 TEST_F(TableFile, IsRefusedAfterAnyBitOfTheVehicleFileHasChanged) {
   RecordProperty("promise", "R10");
-  std::string text = app::to_text(file.vehicle, file.sources);
-  const app::VehicleFile original = app::parse_vehicle(text, "vehicle");
+  std::string text = companion::to_text(file.vehicle, file.sources);
+  const companion::VehicleFile original = companion::parse_vehicle(text, "vehicle");
   const std::vector<std::byte> table = to_file(made_from(original));
   std::size_t accepted = 0;
   for (char& letter : text) {
     for (unsigned bit = 0; bit < 8; ++bit) {
       letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
       try {
-        accepted += storage->load(table, app::parse_vehicle(text, "vehicle").digest) == Status::kOk ? 1U : 0U;
-      } catch (const app::VehicleFileError&) {
+        accepted += storage->load(table, companion::parse_vehicle(text, "vehicle").digest) == Status::kOk ? 1U : 0U;
+      } catch (const companion::VehicleFileError&) {
         // refused even earlier
       }
       letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
@@ -97,7 +105,7 @@ TEST_F(TableFile, MadeFromAnotherVehicleIsRefused) {
   RecordProperty("promise", "R10");
   model::Vehicle other = file.vehicle;
   other.pitch.damping_ratio = std::nextafter(other.pitch.damping_ratio, 1.0);
-  EXPECT_EQ(storage->load(to_file(made_from(app::as_file(other))), file.digest), Status::kRefused);
+  EXPECT_EQ(storage->load(to_file(made_from(companion::as_file(other))), file.digest), Status::kRefused);
 }
 
 TEST_F(TableFile, OfAnyOtherLengthIsRefused) {

@@ -15,7 +15,7 @@ constexpr ctl::Command<double> kWanted{.roll_rad = 0.1, .pitch_rad = -0.05, .cli
 /// A supervisor and the world it hears of, ten milliseconds a tick.
 class Ladder : public ::testing::Test {
  protected:
-  Facts good() const {
+  Observation good() const {
     return {.now = now_,
             .pose_age = milliseconds(20),
             .telemetry_age = milliseconds(5),
@@ -23,16 +23,16 @@ class Ladder : public ::testing::Test {
             .authority = true,
             .mode_f = true};
   }
-  Grant<double> tick(Facts facts, const ctl::Command<double>& wanted = kWanted) {
+  Grant<double> tick(Observation seen, const ctl::Command<double>& wanted = kWanted) {
     now_ += milliseconds(10);
-    facts.now = now_;
-    return supervisor_.review(wanted, facts, 0.01);
+    seen.now = now_;
+    return supervisor_.review(wanted, {}, seen, 0.01);
   }
   void fly() {
     for (int i = 0; i < 12; ++i) {
       tick(good());
     }
-    Facts engage = good();
+    Observation engage = good();
     engage.operator_engages = true;
     ASSERT_EQ(tick(engage).rung, Rung::kNominal);
     for (int i = 0; i < 20; ++i) {
@@ -40,9 +40,9 @@ class Ladder : public ::testing::Test {
     }
   }
   /// Ticks until the state is left. @returns how many; 0: not within five seconds.
-  int ticks_in(Rung state, const Facts& facts) {
+  int ticks_in(Rung state, const Observation& seen) {
     for (int i = 1; i <= 500; ++i) {
-      if (tick(facts).rung != state) {
+      if (tick(seen).rung != state) {
         return i;
       }
     }
@@ -70,10 +70,10 @@ TEST_F(Ladder, PassesTheLawOnceItFlies) {
 TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   RecordProperty("promise", "R3");
   fly();
-  Facts old = good();
+  Observation old = good();
   old.pose_age = milliseconds(61);
   EXPECT_EQ(tick(old).rung, Rung::kCoast);
-  EXPECT_EQ(ticks_in(Rung::kCoast, old), 20);  // 200 ms
+  EXPECT_EQ(ticks_in(Rung::kCoast, old), 70);  // 700 ms
   EXPECT_EQ(supervisor_.rung(), Rung::kLevel);
   EXPECT_EQ(tick(old).command.roll_rad, 0.0);  // level
   EXPECT_EQ(ticks_in(Rung::kLevel, old), 99);  // 1 s
@@ -82,9 +82,32 @@ TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   EXPECT_EQ(supervisor_.rung(), Rung::kSilent);
 }
 
+// Catches a limit that punishes the honest sender of an old pose, and one that grows without end.
+TEST(FreshLimit, FollowsFromTheMeasuredLatency) {
+  constexpr Limits kDefault;
+  EXPECT_EQ(fresh_limit(kDefault, {}), milliseconds(60));
+  EXPECT_EQ(fresh_limit(kDefault, {milliseconds(20), milliseconds(5), milliseconds(10)}), milliseconds(60));
+  EXPECT_EQ(fresh_limit(kDefault, {milliseconds(70), milliseconds(5), milliseconds(10)}), milliseconds(100));
+  EXPECT_EQ(fresh_limit(kDefault, {milliseconds(100), milliseconds(40), milliseconds(33)}), milliseconds(223));
+  EXPECT_EQ(fresh_limit(kDefault, {milliseconds(200), milliseconds(40), milliseconds(33)}), milliseconds(250));
+  constexpr Limits kSaid{.pose_fresh = milliseconds(80), .pose_fresh_is_said = true};
+  EXPECT_EQ(fresh_limit(kSaid, {milliseconds(100), milliseconds(40), milliseconds(33)}), milliseconds(80));
+}
+
+TEST_F(Ladder, FliesOnThePoseOfALongWay) {
+  RecordProperty("promise", "R3");
+  fly();
+  Observation late = good();
+  late.pose_age = milliseconds(115);
+  late.pose_latency = {.least = milliseconds(100), .jitter = milliseconds(5), .interval = milliseconds(10)};
+  EXPECT_EQ(tick(late).rung, Rung::kNominal);
+  late.pose_age = milliseconds(131);
+  EXPECT_EQ(tick(late).rung, Rung::kCoast);
+}
+
 TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
   fly();
-  Facts leave = good();
+  Observation leave = good();
   leave.operator_releases = true;
   int releases = 0;
   for (int i = 0; i < 200; ++i) {
@@ -95,7 +118,7 @@ TEST_F(Ladder, GivesControlBackInExactlyOneTick) {
 
 TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
   fly();
-  Facts old = good();
+  Observation old = good();
   old.pose_age = milliseconds(61);
   tick(old);
   EXPECT_EQ(ticks_in(Rung::kCoast, good()), 10);
@@ -104,20 +127,20 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
 
 TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
   fly();
-  Facts lost = good();
-  lost.refused_poses = 5;
+  Observation lost = good();
+  lost.refused_for = milliseconds(300);
   EXPECT_EQ(tick(lost).rung, Rung::kLevel);
   for (int i = 0; i < 50; ++i) {
     EXPECT_EQ(tick(good()).rung, Rung::kLevel);
   }
-  Facts engage = good();
+  Observation engage = good();
   engage.operator_engages = true;
   EXPECT_EQ(tick(engage).rung, Rung::kNominal);
 }
 
 struct Loss {
   const char* name;
-  void (*change)(Facts&);
+  void (*change)(Observation&);
   Rung expected;
   bool transmits;
 };
@@ -125,21 +148,22 @@ class LossOf : public Ladder, public ::testing::WithParamInterface<Loss> {};
 TEST_P(LossOf, IsAnsweredInTheSameTick) {
   RecordProperty("promise", "R4");
   fly();
-  Facts facts = good();
-  GetParam().change(facts);
-  const Grant<double> grant = tick(facts);
+  Observation seen = good();
+  GetParam().change(seen);
+  const Grant<double> grant = tick(seen);
   EXPECT_EQ(grant.rung, GetParam().expected);
   EXPECT_EQ(grant.transmit, GetParam().transmits);
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, LossOf,
-    ::testing::Values(Loss{"Authority", [](Facts& f) { f.authority = false; }, Rung::kSilent, false},
-                      Loss{"ModeF", [](Facts& f) { f.mode_f = false; }, Rung::kSilent, false},
-                      Loss{"Link", [](Facts& f) { f.telemetry_age = milliseconds(501); }, Rung::kRelease, true},
-                      Loss{"LinkBriefly", [](Facts& f) { f.telemetry_age = milliseconds(101); }, Rung::kCoast, true},
-                      Loss{"Estimate", [](Facts& f) { f.estimate_healthy = false; }, Rung::kLevel, true},
+    ::testing::Values(Loss{"Authority", [](Observation& f) { f.authority = false; }, Rung::kSilent, false},
+                      Loss{"ModeF", [](Observation& f) { f.mode_f = false; }, Rung::kSilent, false},
+                      Loss{"Link", [](Observation& f) { f.telemetry_age = milliseconds(501); }, Rung::kRelease, true},
+                      Loss{"LinkBriefly", [](Observation& f) { f.telemetry_age = milliseconds(101); }, Rung::kCoast,
+                           true},
+                      Loss{"Estimate", [](Observation& f) { f.estimate_healthy = false; }, Rung::kLevel, true},
                       Loss{"PoseAndMode",
-                           [](Facts& f) {
+                           [](Observation& f) {
                              f.pose_age = milliseconds(500);
                              f.mode_f = false;
                            },

@@ -8,8 +8,8 @@
 
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
-#include "host_tests/sim/n1_autopilot.h"
-#include "host_tests/sim/still_vehicle.h"
+#include "host_tests/sim/autopilot/n1_autopilot.h"
+#include "host_tests/sim/world/still_vehicle.h"
 #include "protocol/acks.h"
 #include "protocol/frame_encoder.h"
 

@@ -39,7 +39,39 @@ TEST_F(N1Test, MovementIsFlownAndThenHoversWhenItStops) {
   EXPECT_NEAR(flown->climb_m_s, 1.0, 1e-6);
   EXPECT_NEAR(flown->yaw_rate_rad_s, -0.52360, 1e-5);
   run(seconds(1));
-  EXPECT_TRUE(std::holds_alternative<StickInput>(vehicle.last_input()));
+  const auto* hover = std::get_if<MovementInput>(&vehicle.last_input());
+  ASSERT_NE(hover, nullptr) << "centred sticks would lean by the trim";
+  EXPECT_EQ(hover->roll_rad, 0.0);
+  EXPECT_EQ(hover->pitch_rad, 0.0);
+  EXPECT_EQ(hover->climb_m_s, 0.0);
+  EXPECT_EQ(hover->yaw_rate_rad_s, 0.0);
+  EXPECT_TRUE(autopilot->client_in_control()) << "silence gives nothing back: no document says so";
+}
+
+TEST_F(N1Test, InControlWithoutAnyCommandItHovers) {
+  obtain();
+  run(milliseconds(20));
+  const auto* hover = std::get_if<MovementInput>(&vehicle.last_input());
+  ASSERT_NE(hover, nullptr);
+  EXPECT_EQ(hover->roll_rad, 0.0);
+}
+
+TEST_F(N1Test, TheTransmitterHasControlFromTheReleaseOn) {
+  activate();
+  EXPECT_TRUE(autopilot->transmitter_in_control());
+  obtain();
+  EXPECT_FALSE(autopilot->transmitter_in_control());
+  EXPECT_EQ(autopilot->transmitter_since(), core::TimePoint::max());
+  send(ids::kVirtualRcSwitch, bytes({3}));
+  ASSERT_EQ(code(ids::kControlRequest, bytes({0})), 4U);
+  ASSERT_EQ(code(ids::kControlRequest, bytes({0})), 1U);
+  EXPECT_FALSE(autopilot->transmitter_in_control()) << "virtual sticks still replace the pilot's";
+  const core::TimePoint before = clock.now();
+  send(ids::kVirtualRcSwitch, bytes({2}));
+  run(milliseconds(20));
+  EXPECT_TRUE(autopilot->transmitter_in_control());
+  EXPECT_GE(autopilot->transmitter_since(), before);
+  EXPECT_LE(autopilot->transmitter_since(), before + milliseconds(10));
 }
 
 struct Mode {

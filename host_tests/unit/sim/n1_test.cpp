@@ -11,6 +11,16 @@ TEST_F(N1Test, TelemetryStreamsBeforeActivationAtTheAssistantsRates) {
   EXPECT_EQ(pushes(ids::kTelemetry), 100U);
 }
 
+// The autopilot counts its own milliseconds, and so does everything that it does by them.
+TEST_F(N1Test, RunsOnItsOwnClock) {
+  start({.clock_drift_ppm = 2000.0});
+  autopilot->advance(core::TimePoint(seconds(100)));
+  EXPECT_EQ(autopilot->record().telemetry_packages, 5010U);          // half of its slots have an item
+  EXPECT_NEAR(core::seconds<double>(vehicle.age()), 100.0, 0.0025);  // the aircraft moves in our time
+  EXPECT_LE(autopilot->ticked_at(), core::TimePoint(seconds(100)));
+  EXPECT_GT(autopilot->ticks_next(), core::TimePoint(seconds(100)));
+}
+
 TEST_F(N1Test, ItemsComeAtTheRatesAskedFor) {
   ASSERT_EQ(code(ids::kTelemetryFrequency, bytes({4, 4, 0, 3, 0, 0, 0, 2, 0, 0, 1, 3, 0, 0, 0, 0})), 0U);
   heard.clear();
@@ -134,6 +144,36 @@ TEST_F(N1Test, EncryptedCommandsAreAnsweredEncryptedAndAWrongKeyByItsCode) {
   EXPECT_EQ(*refused, bytes({0x00, 0xFF})) << "in plain: a client with another key could not read it";
 }
 
+// A command that was deciphered and is refused all the same is answered as the plain one is: its key is right.
+TEST_F(N1Test, ARefusedEncryptedCommandIsAnsweredAsThePlainOne) {
+  const protocol::Aes256 key(protocol::CipherKey{1, 2, 3});
+  start({.cipher = &key});
+  activate();
+  cipher_of_client = &key;
+  const std::vector<std::byte> sixth = bytes({6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  const auto plain = ask(ids::kTelemetryFrequency, sixth, 4);
+  const auto encrypted = ask(ids::kTelemetryFrequency, sixth, 5, &key);
+  ASSERT_TRUE(plain && encrypted);
+  EXPECT_EQ(*encrypted, *plain);
+  EXPECT_EQ(*encrypted, bytes({1, 0}));
+  EXPECT_FALSE(ask(ids::kControlRequest, bytes({1, 1}), 6).has_value()) << "of a wrong size: no answer";
+  EXPECT_FALSE(ask(ids::kControlRequest, bytes({1, 1}), 7, &key).has_value());
+  EXPECT_EQ(autopilot->record().bad_commands, 4U);
+}
+
+TEST_F(N1Test, AcknowledgementsOfOneCommandCanBeLostByName) {
+  activate();
+  autopilot->happen(N1Happening::kLoseAcks, 1, N1Asked::kReleaseControl);
+  ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
+  ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 2U);
+  EXPECT_FALSE(ask(ids::kControlRequest, bytes({0})).has_value());
+  EXPECT_EQ(code(ids::kControlRequest, bytes({0})), 1U) << "the lost answer was 4";
+  autopilot->happen(N1Happening::kLoseAcks, 2);
+  EXPECT_FALSE(ask(ids::kVersionQuery, bytes({0})).has_value());
+  EXPECT_FALSE(ask(ids::kControlRequest, bytes({0})).has_value());
+  EXPECT_EQ(code(ids::kControlRequest, bytes({0})), 1U);
+}
+
 TEST_F(N1Test, ARestartForgetsEverything) {
   obtain();
   autopilot->happen(N1Happening::kRestart);
@@ -152,8 +192,11 @@ TEST(N1Script, IsReadLineByLineAndErrorsNameTheLine) {
   EXPECT_EQ(script[0].at, core::TimePoint{milliseconds(1500)});
   EXPECT_EQ(script[1].value, 'm');
   EXPECT_NEAR(script[2].value, 0.01, 1e-12);
-  for (const char* const bad : {"x mode A", "1 mode", "1 mode B", "1 fly", "1 loss 2", "1 loss nan", "1 restart 3",
-                                "2 mode A\n1 mode F", "1 mode A F", "-1 mode A", "nan mode A"}) {
+  EXPECT_EQ(read_n1_script("1 lose_acks 2").front().asked, N1Asked::kAny);
+  EXPECT_EQ(read_n1_script("1 lose_acks 2 obtain_control # twice").front().asked, N1Asked::kObtainControl);
+  for (const char* const bad :
+       {"x mode A", "1 mode", "1 mode B", "1 fly", "1 loss 2", "1 loss nan", "1 restart 3", "2 mode A\n1 mode F",
+        "1 mode A F", "-1 mode A", "nan mode A", "1 lose_acks", "1 lose_acks 2 movement", "1 lose_acks 2 task 3"}) {
     EXPECT_THROW((void)read_n1_script(bad), N1ScriptError) << bad;
   }
   try {

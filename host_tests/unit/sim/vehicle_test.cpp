@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/sim/vehicle.h"
+#include "host_tests/sim/world/vehicle.h"
 
 #include <gtest/gtest.h>
 #include <cmath>
@@ -179,6 +179,59 @@ TEST(Vehicle, WandersAsMuchAsTheMeasuredAircraftAtRest) {
   }
   EXPECT_NEAR(std::sqrt(roll2 / kTicks), 0.004, 0.0008);
   EXPECT_NEAR(std::sqrt(rate2 / kTicks), 0.02, 0.004);
+}
+
+TEST(Vehicle, HasAnotherDragAlongItsHeadingThanAcross) {
+  Plant plant = still_plant();
+  plant.air.linear_drag_per_s = 0.0;
+  plant.air.body_drag_x_per_s = 0.5;
+  plant.air.body_drag_y_per_s = 0.2;
+  plant.air.wind_m_s = {3.0, 4.0, 0.0};
+  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0), core::kPi / 2.0);  // its x points along world y
+  vehicle.command(kBalanced);
+  vehicle.advance(milliseconds(10));
+  EXPECT_NEAR(vehicle.state().velocity_w_m_s.x(), 0.01 * 0.2 * 3.0, 1e-4);
+  EXPECT_NEAR(vehicle.state().velocity_w_m_s.y(), 0.01 * 0.5 * 4.0, 1e-4);
+}
+
+TEST(Vehicle, PicksItsPayloadUpWhenToldAndSags) {
+  Plant plant = still_plant();
+  plant.payload = {.mass_kg = 1.0, .picked_up_at_s = 2.0};
+  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0));
+  vehicle.command(kBalanced);
+  fly(vehicle, 199);
+  EXPECT_NEAR(vehicle.state().position_w_m.z(), 5.0, 1e-9);
+  fly(vehicle, 201);
+  // g m / (M + m) for the 0.1 s of the height loop is lost, and found again within 0.3 s: 0.228 m/s times 0.3 s.
+  EXPECT_NEAR(vehicle.state().position_w_m.z(), 5.0 - 0.0684, 0.002);
+}
+
+TEST(Vehicle, ChangesInMidFlightAndGoesOnFromWhereItIs) {
+  Plant plant = still_plant();
+  plant.change.at_s = 1.0;
+  plant.change.steps.push_back([](Plant& changes) { changes.roll.scale_per_count *= 0.5; });
+  plant.change.steps.push_back([](Plant& changes) { changes.air.wind_m_s = {0.0, 8.0, 0.0}; });
+  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 50.0));
+  vehicle.command(StickInput{.roll_vrc = 1180.0, .pitch_vrc = 998.0});
+  fly(vehicle, 100);
+  const double before_rad = vehicle.attitude().roll_rad;
+  vehicle.advance(milliseconds(1));
+  EXPECT_NEAR(vehicle.attitude().roll_rad, before_rad, 0.01 * before_rad);
+  fly(vehicle, 200);
+  EXPECT_NEAR(vehicle.attitude().roll_rad, 0.5 * before_rad, 0.02 * before_rad);
+}
+
+TEST(Vehicle, IsLiftedByItsOwnAirNearTheGround) {
+  Plant plant = still_plant();
+  plant.air.ground_effect = 1.0;
+  Vehicle low(plant, 1, Vector<double, 3>(0.0, 0.0, 0.1));
+  Vehicle high(plant, 1, Vector<double, 3>(0.0, 0.0, 3.0));
+  for (Vehicle* const vehicle : {&low, &high}) {
+    vehicle->command(kBalanced);
+    fly(*vehicle, 100);
+  }
+  EXPECT_GT(low.state().position_w_m.z(), 0.11);
+  EXPECT_NEAR(high.state().position_w_m.z(), 3.0, 0.001);
 }
 
 }  // namespace

@@ -7,31 +7,29 @@
 #include <limits>
 #include <random>
 
-#include "host_tests/tools/identify/axis_blocks.h"
+#include "host_tests/lab/identify/axis/axis_blocks.h"
 
 namespace m100::sysid {
 namespace {
 
 constexpr double kPeriod_s = 0.01;
 
-AxisModel<double> measured_roll() {
-  AxisModel<double> model;
-  model.gain = 9.1e-4;
-  model.natural_frequency_rad_s = 7.2;
-  model.damping_ratio = 0.75;
-  model.delay_s = 0.0552;
-  model.lead_zero_s = 0.11;
-  model.dead_zone_counts = 14.9;
-  return model;
+model::StickAxis measured_roll() {
+  return {.scale_per_count = 9.1e-4,
+          .natural_frequency_rad_s = 7.2,
+          .damping_ratio = 0.75,
+          .transport_delay_s = 0.0552,
+          .lead_zero_s = 0.11,
+          .dead_zone_counts = 14.9};
 }
 
 /// Sticks of a busy hand and the response of `truth` with a little noise.
-tools::identify::AxisData fly(const AxisModel<double>& truth, std::size_t size, double noise_rad) {
+lab::identify::AxisData fly(const model::StickAxis& truth, std::size_t size, double noise_rad) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  tools::identify::AxisData data;
+  lab::identify::AxisData data;
   data.period_s = kPeriod_s;
-  StaticLaw<double> law(truth, kPeriod_s);
+  model::StickLaw<double> law(truth, kPeriod_s);
   AxisDynamics<double> dynamics(truth, kPeriod_s);
   std::vector<double> commands;
   double target = 0.0;
@@ -42,7 +40,7 @@ tools::identify::AxisData fly(const AxisModel<double>& truth, std::size_t size, 
     data.stick.push_back(std::round(stick));
     data.measured.push_back(dynamics.value() + noise_rad * normal(random));
     commands.push_back(law.command(data.stick.back(), 0.0, 0.0));
-    const double late = static_cast<double>(i) - truth.delay_s / kPeriod_s;
+    const double late = static_cast<double>(i) - truth.transport_delay_s / kPeriod_s;
     const auto at = [&](double index) { return commands[static_cast<std::size_t>(std::max(0.0, std::floor(index)))]; };
     const double part = std::ceil(late) - late;
     const double now = at(std::ceil(late)) * (1.0 - part) + at(std::ceil(late) - 1.0) * part;
@@ -53,7 +51,7 @@ tools::identify::AxisData fly(const AxisModel<double>& truth, std::size_t size, 
   return data;
 }
 
-ResidualReport<double> watch(const AxisModel<double>& believed, const tools::identify::AxisData& data,
+ResidualReport<double> watch(const model::StickAxis& believed, const lab::identify::AxisData& data,
                              double expected_rms) {
   AxisResidual<double> residual(believed, expected_rms, kPeriod_s);
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
@@ -65,11 +63,11 @@ ResidualReport<double> watch(const AxisModel<double>& believed, const tools::ide
 // The vehicle must see what the host sees: the same block, the same start, the same error.
 TEST(AxisResidual, EqualsTheHostsSimulationError) {
   RecordProperty("promise", "R13");
-  const tools::identify::AxisData data = fly(measured_roll(), 266, 0.002);
-  AxisModel<double> believed = measured_roll();
-  believed.gain *= 1.1;
-  believed.delay_s = 0.0237;
-  const tools::identify::AxisBlocks host(data, {{0.05, 2.55}});
+  const lab::identify::AxisData data = fly(measured_roll(), 266, 0.002);
+  model::StickAxis believed = measured_roll();
+  believed.scale_per_count *= 1.1;
+  believed.transport_delay_s = 0.0237;
+  const lab::identify::AxisBlocks host(data, {{0.05, 2.55}});
   ASSERT_EQ(host.size(), 1U);
   const ResidualReport<double> seen = watch(believed, data, 0.01);
   ASSERT_EQ(seen.blocks, 1U);
@@ -85,22 +83,22 @@ TEST(AxisResidual, StaysQuietWhileTheModelHolds) {
 
 // Reality leaves the model: half the gain is gone, or 150 ms of delay have come.
 TEST(AxisResidual, NoticesALostGain) {
-  AxisModel<double> truth = measured_roll();
-  truth.gain *= 0.5;
+  model::StickAxis truth = measured_roll();
+  truth.scale_per_count *= 0.5;
   const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.002), 0.008);
   EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
 }
 
 TEST(AxisResidual, NoticesADelay) {
-  AxisModel<double> truth = measured_roll();
-  truth.delay_s += 0.15;
+  model::StickAxis truth = measured_roll();
+  truth.transport_delay_s += 0.15;
   const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.002), 0.008);
   EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
 }
 
 // A block with a hole in it would compare the model with nothing.
 TEST(AxisResidual, ThrowsABlockWithAGapAway) {
-  const tools::identify::AxisData data = fly(measured_roll(), 500, 0.002);
+  const lab::identify::AxisData data = fly(measured_roll(), 500, 0.002);
   AxisResidual<double> residual(measured_roll(), 0.008, kPeriod_s);
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     const bool lost = i % 200 == 150;
@@ -111,15 +109,8 @@ TEST(AxisResidual, ThrowsABlockWithAGapAway) {
 
 // float is what flies: its residual must be the same within a few millionths of the axis' range.
 TEST(AxisResidual, FloatAgreesWithDouble) {
-  const tools::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
-  AxisModel<float> model;
-  model.gain = 9.1e-4F;
-  model.natural_frequency_rad_s = 7.2F;
-  model.damping_ratio = 0.75F;
-  model.delay_s = 0.0552F;
-  model.lead_zero_s = 0.11F;
-  model.dead_zone_counts = 14.9F;
-  AxisResidual<float> residual(model, 0.008F, 0.01F);
+  const lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
+  AxisResidual<float> residual(measured_roll(), 0.008F, 0.01F);
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     residual.update(static_cast<float>(data.stick[i]), 0.F, static_cast<float>(data.measured[i]));
   }

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
-#include "host_tests/tools/plot/html.h"
-#include "host_tests/tools/plot/svg.h"
+#include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/svg.h"
 
-namespace m100::tools::plot {
+namespace m100::lab::plot {
 namespace {
 
 // Catches thinning by taking every n-th point, which loses the very spike that somebody looks for.
@@ -49,4 +49,4 @@ INSTANTIATE_TEST_SUITE_P(Table, Number,
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace m100::tools::plot
+}  // namespace m100::lab::plot

@@ -3,13 +3,13 @@
 
 #include <vector>
 
-#include "firmware/app/linux/probe_verdict.h"
+#include "firmware/companion/probe/probe_verdict.h"
 #include "hal/mock/wrong_baud.h"
-#include "host_tests/sim/n1_telemetry.h"
+#include "host_tests/sim/autopilot/n1_telemetry.h"
 #include "protocol/acks.h"
 #include "protocol/frame_encoder.h"
 
-namespace m100::app {
+namespace m100::companion {
 namespace {
 
 std::vector<std::byte> frame(const protocol::MessageId* id, std::span<const std::byte> value, bool is_ack = false) {
@@ -54,9 +54,32 @@ TEST(Probe, NamesWhatItHears) {
   EXPECT_EQ(after(noisy).verdict(), Verdict::kNoisy);
 }
 
+core::Expected<hal::LineErrors> counted(const hal::LineErrors& errors) { return errors; }
+
+// The same bytes have different causes, and different remedies: the port's counts tell them apart.
+TEST(Probe, NoiseAWrongBaudRateAnotherDeviceAndASlowMachineLookDifferent) {
+  const std::vector<std::byte> other_rate = hal::received_at(times(20, telemetry()), 921600, 230400);
+  const auto bytes = static_cast<std::uint32_t>(other_rate.size());
+  const Listener listener = after(other_rate);
+  EXPECT_EQ(listener.verdict(counted({.framing = bytes / 3})), Verdict::kWrongBaud);
+  EXPECT_EQ(listener.verdict(counted({.framing = bytes / 50})), Verdict::kNoisy);
+  EXPECT_EQ(listener.verdict(counted({})), Verdict::kNoAutopilot);
+  EXPECT_EQ(listener.verdict(counted({.framing = bytes, .breaks = bytes})), Verdict::kLineHeldLow);
+  EXPECT_EQ(Listener{}.verdict(counted({.breaks = 1})), Verdict::kLineHeldLow);
+  EXPECT_EQ(Listener{}.verdict(counted({})), Verdict::kNothingReceived);
+  std::vector<std::byte> damaged = times(20, telemetry());
+  for (std::size_t i = 100; i < damaged.size(); i += 600) {
+    damaged[i] ^= std::byte{0x10};
+  }
+  EXPECT_EQ(after(damaged).verdict(counted({.framing = 3})), Verdict::kNoisy);
+  EXPECT_EQ(after(damaged).verdict(counted({.overrun = 3})), Verdict::kOverrun);
+  EXPECT_EQ(after(times(20, telemetry())).verdict(counted({.overrun = 3})), Verdict::kAutopilot) << "nothing is lost";
+}
+
 TEST(Probe, EveryVerdictButTheGoodOneHasARemedy) {
-  for (const Verdict verdict : {Verdict::kApiNotEnabled, Verdict::kWrongBaud, Verdict::kNoisy,
-                                Verdict::kNothingReceived, Verdict::kCannotOpen}) {
+  for (const Verdict verdict :
+       {Verdict::kApiNotEnabled, Verdict::kWrongBaud, Verdict::kNoAutopilot, Verdict::kNoisy, Verdict::kOverrun,
+        Verdict::kLineHeldLow, Verdict::kNothingReceived, Verdict::kCannotOpen}) {
     EXPECT_FALSE(remedy(verdict).empty()) << name(verdict);
   }
   EXPECT_TRUE(remedy(Verdict::kAutopilot).empty());
@@ -73,4 +96,4 @@ TEST(Probe, TellsTheFirmwareByTheLayoutOfItsTelemetry) {
 }
 
 }  // namespace
-}  // namespace m100::app
+}  // namespace m100::companion

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/command_channel.h"
-#include "host_tests/sim/link_bench.h"
+#include "firmware/link/command_channel.h"
+#include "host_tests/sim/ports/link_bench.h"
 
-namespace m100::app {
+namespace m100::link {
 namespace {
 
 using core::Duration;
@@ -185,4 +185,4 @@ TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
 }
 
 }  // namespace
-}  // namespace m100::app
+}  // namespace m100::link

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/frames/frame_text.h"
+#include "host_tests/lab/frames/frame_text.h"
 
 #include <gtest/gtest.h>
 
-#include "host_tests/tools/frames/hex.h"
-#include "host_tests/tools/frames/message_json.h"
-#include "host_tests/tools/input_error.h"
+#include "host_tests/lab/frames/hex.h"
+#include "host_tests/lab/frames/message_json.h"
+#include "host_tests/lab/input_error.h"
 #include "protocol/acks.h"
 #include "protocol/aes256.h"
 #include "protocol/frame_encoder.h"
 #include "protocol/frame_parser.h"
 
-namespace m100::tools {
+namespace m100::lab {
 namespace {
 
 const std::string kKeyHex(64, 'a');
@@ -122,4 +122,4 @@ TEST(FrameJson, WrongSizesAreMarkedAndKept) {
 }
 
 }  // namespace
-}  // namespace m100::tools
+}  // namespace m100::lab

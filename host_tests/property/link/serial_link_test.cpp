@@ -3,9 +3,9 @@
 // end has nothing to object to.
 #include <gtest/gtest.h>
 
-#include "host_tests/sim/link_bench.h"
+#include "host_tests/sim/ports/link_bench.h"
 
-namespace m100::app {
+namespace m100::link {
 namespace {
 
 using sim::LinkBench;
@@ -101,4 +101,4 @@ TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
 }
 
 }  // namespace
-}  // namespace m100::app
+}  // namespace m100::link

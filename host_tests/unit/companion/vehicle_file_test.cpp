@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/app/vehicle_file.h"
+#include "firmware/companion/files/vehicle_file.h"
 
 #include <gtest/gtest.h>
 
 #include "firmware/model/default_vehicle.h"
 
-namespace m100::app {
+namespace m100::companion {
 namespace {
 
 constexpr const char* kGood = R"([axis.roll]
@@ -22,7 +22,7 @@ time_constant_s = 0.1
 
 TEST(VehicleFile, ReadsWhatTheContractShows) {
   const VehicleFile file = parse_vehicle(kGood, "v.toml");
-  EXPECT_EQ(file.vehicle.roll.scale_rad_per_count, 9.31e-4);
+  EXPECT_EQ(file.vehicle.roll.scale_per_count, 9.31e-4);
   EXPECT_FALSE(file.vehicle.roll.is_first_order());
   EXPECT_EQ(file.vehicle.roll.dead_zone_shape, model::DeadZoneShape::kJump);
   EXPECT_TRUE(file.vehicle.pitch.is_first_order());
@@ -34,7 +34,7 @@ TEST(VehicleFile, ReadsWhatTheContractShows) {
 TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
   const std::map<std::string, std::string> sources{{"axis.roll", "log \"a\", 12 to 38 s"}};
   model::Vehicle vehicle = model::paper_vehicle();
-  vehicle.roll.scale_rad_per_count = 1.0 / 1073.0;
+  vehicle.roll.scale_per_count = 1.0 / 1073.0;
   const std::string text = to_text(vehicle, sources);
   const VehicleFile file = parse_vehicle(text, "v.toml");
   EXPECT_EQ(to_text(file.vehicle, file.sources), text);
@@ -122,4 +122,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace m100::app
+}  // namespace m100::companion

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "firmware/app/serial_link.h"
+#include "firmware/link/serial_link.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
 
 #include <limits>
 
-#include "firmware/app/farewell.h"
-#include "host_tests/sim/link_bench.h"
+#include "firmware/link/farewell.h"
+#include "host_tests/sim/ports/link_bench.h"
 #include "protocol/frame_encoder.h"
 
-namespace m100::app {
+namespace m100::link {
 namespace {
 
 using safety::Reason;
@@ -274,20 +275,50 @@ TEST(SerialLinkTest, ALostAnswerToAnObtainRequestIsMadeGoodByTheNextRequest) {
   EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
 }
 
-TEST(SerialLinkTest, PluggedInAgainItAsksNobodyForAnything) {
-  LinkBench bench({});
-  ASSERT_TRUE(bench.take_control());
-  bench.cable().set_plugged(false);
-  bench.run(milliseconds(200));  // shorter than the silence that ends control by itself
-  bench.cable().set_plugged(true);
-  bench.run(milliseconds(100));
-  EXPECT_EQ(bench.link.authority().stage, Stage::kSilentCold);
-  EXPECT_EQ(bench.link.authority().reason, Reason::kRestarted);
-  EXPECT_EQ(bench.link.health().outages, 1U);
-  bench.run(seconds(5));
-  EXPECT_EQ(bench.link.authority().stage, Stage::kSilentCold);
-  bench.link.request_control(bench.clock.now());
-  EXPECT_TRUE(bench.run_until(Stage::kInControl));
+// Catches a link that goes on where it was when the port comes back: another autopilot may be behind it.
+TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
+  RecordProperty("promise", "R4");
+  for (const bool in_flight : {true, false}) {
+    LinkBench bench({});
+    ASSERT_TRUE(in_flight ? bench.take_control() : bench.run_until(Stage::kReady));
+    const std::uint32_t requests = bench.autopilot.record().obtain_requests;
+    bench.cable().set_plugged(false);
+    bench.run(milliseconds(200));                   // shorter than the silence that ends control by itself
+    bench.link.request_control(bench.clock.now());  // meant for the autopilot that was there
+    bench.cable().set_plugged(true);
+    bench.run(milliseconds(30));
+    EXPECT_FALSE(bench.link.authority().in_control);
+    EXPECT_EQ(bench.link.health().outages, 1U);
+    EXPECT_TRUE(bench.run_until(Stage::kReady));
+    bench.run(seconds(5));
+    EXPECT_EQ(bench.link.authority().stage, Stage::kReady);
+    EXPECT_FALSE(bench.link.authority().owed);
+    EXPECT_TRUE(bench.autopilot.transmitter_in_control());
+    EXPECT_EQ(bench.autopilot.record().obtain_requests, requests);
+    bench.link.request_control(bench.clock.now());
+    EXPECT_TRUE(bench.run_until(Stage::kInControl));
+  }
+}
+
+// Telemetry says "ours" whether our bytes arrive or not, on the movement channel for ever: only an answer tells.
+TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
+  RecordProperty("promise", "R15");
+  for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
+    LinkBench bench(over(channel));
+    ASSERT_TRUE(bench.take_control());
+    bench.run(seconds(10));
+    EXPECT_EQ(bench.link.authority().stage, Stage::kInControl) << "healthy is silent";
+    bench.cable().a_to_b().set_faults({.drop_per_write = 1.0});
+    ASSERT_TRUE(bench.run_until(Stage::kSilent, milliseconds(1050)));  // 0.2 s, eight times 0.1 s, and the tick
+    EXPECT_EQ(bench.link.authority().reason, Reason::kUnheard);
+    EXPECT_TRUE(bench.link.authority().owed);
+    bench.run(seconds(3));
+    bench.cable().a_to_b().set_faults({});
+    bench.run(seconds(1));
+    EXPECT_TRUE(bench.autopilot.transmitter_in_control()) << "it went on giving back";
+    EXPECT_FALSE(bench.link.authority().owed);
+    EXPECT_EQ(bench.link.authority().stage, Stage::kSilent);
+  }
 }
 
 // Catches a queue of commands behind a stuck line: they would all leave, old, when it is free again.
@@ -392,5 +423,25 @@ TEST(SerialLinkTest, TheAutopilotsClockIsWatched) {
   EXPECT_NEAR(bench.link.health().receive_share, 0.43, 0.05);  // 97 bytes at 100 Hz and position at 10 Hz
 }
 
+// Catches an age that is another item's: of the items that come at 100 Hz none grows older than two ticks, the
+// position, which comes at 10 Hz, does.
+TEST(SerialLinkTest, EveryItemHasAnAgeOfItsOwn) {
+  using protocol::TelemetryItem;
+  LinkBench bench({});
+  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  bench.run(seconds(1));
+  core::Duration oldest_attitude{0};
+  core::Duration oldest_position{0};
+  for (int i = 0; i < 100; ++i) {
+    bench.tick();
+    const auto age = [&bench](TelemetryItem item) { return bench.clock.now() - bench.link.received_at(item); };
+    oldest_attitude = std::max(oldest_attitude, age(TelemetryItem::kAttitude));
+    oldest_position = std::max(oldest_position, age(TelemetryItem::kPosition));
+  }
+  EXPECT_LE(oldest_attitude, milliseconds(20));
+  EXPECT_GE(oldest_position, milliseconds(80));
+  EXPECT_LE(oldest_position, milliseconds(110));
+}
+
 }  // namespace
-}  // namespace m100::app
+}  // namespace m100::link

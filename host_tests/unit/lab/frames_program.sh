@@ -25,7 +25,7 @@ bad() {  # text on stderr, arguments
   shift
   "$lab" "$@" > "$space/out" 2> "$space/err"
   local code=$?
-  [[ $code == 2 && $(wc -l < "$space/err") == 1 ]] && grep -qF "$expected" "$space/err" \
+  [[ $code == 2 && $(wc -l < "$space/err") == 1 ]] && grep -qF -- "$expected" "$space/err" \
     || fail "$* gave $code: $(cat "$space/err")"
 }
 echo "not json" > "$space/bad"
@@ -33,6 +33,20 @@ bad "bad:1: is not a JSON object" frames encode "$space/bad"
 echo '{"session":99}' > "$space/bad"
 bad "bad:1: 'session': must be 0 to 31" frames encode "$space/bad"
 bad "cannot be read" frames decode "$space/nowhere"
-bad "'--key': a key is 64 hexadecimal digits" frames decode --key 12 "$space/bytes"
+bad "--key" frames decode --key "$(printf 'a%.0s' {1..64})" "$space/bytes"
+touch "$space/key" && chmod 600 "$space/key"
+echo 12 > "$space/key"
+bad "key:1: the key needs 64 hexadecimal digits" frames decode --key-file "$space/key" "$space/bytes"
+printf 'a%.0s' {1..64} > "$space/key"
+secret='{"session":2,"is_ack":false,"seq":7,"encrypted":true,"cmd_set":1,"cmd_id":0,"payload_hex":"01"}'
+"$lab" frames encode --key-file "$space/key" <<< "$secret" | sed 's/../\\x&/g' > "$space/escaped"
+printf '%b' "$(cat "$space/escaped")" > "$space/secret"
+"$lab" frames decode --key-file "$space/key" "$space/secret" | grep -q '"name":"obtain_control"' || fail "decoded with the key"
+"$lab" frames decode "$space/secret" | grep -q '"name":"obtain_control"' && fail "read without the key"
+for program in encode decode; do
+  chmod 640 "$space/key"
+  bad "holds a key that others can read" frames $program --key-file "$space/key" "$space/bytes"
+done
+bad "cannot be read" frames encode --key-file "$space/nowhere" "$space/bytes"
 bad "subcommand" frames
 exit $((failures > 0))

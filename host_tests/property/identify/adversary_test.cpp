@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A sample of the adversarial logs; the whole matrix is soak.identify_adversary.
+#include "host_tests/property/identify/adversary.h"
+
+#include <gtest/gtest.h>
+
+namespace m100::host_tests {
+namespace {
+
+class AdversarialLog : public ::testing::TestWithParam<std::string> {};
+
+// Catches a clean bill that the data do not give, and a name for something that is not there.
+TEST_P(AdversarialLog, IsAnsweredRightOrNotAtAll) {
+  RecordProperty("promise", "R13");
+  for (const std::uint64_t seed : {9001U, 9002U}) {
+    const Adversary truth = adversary(GetParam(), seed);
+    const lab::identify::IdentifyResult result = ask(truth);
+    const Answer answer = judge(truth, result);
+    EXPECT_TRUE(answer == Answer::kRight || (answer == Answer::kUndecided && !truth.healthy))
+        << "seed " << seed << ": " << static_cast<int>(answer) << ", " << result.verdict;
+  }
+}
+
+std::string letters(const ::testing::TestParamInfo<std::string>& info) {
+  std::string out;
+  for (const char c : info.param) {
+    out += (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ? std::string(1, c) : "";
+  }
+  return out;
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, AdversarialLog, ::testing::ValuesIn(adversary_kinds()), letters);
+
+// A change must be dated as well as named: the interval holds the truth.
+TEST(AdversarialChange, IsDated) {
+  int inside = 0;
+  int found = 0;
+  for (std::uint64_t seed = 9001; seed <= 9006; ++seed) {
+    const Adversary truth = adversary("gain changes 10 to 25 %", seed);
+    for (const auto& change : ask(truth).changes) {
+      ++found;
+      inside += change.low_s - 0.3 <= truth.change_s && truth.change_s <= change.high_s + 0.3 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(found, 6);
+  EXPECT_GE(inside, 5);
+}
+
+}  // namespace
+}  // namespace m100::host_tests

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The authority table by itself, whatever the world does.
+#include "firmware/safety/authority_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <random>
+
+namespace m100::safety {
+namespace {
+
+/// The one exhaustive look at the table itself: whatever else is true at the same time, a loss ends control.
+TEST(AuthorityTable, WhateverElseIsTrueALossEndsControl) {
+  RecordProperty("promise", "R4");
+  constexpr AuthoritySign kFlying =
+      AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF | AuthoritySign::kDeviceOurs;
+  constexpr AuthoritySign kLosses =
+      AuthoritySign::kRestarted | AuthoritySign::kLostPush | AuthoritySign::kOwnStall | AuthoritySign::kNoAnswer;
+  for (std::uint32_t bits = 0; bits < (1U << 24U); ++bits) {
+    const AuthoritySign signs = static_cast<AuthoritySign>(bits);
+    const bool lost = !all(signs, kFlying) || any(signs, kLosses) ||
+                      (any(signs, AuthoritySign::kNeedsVirtualRc) && !any(signs, AuthoritySign::kVirtualRcOn));
+    const Stage after = next(Stage::kInControl, signs);
+    ASSERT_EQ(next(Stage::kInControl, signs | AuthoritySign::kPortBack), Stage::kListening) << std::hex << bits;
+    if (lost) {
+      ASSERT_TRUE(after == Stage::kSilent || after == Stage::kSilentCold) << std::hex << bits;
+    } else {
+      ASSERT_EQ(after, any(signs, AuthoritySign::kReleaseAsked) ? Stage::kReleasing : Stage::kInControl)
+          << std::hex << bits;
+    }
+  }
+}
+
+/// In every stage that is on the way to control, a loss leads to silence whatever else is true.
+TEST(AuthorityTable, ALossOnTheWayToControlEndsTheAttempt) {
+  for (const Stage stage : {Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling}) {
+    for (std::uint32_t bits = 0; bits < (1U << 22U); ++bits) {  // no row of these stages asks for kOwed
+      const AuthoritySign signs = static_cast<AuthoritySign>(bits);
+      const bool lost = !all(signs, AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF) ||
+                        any(signs, AuthoritySign::kRestarted | AuthoritySign::kLostPush);
+      const Stage after = next(stage, lost ? signs : signs | AuthoritySign::kOwnStall);
+      ASSERT_TRUE(after == Stage::kSilent || after == Stage::kSilentCold) << name(stage) << " " << std::hex << bits;
+    }
+  }
+}
+
+/// Signs at random, a hundred times a second: whatever is seen, and whatever the operator wants.
+TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryTwo) {
+  RecordProperty("promise", "R4");
+  constexpr core::Duration kTick = std::chrono::milliseconds(10);
+  std::mt19937_64 random(15);
+  AuthorityState state;
+  core::Duration since_release = kReleaseSpacing;
+  core::Duration since_request = kRequestSpacing;
+  int releases = 0;
+  for (int i = 0; i < 400000; ++i) {
+    // Levels last for a while, edges are rare.
+    const auto levels = static_cast<AuthoritySign>((random() | random()) & (i % 50 < 40 ? 0x7CCU : 0x7CCU & random()));
+    const auto edges = static_cast<AuthoritySign>(random() % 8 == 0 ? 1U << (random() % 25U) : 0U);
+    const AuthorityStep made = step(state, levels | edges, kTick);
+    state = made.state;
+    since_release += kTick;
+    since_request += kTick;
+    if (made.action == Action::kReleaseControl) {
+      ASSERT_GE(since_release, kReleaseSpacing) << "step " << i;
+      since_release = core::Duration{0};
+      ++releases;
+    } else if (made.action == Action::kRequestControl) {
+      ASSERT_GE(since_request, kRequestSpacing) << "step " << i;
+      since_request = core::Duration{0};
+    }
+  }
+  EXPECT_GT(releases, 1000) << "a world in which nothing is given back proves nothing";
+}
+
+TEST(AuthorityTable, EveryReasonAndEveryStageHasAName) {
+  for (std::size_t stage = 0; stage < kStageCount; ++stage) {
+    EXPECT_FALSE(name(static_cast<Stage>(stage)).empty());
+  }
+  for (const AuthorityRow& row : kAuthorityTable) {
+    EXPECT_FALSE(name(row.reason).empty());
+    const bool is_end = row.to == Stage::kSilent || row.to == Stage::kSilentCold || row.to == Stage::kPausing;
+    EXPECT_EQ(is_end && remedy(row.reason).empty(), false) << name(row.reason) << " leaves a person without a remedy";
+  }
+}
+
+}  // namespace
+}  // namespace m100::safety

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/course.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "firmware/companion/files/course_check.h"
+
+namespace m100::companion {
+namespace {
+
+struct Laid {
+  std::unique_ptr<ref::Trajectory<double>> course = std::make_unique<ref::Trajectory<double>>();
+  std::vector<CoursePiece> pieces;
+  std::string said;  ///< why it was refused; empty: it can be flown
+};
+
+/// Starts at x = 10, y = -3, z = 1.5 with another heading: places are offsets.
+Laid lay(const std::string& text) {
+  Laid laid;
+  ref::Waypoint<double> start;
+  start.position_w_m = {10.0, -3.0, 1.5};
+  start.yaw_rad = 0.3;
+  try {
+    laid.pieces = lay_course(text, start, *laid.course, "c");
+    expect_flyable(*laid.course, laid.pieces, start, {}, "c");
+  } catch (const CourseError& wrong) {
+    laid.said = wrong.what();
+  }
+  return laid;
+}
+
+TEST(Course, WaypointsOfConsecutiveLinesAreOneWayAndKeepTheirLines) {
+  const Laid laid =
+      lay("limits speed_m_s 1 tilt_deg 10\nthrough 1 0 0 0\n# bend\nthrough 1 1 0.5 0\nstep 1 1 0.5 0 2\n");
+  ASSERT_EQ(laid.said, "");
+  ASSERT_EQ(laid.pieces.size(), 3U);
+  EXPECT_EQ(laid.pieces[0].line, 2);
+  EXPECT_EQ(laid.pieces[1].line, 4);
+  EXPECT_EQ(laid.pieces[1].begin, laid.pieces[0].end);
+  const ref::Motion bend = laid.course->motion(laid.pieces[0].end);
+  EXPECT_NEAR(bend[0][0], 11.0, 1e-9);
+  EXPECT_GT(std::hypot(bend[0][1], bend[1][1]), 0.1) << "it stops where it should fly through";
+}
+
+TEST(Course, ATableOfTimeAndPlaceIsACourse) {
+  const Laid laid = lay("t_s,x_m,y_m,z_m,yaw_deg\n0,0,0,0,0\n2.0, 1, 0, 0, 90\n4.5,1,1,0.5,90\n");
+  ASSERT_EQ(laid.said, "");
+  ASSERT_EQ(laid.pieces.size(), 2U);
+  EXPECT_EQ(laid.pieces[0].end, std::chrono::milliseconds(2000));
+  EXPECT_EQ(laid.pieces[1].end, std::chrono::milliseconds(4500));
+  const ref::Motion at = laid.course->motion(laid.pieces[0].end, true);
+  EXPECT_NEAR(at[0][0], 11.0, 1e-9);
+  EXPECT_NEAR(at[3][0], 0.3 + 1.5707963267948966, 1e-9);
+}
+
+TEST(Course, APolynomialIsInSecondsAndAnAxisThatItDoesNotNameStays) {
+  // 10 s^3 - 15 s^4 + 6 s^5 over 2 s, twice as far.
+  const Laid laid = lay("polynomial 2 x 0 0 0 2.5 -1.875 0.375\n");
+  ASSERT_EQ(laid.said, "");
+  EXPECT_NEAR(laid.course->motion(laid.pieces[0].end, true)[0][0], 12.0, 1e-12);
+  EXPECT_NEAR(laid.course->motion(std::chrono::seconds(1))[0][1], 1.875, 1e-12);
+  EXPECT_EQ(laid.course->motion(std::chrono::seconds(1))[1][0], -3.0);
+}
+
+struct Refused {
+  const char* name;
+  const char* text;
+  const char* begins;
+  const char* also;  ///< stands somewhere behind it
+};
+void PrintTo(const Refused& one, std::ostream* out) { *out << one.name; }
+class RefusedCourse : public ::testing::TestWithParam<Refused> {};
+INSTANTIATE_TEST_SUITE_P(
+    Table, RefusedCourse,
+    ::testing::Values(
+        Refused{"UnknownWord", "hop 1\n", "c:1: 'hop': no such piece", ""},
+        Refused{"TooFewNumbers", "\nthrough 1 2 3\n", "c:2: 'through': needs 4 numbers", ""},
+        Refused{"NotANumber", "circle 1 fast 2\n", "c:1: 'circle': 'fast' is not a number", ""},
+        Refused{"NaN", "step nan 0 0 0 1\n", "c:1: 'step': 'nan' is not a number", ""},
+        Refused{"UnknownLimit", "limits velocity 3\n", "c:1: 'limits': 'velocity' is no limit", "speed_m_s"},
+        Refused{"UnknownColumn", "t_s,x_m,y_m,z_m,q\n", "c:1: 't_s': 'q' is no column", ""},
+        Refused{"MissingColumn", "t_s,x_m,y_m\n", "c:1: 't_s': the column z_m is missing", ""},
+        Refused{"ShortRow", "t_s,x_m,y_m,z_m\n1,0,0,0\n2,0,0\n", "c:3: 't_s': the row has 3 values", ""},
+        Refused{"TimesGoBack", "t_s,x_m,y_m,z_m\n2,0,0,0\n1,0,0,0\n", "c:2: 't_s': times must rise", ""},
+        Refused{"TableBeginsElsewhere", "t_s,x_m,y_m,z_m\n0,5,0,0\n", "c:2: 't_s': the first place is not", ""},
+        // v^2 / r = 8 m/s^2 is 39.2 degrees; as a share of g it would be 46.7.
+        Refused{"BendTooSharp", "step 0 0 0 0 1\ncircle 2 4 3\n", "c:2: 'circle': the tilt is 25.",
+                "the limit 25 deg, "},
+        Refused{"OwnTiltInDegrees", "limits tilt_deg 10 acceleration_m_s2 4\ncircle 2 2 2\n",
+                "c:2: 'circle': the tilt is 10.", "the course's own limit 10 deg, "},
+        Refused{"OwnSpeed", "limits speed_m_s 1\nquintic 4 0 0 0 4\n", "c:2: 'quintic': the speed is 1.0",
+                "course's own limit 1 m/s, 0."},
+        Refused{"Climbs", "quintic 0 0 10 0 5\n", "c:1: 'quintic': the climb speed is 2.0", "limit 2 m/s, "},
+        Refused{"Turns", "quintic 0 0 0 3 1\n", "c:1: 'quintic': the yaw rate is 1", "limit 100 deg/s, "},
+        Refused{"TableTooFast", "t_s,x_m,y_m,z_m\n1,8,0,0\n", "c:2: 't_s': the tilt is ", ", at (0."},
+        Refused{"PolynomialElsewhere", "polynomial 2 x 1\n",
+                "c:1: 'polynomial': does not go on as the course is here: another place", ""},
+        Refused{"PolynomialInMotion", "polynomial 2 x 0 1\n",
+                "c:1: 'polynomial': does not go on as the course is here: another velocity", ""},
+        Refused{"EndsInMotion", "polynomial 2 x 0 0 0 0.1\n", "c:1: 'polynomial': the course ends in motion, 2.00 s",
+                "(0.80, 0.00, 0.00) m"},
+        Refused{"StepFromMotion", "polynomial 2 x 0 0 0 0.1\nstep 0 0 0 0 1\n",
+                "c:2: 'step': the course is still in motion here: its velocity, 2.00 s", ""}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(RefusedCourse, NamesFileLineWordAndForALimitTimeAndPlace) {
+  const std::string said = lay(GetParam().text).said;
+  EXPECT_TRUE(said.starts_with(GetParam().begins)) << said;
+  EXPECT_NE(said.find(GetParam().also), std::string::npos) << said;
+  EXPECT_EQ(said.find('\n'), std::string::npos);
+}
+
+// Whoever adds a word to the reader and not to the table that --help prints, or the other way round, fails here.
+TEST(Course, EveryWordOfTheTableIsReadAndStandsInTheHelp) {
+  for (const CourseWord& word : kCourseWords) {
+    const std::string name(word.word.substr(0, word.word.find(',')));
+    EXPECT_NE(course_help().find("  " + std::string(word.word)), std::string::npos);
+    const std::string said = lay(name == "t_s" ? "t_s,nothing\n" : name + " nonsense\n").said;
+    EXPECT_NE(said, "") << name;
+    EXPECT_EQ(said.find("no such piece"), std::string::npos) << said;
+  }
+}
+
+}  // namespace
+}  // namespace m100::companion

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/flight_file.h"
+
+#include <gtest/gtest.h>
+
+namespace m100::companion {
+namespace {
+
+constexpr const char* kFence = "[fence]\nx_m = [-5.0, 5.0]\ny_m = [-4, 6.0]\nz_m = [0.5, 4.0]\n";
+
+TEST(FlightFile, NeedsNothingButTheThreeRanges) {
+  const FlightFile flight = parse_flight(kFence, "f.toml");
+  EXPECT_EQ(flight.mode, Mode::kField) << "the default everywhere";
+  EXPECT_EQ(flight.fence_y_m.low, -4.0);
+  EXPECT_EQ(flight.fence_y_m.high, 6.0);
+  EXPECT_EQ(flight.wind_m_s, 5.0);
+  EXPECT_EQ(flight.ground_z_m, 0.0);
+  EXPECT_EQ(limits_of(flight).pose_fresh, safety::Limits{}.pose_fresh);
+  EXPECT_EQ(limits_of(flight).coast, safety::Limits{}.coast);
+}
+
+TEST(FlightFile, TheLaddersTimesAreThoseOfTheFile) {
+  const FlightFile flight =
+      parse_flight("mode = \"calm_room\"\n" + std::string(kFence) +
+                       "[wind]\nclass_m_s = 8\n[pose]\nfresh_s = 0.1\ncoast_s = 0.7\nlevel_s = 0.5\n",
+                   "f.toml");
+  EXPECT_EQ(flight.mode, Mode::kCalmRoom);
+  EXPECT_EQ(flight.wind_m_s, 8.0);
+  EXPECT_EQ(limits_of(flight).pose_fresh, std::chrono::milliseconds(100));
+  EXPECT_EQ(limits_of(flight).coast, std::chrono::milliseconds(700));
+  EXPECT_EQ(limits_of(flight).level, std::chrono::milliseconds(500));
+}
+
+struct Wrong {
+  const char* name;
+  std::string text;
+  const char* said;
+};
+class WrongFlightFile : public ::testing::TestWithParam<Wrong> {};
+INSTANTIATE_TEST_SUITE_P(
+    Table, WrongFlightFile,
+    ::testing::Values(
+        Wrong{"Empty", "", "f.toml: 'fence.x_m': is missing"},
+        Wrong{"NoHeight", "\n[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\n", "f.toml:2: 'fence.z_m': is missing"},
+        Wrong{"NoToml", "[fence", "f.toml:1: "},
+        Wrong{"UnknownSection", std::string(kFence) + "[fences]\n", "f.toml:5: 'fences': unknown key"},
+        Wrong{"UnknownKey", std::string(kFence) + "w_m = 1\n", "f.toml:5: 'fence.w_m': unknown key"},
+        Wrong{"UnknownMode", "mode = \"windy\"\n" + std::string(kFence), "f.toml:1: 'mode': must be \"field\" or"},
+        Wrong{"ModeOfNumbers", "mode = 3\n" + std::string(kFence), "f.toml:1: 'mode': must be"},
+        Wrong{"OneNumber", "[fence]\nx_m = 5\n", "f.toml:2: 'fence.x_m': must be two numbers"},
+        Wrong{"ThreeNumbers", "[fence]\nx_m = [1, 2, 3]\n", "f.toml:2: 'fence.x_m': must be two numbers"},
+        Wrong{"TurnedAround", "[fence]\nx_m = [5, -5]\n", "f.toml:2: 'fence.x_m': must be two numbers, the lower"},
+        Wrong{"Words", "[fence]\nx_m = [\"-5\", \"5\"]\n", "f.toml:2: 'fence.x_m': must be two numbers"},
+        Wrong{"NotANumber", "[fence]\nx_m = [-5, nan]\n", "f.toml:2: 'fence.x_m': nan is outside [-1000, 1000]"},
+        Wrong{"StartOutside", "[fence]\nx_m = [1, 5]\ny_m = [-1, 1]\nz_m = [1, 2]\n",
+              "f.toml:2: 'fence.x_m': the start, 0, is not inside [1, 5]"},
+        Wrong{"FloorInTheGround", "[fence]\nx_m = [-1, 5]\ny_m = [-1, 1]\nz_m = [0, 2]\n",
+              "f.toml:4: 'fence.z_m': its floor is not above the ground at 0 m"},
+        Wrong{"WindAsText", std::string(kFence) + "[wind]\nclass_m_s = \"5\"\n", "f.toml:6: 'wind.class_m_s': must be"},
+        Wrong{"AnOldPoseIsFresh", std::string(kFence) + "[pose]\nfresh_s = 0.3\n",
+              "f.toml:6: 'pose.fresh_s': 0.3 is outside [0.02, 0.25]"},
+        Wrong{"CoastBeforeAPoseIsOld", std::string(kFence) + "[pose]\nfresh_s = 0.2\ncoast_s = 0.1\n",
+              "f.toml:5: 'pose.coast_s': must be longer than pose.fresh_s"},
+        Wrong{"PoseIsNoTable", "pose = 3\n" + std::string(kFence), "f.toml:1: 'pose': must be a table"}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST_P(WrongFlightFile, IsRefusedWithFileLineAndKey) {
+  RecordProperty("promise", "R16");
+  try {
+    (void)parse_flight(GetParam().text, "f.toml");
+    FAIL() << "accepted";
+  } catch (const FlightFileError& wrong) {
+    EXPECT_TRUE(std::string(wrong.what()).starts_with(GetParam().said)) << wrong.what();
+    EXPECT_EQ(std::string(wrong.what()).find('\n'), std::string::npos);
+  }
+}
+
+struct Laid {
+  const char* name;
+  const char* course;
+  const char* said;  ///< empty: stays inside
+};
+class CourseInTheBox : public ::testing::TestWithParam<Laid> {};
+INSTANTIATE_TEST_SUITE_P(
+    Table, CourseInTheBox,
+    ::testing::Values(Laid{"Hover", "", ""}, Laid{"AlongTheFence", "step 5 6 2.5 0 5\nquintic -5 -4 -1 0 4\n", ""},
+                      Laid{"TheFindingsHundredMetres", "step 100 0 0 0 5\n",
+                           "c:1: 'step': x = 100 m is outside the fence, x_m = [-5, 5]"},
+                      Laid{"SecondLine", "step 1 0 0 0 5\n# a comment\nquintic 0 -4.1 0 0 5\n",
+                           "c:3: 'quintic': y = -4.0"},
+                      Laid{"TooHigh", "step 0 0 2.6 0 1\n", "c:1: 'step': z = 4.1 m is outside the fence, z_m"},
+                      Laid{"IntoTheGround", "quintic 0 0 -2 0 3\n", "c:1: 'quintic': z = "},
+                      Laid{"OnlyTheCornersOfTheSquare", "square 5.5 2 0.5\n", "c:1: 'square': x = "}),
+    [](const auto& tested) { return tested.param.name; });
+
+// The start is at x = 10, y = -3: the box moves with it; the height is the world's.
+TEST_P(CourseInTheBox, IsTakenOrRefusedByLineAndPlace) {
+  RecordProperty("promise", "R16");
+  const FlightFile flight = parse_flight(kFence, "f.toml");
+  ref::Waypoint<double> start;
+  start.position_w_m = {10.0, -3.0, 1.5};
+  auto course = std::make_unique<ref::Trajectory<double>>();
+  const std::vector<CoursePiece> pieces = lay_course(GetParam().course, start, *course, "c");
+  std::string said;
+  try {
+    expect_inside(flight, start, *course, pieces, "c");
+  } catch (const FlightFileError& wrong) {
+    said = wrong.what();
+  }
+  EXPECT_TRUE(GetParam().said[0] == '\0' ? said.empty() : said.starts_with(GetParam().said)) << said;
+}
+
+TEST(FlightFile, AStartBelowTheFloorIsRefused) {
+  const FlightFile flight = parse_flight(kFence, "f.toml");
+  ref::Waypoint<double> start;
+  start.position_w_m = {0.0, 0.0, 0.1};
+  auto course = std::make_unique<ref::Trajectory<double>>();
+  course->hold(start);
+  EXPECT_THROW(expect_inside(flight, start, *course, {}, "c"), FlightFileError);
+}
+
+}  // namespace
+}  // namespace m100::companion

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The second process of a flight, with a pipe for the port: what it says, when, and when it does not.
+#include "firmware/companion/fly/keeper.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <new>
+#include <set>
+#include <vector>
+
+#include "protocol/commands.h"
+#include "protocol/frame_parser.h"
+
+namespace {
+
+/// The only process that may use the heap; 0: every one.
+pid_t only_process = 0;
+
+void* allocate(std::size_t size) {
+  if (only_process != 0 && getpid() != only_process) {
+    _exit(99);  // the keeper would be found dead, and silent
+  }
+  return std::malloc(size);
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size); }
+void* operator new[](std::size_t size) { return allocate(size); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace m100::companion {
+namespace {
+
+constexpr int kPatience_ms = 20000;  ///< of a busy machine
+const link::ChannelCommand kSticks{vrc::Sticks{}};
+
+/// What the autopilot would have understood.
+struct Heard {
+  int sticks = 0;
+  int movements = 0;
+  int switched_off = 0;
+  std::vector<std::uint16_t> releases;  ///< their sequence numbers
+  int others = 0;
+};
+
+Heard understood(const std::vector<std::byte>& bytes) {
+  Heard heard;
+  protocol::FrameParser parser;
+  protocol::CipherScratch scratch{};
+  for (const std::byte value : bytes) {
+    const core::Expected<protocol::FrameView> frame = parser.push(value);
+    if (!frame) {
+      continue;
+    }
+    const core::Expected<protocol::Message> message = protocol::open(*frame, nullptr, scratch);
+    const core::Expected<protocol::Command> command = protocol::decode_command(message->id, message->value);
+    if (const auto* request = std::get_if<protocol::ControlRequest>(&*command); request && !request->obtain) {
+      heard.releases.push_back(frame->header.sequence);
+    } else if (const auto* off = std::get_if<protocol::VirtualRcSwitch>(&*command); off && !off->on) {
+      ++heard.switched_off;
+    } else if (std::holds_alternative<protocol::VirtualRcData>(*command)) {
+      ++heard.sticks;
+    } else if (std::holds_alternative<protocol::Movement>(*command)) {
+      ++heard.movements;
+    } else {
+      ++heard.others;
+    }
+  }
+  return heard;
+}
+
+struct KeeperTest : ::testing::Test {
+  int line[2]{-1, -1};  ///< what the keeper writes comes out at [0]
+  void SetUp() override { ASSERT_EQ(pipe2(line, O_CLOEXEC | O_NONBLOCK), 0); }
+  void TearDown() override {
+    only_process = 0;
+    close(line[0]);
+    close(line[1]);
+  }
+  /// Everything until all who could write have ended, or (where `bytes` were asked for) until so many have come.
+  std::vector<std::byte> read_line(std::size_t bytes = ~std::size_t{0}) {
+    std::vector<std::byte> all;
+    std::array<std::byte, 4096> some{};
+    for (pollfd come{.fd = line[0], .events = POLLIN, .revents = 0}; all.size() < bytes;) {
+      EXPECT_GT(poll(&come, 1, kPatience_ms), 0) << "neither bytes nor an end";
+      const ssize_t count = read(line[0], some.data(), some.size());
+      if (count <= 0) {
+        break;
+      }
+      all.insert(all.end(), some.begin(), some.begin() + count);
+    }
+    return all;
+  }
+  /// A flying program that does what it is told in a process of its own. @returns its id.
+  template <typename Flight>
+  pid_t fly(const Flight& flight) {
+    const pid_t program = fork();
+    if (program == 0) {
+      only_process = getpid();
+      flight();
+      _exit(0);
+    }
+    close(line[1]);
+    line[1] = -1;
+    return program;
+  }
+};
+
+struct Death {
+  const char* name;
+  int signal;
+  link::ChannelCommand neutral;
+};
+class KeeperAfterDeath : public KeeperTest, public ::testing::WithParamInterface<Death> {};
+INSTANTIATE_TEST_SUITE_P(Signals, KeeperAfterDeath,
+                         ::testing::Values(Death{"KilledOnVirtualRc", SIGKILL, kSticks},
+                                           Death{"KilledOnMovement", SIGKILL, ctl::Command<double>{}},
+                                           Death{"AbortedOnVirtualRc", SIGABRT, kSticks},
+                                           Death{"BrokenOnMovement", SIGBUS, ctl::Command<double>{}}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(KeeperAfterDeath, SaysTheWholeFarewellAFewTimesAndEnds) {
+  RecordProperty("promise", "R15");
+  const pid_t program = fly([&] {
+    signal(GetParam().signal, SIG_DFL);
+    Keeper keeper(GetParam().neutral, nullptr);
+    keeper.hold(line[1], 1);
+    (void)keeper.beat(true);
+    kill(getpid(), GetParam().signal);
+  });
+  const Heard heard = understood(read_line());  // to the end of the line: the keeper let go of it
+  waitpid(program, nullptr, 0);
+  EXPECT_EQ(heard.releases.size(), 2 * Keeper::kRounds);
+  EXPECT_EQ(std::set<std::uint16_t>(heard.releases.begin(), heard.releases.end()).size(), Keeper::kRounds)
+      << "the autopilot executes a number once";
+  const bool sticks = std::holds_alternative<vrc::Sticks>(GetParam().neutral);
+  EXPECT_EQ(heard.switched_off, sticks ? static_cast<int>(Keeper::kRounds) : 0);
+  EXPECT_LE(heard.sticks + heard.movements, 1) << "a command only while the last tick's word about control holds";
+  EXPECT_EQ(sticks ? heard.movements : heard.sticks, 0);
+  EXPECT_EQ(heard.others, 0);
+}
+
+TEST_F(KeeperTest, SaysNoCommandWhereControlWasNotOurs) {
+  RecordProperty("promise", "R4");
+  const pid_t program = fly([&] {
+    Keeper keeper(kSticks, nullptr);
+    keeper.hold(line[1], 1);
+    (void)keeper.beat(false);
+    kill(getpid(), SIGKILL);
+  });
+  const Heard heard = understood(read_line());
+  waitpid(program, nullptr, 0);
+  EXPECT_EQ(heard.releases.size(), 2 * Keeper::kRounds);
+  EXPECT_EQ(heard.sticks, 0);
+}
+
+TEST_F(KeeperTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
+  const pid_t program = fly([&] {
+    Keeper keeper(kSticks, nullptr);
+    keeper.hold(line[1], 1);
+    const pid_t second = keeper.process();
+    (void)keeper.beat(true);
+    keeper.dismiss();
+    if (waitpid(second, nullptr, WNOHANG) != -1 || errno != ECHILD || kill(second, 0) == 0) {
+      _exit(1);
+    }
+  });
+  EXPECT_TRUE(read_line().empty());
+  int status = 0;
+  waitpid(program, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+// The program ends, and does not know that control is back.
+TEST_F(KeeperTest, ToldToSpeakItGivesBackAndEnds) {
+  RecordProperty("promise", "R15");
+  const pid_t program = fly([&] {
+    Keeper keeper(kSticks, nullptr);
+    keeper.hold(line[1], 1);
+    (void)keeper.beat(false);
+    keeper.speak();
+    if (keeper.alive()) {
+      _exit(1);
+    }
+  });
+  const Heard heard = understood(read_line());
+  EXPECT_EQ(heard.releases.size(), 2 * Keeper::kRounds);
+  EXPECT_EQ(heard.sticks, 0);
+  int status = 0;
+  waitpid(program, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+// The program stops beating, and is resumed: it must notice, and once is enough.
+TEST_F(KeeperTest, SpeaksWhenTheBeatsStopAndIsNoticedOnce) {
+  RecordProperty("promise", "R15");
+  only_process = getpid();
+  Keeper keeper(kSticks, nullptr);
+  keeper.hold(line[1], 1);
+  ASSERT_TRUE(keeper.beat(true));
+  const std::vector<std::byte> bytes = read_line(1);
+  const Heard heard = understood(bytes);
+  EXPECT_EQ(heard.releases.size(), 2U);
+  EXPECT_EQ(heard.sticks, 0) << "nobody knows who has control by now";
+  EXPECT_FALSE(keeper.beat(true)) << "it has spoken";
+  EXPECT_TRUE(keeper.beat(true)) << "it is noticed once";
+  EXPECT_FALSE(understood(read_line(1)).releases.empty()) << "and it watches over the beats that have come since";
+  EXPECT_TRUE(keeper.alive());
+}
+
+TEST_F(KeeperTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
+  only_process = getpid();
+  Keeper keeper(kSticks, nullptr);
+  keeper.hold(line[1], 1);
+  ASSERT_TRUE(keeper.beat(true));
+  std::size_t releases = 0;
+  while (releases < 2 * Keeper::kRounds) {
+    releases += understood(read_line(1)).releases.size();
+  }
+  pollfd come{.fd = line[0], .events = POLLIN, .revents = 0};
+  EXPECT_EQ(poll(&come, 1, 1500), 0) << "four rounds, and silence";
+  EXPECT_EQ(releases, 2 * Keeper::kRounds);
+}
+
+// Start-up may take its time, and nothing is held yet.
+TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
+  only_process = getpid();
+  Keeper keeper(kSticks, nullptr);
+  keeper.hold(line[1], 1);
+  pollfd come{.fd = line[0], .events = POLLIN, .revents = 0};
+  EXPECT_EQ(poll(&come, 1, 1500), 0);
+  EXPECT_TRUE(keeper.alive());
+}
+
+// Ctrl-C and a closed terminal go to everybody in the process group.
+TEST_F(KeeperTest, IsDeafToSignalsOfTheGroup) {
+  RecordProperty("promise", "R15");
+  const pid_t program = fly([&] {
+    Keeper keeper(kSticks, nullptr);
+    keeper.hold(line[1], 1);
+    (void)keeper.beat(false);
+    usleep(50000);  // it stands apart by now, or the next lines find it dead
+    for (const int number : {SIGINT, SIGHUP, SIGQUIT, SIGTERM, SIGPIPE, SIGUSR1, SIGALRM, SIGTSTP}) {
+      kill(keeper.process(), number);
+    }
+    usleep(50000);
+    if (!keeper.alive() || getpgid(keeper.process()) == getpgid(0)) {
+      _exit(1);
+    }
+    kill(getpid(), SIGKILL);
+  });
+  EXPECT_EQ(understood(read_line()).releases.size(), 2 * Keeper::kRounds);
+  int status = 0;
+  waitpid(program, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status)) << "it was dead, or in the group";
+}
+
+// A port that is pulled out and plugged in again has another descriptor; the old one must be free.
+TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
+  int old_line[2]{-1, -1};
+  ASSERT_EQ(pipe2(old_line, O_CLOEXEC | O_NONBLOCK), 0);
+  const pid_t program = fly([&] {
+    close(old_line[0]);
+    Keeper keeper(kSticks, nullptr);
+    keeper.hold(old_line[1], 1);
+    keeper.hold(-1, 1);
+    close(old_line[1]);
+    keeper.hold(line[1], 2);
+    (void)keeper.beat(false);
+    kill(getpid(), SIGKILL);
+  });
+  close(old_line[1]);
+  EXPECT_EQ(understood(read_line()).releases.size(), 2 * Keeper::kRounds);
+  waitpid(program, nullptr, 0);
+  std::byte byte{};
+  EXPECT_EQ(read(old_line[0], &byte, 1), 0) << "at its end: nobody holds it";
+  close(old_line[0]);
+}
+
+}  // namespace
+}  // namespace m100::companion

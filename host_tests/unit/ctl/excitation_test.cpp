@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/ctl/excitation.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace m100::ctl {
+namespace {
+
+using State = Excitation<double>::State;
+using Abort = Excitation<double>::Abort;
+
+core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(static_cast<std::int64_t>(seconds * 1e6))); }
+
+/// Two pieces, each of 10 samples: roll, then yaw.
+struct ExcitationTest : ::testing::Test {
+  std::vector<std::int16_t> counts = std::vector<std::int16_t>(20, 100);
+  std::vector<ExcitationPiece> pieces{{.axis = StickAxis::kRoll, .begin = 0, .count = 10},
+                                      {.axis = StickAxis::kYaw, .begin = 10, .count = 10}};
+  static constexpr ExcitationLimits kLimits{.distance = 4.0, .braking = 2.0, .speed = 3.0, .tilt_rad = 0.4};
+  Excitation<double> excitation{
+      ExcitationPlan{.counts = counts, .pieces = pieces, .limits = {kLimits, kLimits, kLimits, kLimits}}};
+  est::Estimate<double> estimate;
+  ref::Window<double> reference;
+  double now_s = 1.0;
+
+  ExcitationTest() { excitation.start(at(now_s)); }
+  /// Ticks of 10 ms.
+  void fly(double seconds, bool may = true, bool brakes = false) {
+    for (int tick = 0; tick < static_cast<int>(seconds * 100.0 + 0.5); ++tick) {
+      now_s += 0.01;
+      excitation.update(estimate, reference, may, brakes, at(now_s));
+    }
+  }
+  void begin_piece() {
+    fly(0.81);
+    ASSERT_EQ(excitation.state(), State::kMoving);
+  }
+};
+
+TEST_F(ExcitationTest, MovesOneStickAfterTheOtherAndThenNone) {
+  EXPECT_EQ(excitation.counts(), 0) << "the law returns first";
+  begin_piece();
+  EXPECT_EQ(excitation.axis(), StickAxis::kRoll);
+  EXPECT_EQ(excitation.counts(), 100);
+  fly(0.2);  // ten samples of 20 ms
+  EXPECT_EQ(excitation.state(), State::kReturning);
+  begin_piece();
+  EXPECT_EQ(excitation.axis(), StickAxis::kYaw);
+  fly(0.3);
+  EXPECT_EQ(excitation.state(), State::kOver);
+  EXPECT_EQ(excitation.counts(), 0);
+  EXPECT_EQ(excitation.piece(), 2U);
+}
+
+TEST_F(ExcitationTest, WaitsUntilTheAircraftIsAtRestAtItsPlace) {
+  estimate.x.velocity_m_s = 0.3;
+  fly(5.0);
+  EXPECT_EQ(excitation.state(), State::kReturning);
+  estimate.x.velocity_m_s = 0.0;
+  estimate.y.position_m = 0.5;
+  fly(5.0);
+  EXPECT_EQ(excitation.state(), State::kReturning);
+  fly(20.5);
+  EXPECT_EQ(excitation.abort(), Abort::kNotAtRest);
+}
+
+struct LimitCase {
+  const char* name;
+  double left_m, velocity_left_m_s, tilt_rad, yaw_rad;
+  bool may, brakes;
+  Abort expected;
+};
+class Limit : public ExcitationTest, public ::testing::WithParamInterface<LimitCase> {};
+// Stick right goes to -y: distances and speeds count along it.
+INSTANTIATE_TEST_SUITE_P(
+    Of, Limit,
+    ::testing::Values(LimitCase{"NoneAtRest", 0, 0, 0, 0, true, false, Abort::kNone},
+                      LimitCase{"DistanceAlone", 4.1, 0, 0, 0, true, false, Abort::kDistance},
+                      LimitCase{"NoneWithRoomToBrake", 2.9, 2, 0, 0, true, false, Abort::kNone},
+                      LimitCase{"DistanceWithTheWayToBrake", 3.1, 2, 0, 0, true, false, Abort::kDistance},
+                      LimitCase{"NoneWhereItComesBack", 3.1, -2, 0, 0, true, false, Abort::kNone},
+                      LimitCase{"DistanceToTheOtherSide", -3.1, -2, 0, 0, true, false, Abort::kDistance},
+                      LimitCase{"NoneAcrossTheStick", 3.5, 2, 0, 1.5707963, true, false, Abort::kNone},
+                      LimitCase{"Speed", 0, 3.1, 0, 0, true, false, Abort::kSpeed},
+                      LimitCase{"Tilt", 0, 0, 0.41, 0, true, false, Abort::kTilt},
+                      LimitCase{"Fence", 0, 0, 0, 0, true, true, Abort::kFence},
+                      LimitCase{"Ladder", 0, 0, 0, 0, false, true, Abort::kLadder}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(Limit, EndsTheExcitationForGood) {
+  begin_piece();
+  estimate.y.position_m = GetParam().left_m;
+  estimate.y.velocity_m_s = GetParam().velocity_left_m_s;
+  estimate.x.tilt_rad = GetParam().tilt_rad;
+  estimate.yaw_rad = reference.yaw_rad = GetParam().yaw_rad;
+  fly(0.02, GetParam().may, GetParam().brakes);
+  EXPECT_EQ(excitation.abort(), GetParam().expected) << Excitation<double>::name(excitation.abort());
+  EXPECT_EQ(excitation.state(), GetParam().expected == Abort::kNone ? State::kMoving : State::kAborted);
+  if (GetParam().expected != Abort::kNone) {
+    EXPECT_EQ(excitation.counts(), 0);
+    estimate = {};
+    fly(5.0);
+    EXPECT_EQ(excitation.state(), State::kAborted) << "only the operator's word begins anew";
+    excitation.start(at(now_s));
+    EXPECT_EQ(excitation.state(), State::kReturning);
+  }
+}
+
+TEST(WithoutAPlan, ThereIsNothingToFly) {
+  Excitation<float> none{ExcitationPlan{}};
+  none.start(at(1.0));
+  none.update({}, {}, true, false, at(2.0));
+  EXPECT_EQ(none.state(), Excitation<float>::State::kIdle);
+  EXPECT_EQ(none.counts(), 0);
+}
+
+}  // namespace
+}  // namespace m100::ctl

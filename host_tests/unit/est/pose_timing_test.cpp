@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/pose_timing.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <deque>
+#include <random>
+
+#include "firmware/est/disturbance_ekf.h"
+
+namespace m100::est {
+namespace {
+
+core::SenderTime stamp(double seconds) {
+  return core::SenderTime(core::SenderClock::duration(1763757191000000 + std::llround(seconds * 1e6)));
+}
+core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(std::llround(seconds * 1e6))); }
+
+/// A source that captures at a steady rate on its own clock and whose messages are late by up to `jitter_s`.
+struct Source {
+  double rate_hz = 100.0;
+  double latency_s = 0.0;
+  double jitter_s = 0.0;
+  double drift_ppm = 0.0;
+  std::mt19937 random{5};
+
+  /// What its clock shows then.
+  core::SenderTime stamp_of(int n) const { return stamp(n / rate_hz); }
+  double captured_s(int n) const { return 0.0031 + n / rate_hz * (1.0 + 1e-6 * drift_ppm); }
+  double way_s() { return latency_s + jitter_s * std::uniform_real_distribution<>(0.0, 1.0)(random); }
+};
+
+// Catches a clock that follows the jitter (spread), or that runs away from the source's (mean).
+TEST(PoseClock, TakesTheJitterAwayAtEveryRateAndDrift) {
+  for (const double rate_hz : {30.0, 100.0, 240.0}) {
+    for (const double drift_ppm : {-100.0, 0.0, 100.0}) {
+      Source source{.rate_hz = rate_hz, .jitter_s = 0.040, .drift_ppm = drift_ppm};
+      PoseClock clock;
+      double sum = 0.0, squares = 0.0;
+      int count = 0;
+      for (int n = 0; n < static_cast<int>(60.0 * rate_hz); ++n) {
+        const double captured_s = source.captured_s(n);
+        const core::TimePoint found = clock.note(source.stamp_of(n), at(captured_s + source.way_s()));
+        if (captured_s > 10.0) {
+          const double error_s = core::seconds<double>(found - at(captured_s));
+          sum += error_s;
+          squares += error_s * error_s;
+          ++count;
+        }
+      }
+      const double mean_s = sum / count;
+      // The lower envelope stands sqrt(2 jitter rise) above the least, rise = 3e-4 of an interval: 0.3 to 0.9 ms, and
+      // more while the interval is uncertain.
+      EXPECT_NEAR(mean_s, 0.0, 0.003) << rate_hz << " Hz, " << drift_ppm << " ppm";
+      EXPECT_LT(std::sqrt(squares / count - mean_s * mean_s), 0.002) << rate_hz << " Hz, " << drift_ppm << " ppm";
+      EXPECT_NEAR(core::seconds<double>(clock.interval()), 1.0 / rate_hz, 0.01 / rate_hz);
+      EXPECT_NEAR(clock.drift(), 1e-6 * drift_ppm, 5e-5) << "jitter / n^1.5 over 3000 poses, and the envelope's own";
+      EXPECT_NEAR(core::seconds<double>(clock.lateness()), 0.040, 0.006) << "99th percentile of 0 to 40 ms";
+    }
+  }
+}
+
+// Catches a clock that counts poses instead of believing their stamps.
+TEST(PoseClock, LostCapturesChangeNothing) {
+  Source source{.jitter_s = 0.004};
+  PoseClock clock;
+  for (int n = 0; n < 2000; ++n) {
+    if ((n >= 1000 && n < 1030) || n % 7 == 3) {
+      continue;
+    }
+    const double captured_s = source.captured_s(n);
+    const double error_s =
+        core::seconds<double>(clock.note(source.stamp_of(n), at(captured_s + source.way_s())) - at(captured_s));
+    if (n >= 300) {
+      EXPECT_NEAR(error_s, 0.0, 0.003) << n;
+    }
+  }
+  EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.0003);
+}
+
+// Would catch a clock that follows a way which has become longer: poses 0.4 s old would be called fresh.
+TEST(PoseClock, WhatComesLaterIsOlder) {
+  Source source;
+  PoseClock clock;
+  for (int n = 0; n < 1500; ++n) {
+    const double late_s = n < 500 ? 0.0 : 0.4;
+    const double captured_s = source.captured_s(n);
+    const core::TimePoint found = clock.note(source.stamp_of(n), at(captured_s + late_s));
+    if (n >= 500) {
+      EXPECT_NEAR(core::seconds<double>(found - at(captured_s)), n < 600 ? 0.0 : 0.2, n < 600 ? 0.03 : 0.2) << n;
+    }
+  }
+}
+
+TEST(PoseClock, BeginsAnewWhereTheSendersClockWasSet) {
+  for (const double step_s : {3600.0, 1.0, -3600.0}) {
+    PoseClock clock;
+    for (int n = 0; n < 100; ++n) {
+      clock.note(stamp(0.01 * n), at(0.01 * n));
+    }
+    EXPECT_TRUE(clock.is_regular());
+    EXPECT_EQ(clock.note(stamp(1.0 + step_s), at(1.0)), at(1.0)) << step_s;
+    EXPECT_FALSE(clock.is_regular()) << step_s;
+  }
+}
+
+/// An aircraft that swings to and fro, its attitude, and poses that are late.
+template <typename T>
+class Swing {
+ public:
+  double amplitude_m = 0.3;
+  double pulsation_rad_s = 3.0;  ///< as fast as a step of a metre
+  core::ClockOffset offset;      ///< what was found about the two clocks
+  double stamped_late_s = 0.0;   ///< the sender's stamps are wrong by so much
+  Source source;
+
+  /// The state of the timing after so many seconds.
+  PoseTimingReport<T> fly(double seconds) {
+    PoseTiming<T> timing;
+    std::normal_distribution<> noise;
+    int next = 0;
+    std::deque<std::pair<double, core::Pose<T>>> way;
+    for (int tick = 1; tick <= static_cast<int>(100.0 * seconds); ++tick) {
+      const double now_s = 0.01 * tick;
+      for (; source.captured_s(next) <= now_s; ++next) {
+        const double captured_s = source.captured_s(next);
+        core::Pose<T> pose;
+        pose.captured = stamp(captured_s + stamped_late_s);
+        pose.position_w_m.x() = static_cast<T>(position_m(captured_s) + 0.001 * noise(source.random));
+        pose.position_w_m.y() = static_cast<T>(0.001 * noise(source.random));
+        const double before_s = way.empty() ? 0.0 : way.back().first;
+        way.emplace_back(std::max(before_s, captured_s + source.way_s()), pose);
+      }
+      Measurement<T> measured;
+      measured.now = at(now_s);
+      for (; !way.empty() && way.front().first <= now_s; way.pop_front()) {
+        measured.pose = way.front().second;
+        measured.pose.is_new = true;
+        measured.pose.arrived = at(way.front().first);
+        measured.pose.offset = offset;
+      }
+      measured.attitude.is_new = true;
+      measured.attitude.age = std::chrono::milliseconds(5);
+      const double acceleration = -pulsation_rad_s * pulsation_rad_s * position_m(now_s - 0.005);
+      measured.attitude.pitch_rad = static_cast<T>(std::atan(acceleration / 9.8066));
+      timing.update(measured, T(0));
+    }
+    return timing.report();
+  }
+
+ private:
+  double position_m(double s) const { return amplitude_m * std::sin(pulsation_rad_s * s); }
+};
+
+template <typename T>
+class PoseTimingOf : public ::testing::Test {};
+using Reals = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(PoseTimingOf, Reals);
+
+/// The offset as it is, or as unequal ways there and back show it.
+core::ClockOffset found_offset(double wrong_s, double bound_s) {
+  return {.known = true,
+          .to_ours = core::Duration(std::llround(wrong_s * 1e6)) - core::Duration(1763757191000000),
+          .bound = core::Duration(std::llround(bound_s * 1e6))};
+}
+
+// Catches an observer that believes an age which the inertial sensors contradict, and one that cannot find it in 20 s:
+// nothing is told; all is told; the stamps are 20 ms late; the ways there and back differ by 90 ms.
+TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
+  struct Told {
+    core::ClockOffset offset;
+    double stamped_late_s;
+  };
+  for (const double latency_s : {0.0, 0.05, 0.1}) {
+    for (const Told& told : {Told{{}, 0.0}, Told{found_offset(0.0, 0.005), 0.0}, Told{found_offset(0.0, 0.005), 0.02},
+                             Told{found_offset(0.045, 0.05), 0.0}, Told{found_offset(-0.045, 0.05), 0.0}}) {
+      Swing<TypeParam> swing;
+      swing.offset = told.offset;
+      swing.stamped_late_s = told.stamped_late_s;
+      swing.source = {.rate_hz = 97.0, .latency_s = latency_s, .jitter_s = 0.02};
+      const PoseTimingReport<TypeParam> report = swing.fly(20.0);
+      EXPECT_TRUE(report.observable);
+      EXPECT_NEAR(core::seconds<double>(report.least), latency_s, 0.006);
+      EXPECT_NEAR(core::seconds<double>(report.jitter), 0.02, 0.006);
+    }
+  }
+}
+
+// Would catch who takes the middle of there and back for an age: it may be wrong by half of it, and says so.
+TYPED_TEST(PoseTimingOf, InAStillHoverComparedClocksTellTheAgeAsFarAsTheWaysAllow) {
+  struct Case {
+    double wrong_s;
+    double bound_s;
+  };
+  for (const Case& one : {Case{0.0, 0.005}, Case{0.045, 0.05}, Case{-0.045, 0.05}}) {
+    Swing<TypeParam> swing;
+    swing.amplitude_m = 0.0;
+    swing.source = {.latency_s = 0.05};
+    swing.offset = found_offset(one.wrong_s, one.bound_s);
+    const PoseTimingReport<TypeParam> report = swing.fly(20.0);
+    EXPECT_FALSE(report.observable) << "only motion makes it so";
+    EXPECT_NEAR(core::seconds<double>(report.least), 0.05 - one.wrong_s, 0.003);
+    EXPECT_LE(std::abs(one.wrong_s), static_cast<double>(report.sigma_s)) << "the truth lies within what is claimed";
+  }
+}
+
+TYPED_TEST(PoseTimingOf, AStillHoverTellsNothingAndSaysSo) {
+  Swing<TypeParam> swing;
+  swing.amplitude_m = 0.0;
+  swing.source = {.latency_s = 0.05};
+  const PoseTimingReport<TypeParam> report = swing.fly(20.0);
+  EXPECT_FALSE(report.observable);
+  EXPECT_NEAR(core::seconds<double>(report.untold), 0.030, 0.002) << "what is believed of a sender that tells nothing";
+}
+
+// The finding: at 4.5 m/s a pose of honest jitter is 45 mm from where it has to be, and the gate was 12 mm wide.
+TEST(PoseGate, GivesRoomToThePoseOfAnUncertainTime) {
+  model::Vehicle vehicle;
+  vehicle.climb.time_constant_s = 0.334;
+  for (const double sigma_s : {0.0, 0.010}) {
+    DoubleEkf filter(vehicle);
+    double x_m = 0.0;
+    std::uint32_t refused = 0;
+    for (int tick = 0; tick < 400; ++tick) {
+      Measurement<double> m;
+      m.now = at(0.01 * tick);
+      m.attitude.is_new = true;
+      m.pose.is_new = true;
+      m.pose.set_captured_at(m.now);
+      m.pose.time_sigma_s = sigma_s;
+      x_m += 0.045;
+      m.pose.position_w_m.x() = x_m - (tick > 300 && tick % 10 == 0 ? 0.045 : 0.0);  // 10 ms older than told
+      refused = std::max(refused, filter.update(m, {}, core::kTickPeriod).refused_poses);
+    }
+    EXPECT_EQ(refused > 0, sigma_s == 0.0) << sigma_s;
+  }
+}
+
+}  // namespace
+}  // namespace m100::est

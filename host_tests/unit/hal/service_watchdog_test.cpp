@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/service_watchdog.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+namespace m100::hal {
+namespace {
+
+/// A service manager's end of the line.
+class Manager {
+ public:
+  Manager() {
+    address_.sun_family = AF_UNIX;
+    const std::string path = "m100_watchdog_" + std::to_string(getpid());  // a name without a file
+    std::memcpy(address_.sun_path + 1, path.data(), path.size());
+    const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + path.size());
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address_), length), 0);
+    setenv("NOTIFY_SOCKET", ("@" + path).c_str(), 1);
+  }
+  ~Manager() {
+    close(socket_);
+    unsetenv("NOTIFY_SOCKET");
+  }
+  /// What came; empty: nothing did.
+  std::string heard() const {
+    std::array<char, 256> words{};
+    const ssize_t size = recv(socket_, words.data(), words.size(), MSG_DONTWAIT);
+    return size > 0 ? std::string(words.data(), static_cast<std::size_t>(size)) : "";
+  }
+
+ private:
+  int socket_ = socket(AF_UNIX, SOCK_DGRAM, 0);
+  sockaddr_un address_{};
+};
+
+TEST(ServiceWatchdog, SaysThatItIsReadyAndThenTenTimesASecondThatItLives) {
+  const Manager manager;
+  ServiceWatchdog watchdog;
+  EXPECT_EQ(manager.heard(), "") << "not ready before it starts";
+  watchdog.start(std::chrono::seconds(1));
+  const std::string ready = manager.heard();
+  EXPECT_NE(ready.find("READY=1"), std::string::npos);
+  EXPECT_NE(ready.find("WATCHDOG_USEC=1000000"), std::string::npos);
+  int words = 0;
+  for (int tick = 0; tick < 100; ++tick) {
+    watchdog.feed();
+    words += manager.heard() == "WATCHDOG=1" ? 1 : 0;
+  }
+  EXPECT_EQ(words, 10);
+}
+
+// A manager that reads nothing fills the line; the tick must not wait for it.
+TEST(ServiceWatchdog, DoesNotWaitForAManagerThatDoesNotListen) {
+  const Manager manager;
+  ServiceWatchdog watchdog;
+  for (int tick = 0; tick < 100000; ++tick) {
+    watchdog.feed();
+  }
+  EXPECT_EQ(manager.heard(), "WATCHDOG=1");
+}
+
+TEST(ServiceWatchdog, IsSilentWhereThereIsNoManager) {
+  unsetenv("NOTIFY_SOCKET");
+  ServiceWatchdog watchdog;
+  watchdog.start(std::chrono::seconds(1));
+  watchdog.feed();
+  setenv("NOTIFY_SOCKET", std::string(200, 'x').c_str(), 1);  // longer than a name may be
+  ServiceWatchdog other;
+  other.start(std::chrono::seconds(1));
+  unsetenv("NOTIFY_SOCKET");
+}
+
+}  // namespace
+}  // namespace m100::hal

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The command line of `m100-lab identify` about logs and ranges: several logs, ranges inside of ranges, spoilt rows.
+#include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/logs/write_csv.h"
+#include "host_tests/lab/subcommands.h"
+#include "host_tests/property/identify/synthetic_axis.h"
+
+namespace m100::lab {
+namespace {
+
+using host_tests::SyntheticAxis;
+
+class SeveralLogs : public ::testing::Test {
+ protected:
+  SeveralLogs()
+      : folder_(std::filesystem::temp_directory_path() /
+                (std::string("m100_several_") + ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::create_directories(folder_);
+  }
+  ~SeveralLogs() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  /// A flight of one vehicle; `spoil` changes a line of its file.
+  template <typename Spoil>
+  void write(const std::string& name, const SyntheticAxis& vehicle, double start_s, Spoil&& spoil) const {
+    logs::FlightLog log = vehicle.fly();
+    log.start_s = start_s;
+    logs::write_csv(log, path("clean.csv"));
+    logs::write_column_map(log, path("map.toml"));
+    std::ifstream in(path("clean.csv"));
+    std::ofstream out(path(name));
+    int number = 0;
+    for (std::string line; std::getline(in, line); ++number) {
+      out << spoil(number, line) << "\n";
+    }
+  }
+  void write(const std::string& name, const SyntheticAxis& vehicle, double start_s = 0.0) const {
+    write(name, vehicle, start_s, [](int, const std::string& line) { return line; });
+  }
+
+  /// The answer as JSON, or what the program says instead.
+  std::pair<nlohmann::json, std::string> ask(const std::vector<std::string>& options) const {
+    CLI::App lab{"test"};
+    add_identify(lab);
+    std::vector<std::string> words{"m100-lab", "identify", "--columns", path("map.toml"),
+                                   "--axis",   "roll",     "--json",    path("out.json"),
+                                   "--draws",  "0",        "--declare", "second_order,transport_delay"};
+    words.insert(words.end(), options.begin(), options.end());
+    std::vector<const char*> arguments;
+    for (const std::string& word : words) {
+      arguments.push_back(word.c_str());
+    }
+    try {
+      lab.parse(static_cast<int>(arguments.size()), arguments.data());
+    } catch (const std::exception& wrong) {
+      return {nullptr, wrong.what()};
+    }
+    return {nlohmann::json::parse(std::ifstream(path("out.json"))), ""};
+  }
+
+  static std::string gaps_in(const nlohmann::json& answer) {
+    for (const nlohmann::json& finding : answer["findings"]) {
+      const std::string text = finding.is_string() ? finding.get<std::string>() : finding.dump();
+      if (text.find("gap") != std::string::npos && text.find("missing or spoilt") != std::string::npos) {
+        return text;
+      }
+    }
+    return "";
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+TEST_F(SeveralLogs, ShareTheirParameters) {
+  SyntheticAxis vehicle;
+  vehicle.duration_s = 25.0;
+  write("a.csv", vehicle);
+  vehicle.seed = 2;
+  write("b.csv", vehicle, 300.0);  // a clock of its own
+  const auto [answer, said] = ask({"--log", path("a.csv"), "--log", path("b.csv"), "--train", "1@2:14,2@302:314",
+                                   "--validate", "1@14:24,2@314:324"});
+  ASSERT_EQ(said, "");
+  const nlohmann::json& found = answer["final"]["parameters"];
+  // 24 s of air of 0.004 rad about tilts of 0.1 rad: frequency to a few percent.
+  EXPECT_NEAR(found["natural_frequency_rad_s"].get<double>(), 8.5, 0.05 * 8.5);
+  EXPECT_NEAR(found["damping_ratio"].get<double>(), 0.68, 0.08);
+  EXPECT_EQ(answer["verdict"], "nothing_missing") << answer["unexplained"];
+  EXPECT_EQ(gaps_in(answer), "") << "the pause between the logs is no gap of theirs";
+}
+
+// What drifts begins anew with every flight: one clock for both would make the drift of the second ten times too large.
+TEST_F(SeveralLogs, DriftFromTheirOwnStart) {
+  SyntheticAxis vehicle;
+  vehicle.hidden = {{"gain_drift", 0.4}};
+  write("a.csv", vehicle);
+  vehicle.seed = 2;
+  write("b.csv", vehicle, 600.0);
+  const auto [answer, said] = ask({"--log", path("a.csv"), "--log", path("b.csv"), "--split", "alternate:5"});
+  ASSERT_EQ(said, "");
+  ASSERT_EQ(answer["effects"].size(), 1U) << answer["effects"];
+  EXPECT_EQ(answer["effects"][0]["name"], "gain_drift");
+  EXPECT_NEAR(answer["effects"][0]["parameters"]["fraction_per_minute"]["value"].get<double>(), 0.4, 0.1);
+}
+
+TEST_F(SeveralLogs, RangesNameTheirLog) {
+  SyntheticAxis vehicle;
+  vehicle.duration_s = 25.0;
+  write("a.csv", vehicle);
+  const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("a.csv")};
+  const auto refused = [&](const std::string& train, const char* what) {
+    std::vector<std::string> words = two;
+    words.insert(words.end(), {"--train", train, "--validate", "2@12:24"});
+    const std::string said = ask(words).second;
+    EXPECT_NE(said.find(what), std::string::npos) << said;
+  };
+  refused("2:12", "names its log");
+  refused("3@2:12", "names a log that was not given");
+  refused("0@2:12", "names a log that was not given");
+  refused("2@2:99", "outside of the log");
+  refused("2@2:14", "overlaps");
+}
+
+TEST_F(SeveralLogs, SplitStaysWithin) {
+  write("a.csv", SyntheticAxis{});
+  const auto [whole, said_whole] = ask({"--log", path("a.csv"), "--split", "alternate:5", "--within", "5:40"});
+  ASSERT_EQ(said_whole, "");
+  const auto [same, said_same] =
+      ask({"--log", path("a.csv"), "--train", "5:10,15:20,25:30,35:40", "--validate", "10:15,20:25,30:35"});
+  ASSERT_EQ(said_same, "");
+  EXPECT_EQ(whole["final"], same["final"]);
+  EXPECT_NE(ask({"--log", path("a.csv"), "--train", "5:20", "--validate", "20:30", "--within", "5:30"}).second, "");
+}
+
+// A spoilt row outside of the ranges does not matter; inside, it is a gap that is counted.
+TEST_F(SeveralLogs, SpoiltRowsMatterInsideOfTheRangesOnly) {
+  const std::vector<std::string> ranges{"--train", "3:24", "--validate", "24:40"};
+  const auto with = [&](int from, int to) {
+    write("a.csv", SyntheticAxis{}, 0.0, [&](int number, const std::string& line) {
+      return number >= from && number < to ? line.substr(0, line.find(',')) + ",nan,what,3" : line;
+    });
+    std::vector<std::string> words{"--log", path("a.csv")};
+    words.insert(words.end(), ranges.begin(), ranges.end());
+    return ask(words);
+  };
+  const auto [clean, said_clean] = with(0, 0);
+  const auto [outside, said_outside] = with(4200, 4230);
+  const auto [inside, said_inside] = with(1000, 1030);
+  ASSERT_EQ(said_clean + said_outside + said_inside, "");
+  EXPECT_EQ(outside["final"], clean["final"]);
+  EXPECT_EQ(gaps_in(clean), "");
+  EXPECT_EQ(gaps_in(outside), "");
+  EXPECT_NE(gaps_in(inside).find("30 samples"), std::string::npos) << gaps_in(inside);
+}
+
+TEST_F(SeveralLogs, NothingThatIsReadIsOverwritten) {
+  write("a.csv", SyntheticAxis{});
+  const auto said = ask({"--log", path("a.csv"), "--split", "alternate:5", "--vehicle", path("a.csv")}).second;
+  EXPECT_NE(said.find("would be overwritten"), std::string::npos) << said;
+  EXPECT_NE(ask({"--log", path("a.csv"), "--split", "alternate:5", "--vehicle", "/nowhere/v.toml"})
+                .second.find("cannot be written"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace m100::lab

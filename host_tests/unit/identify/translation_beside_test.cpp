@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Translation: what is wrong with a log, what changes in mid-flight, and forces that no effect of the table can be.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <string>
+
+#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/answer/to_vehicle.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+namespace {
+
+using logs::FlightLog;
+using logs::Signal;
+
+FlightLog flight(std::uint64_t seed) {
+  hidden::FlightPlan plan;
+  plan.axis = "translation";
+  plan.seed = seed;
+  return hidden::fly(plan);
+}
+
+IdentifyResult ask(const FlightLog& log, std::size_t draws = 0) {
+  Request request;
+  request.axis = "translation";
+  request.declared = {"rigid_body"};
+  request.train = {{3.0, 30.0}};
+  request.validate = {{30.0, 44.0}};
+  request.log = request.validation_log = &log;
+  request.bootstrap_draws = draws;
+  return identify_translation(request);
+}
+
+std::string said(const IdentifyResult& result) {
+  std::string out = result.verdict + ";";
+  for (const EffectResult& effect : result.effects) {
+    out += " named " + effect.name + ";";
+  }
+  for (const std::string& text : result.unexplained) {
+    out += " " + text + ";";
+  }
+  for (const Finding& finding : result.findings) {
+    out += finding.what == "note" ? "" : " " + finding.what + ": " + finding.text + ";";
+  }
+  for (const Change& change : result.changes) {
+    out += " changed " + change.name + " at " + std::to_string(change.at_s) + ";";
+  }
+  return out;
+}
+
+/// Adds an acceleration to what the log shows of the motion along one axis.
+void push(FlightLog& log, int axis, const std::function<double(std::size_t)>& acceleration) {
+  std::vector<double>& velocity = log.of(logs::offset(Signal::kVelocityX, axis));
+  double sum = 0.0;
+  for (std::size_t k = 0; k < log.size; ++k) {
+    sum += log.period_s * acceleration(k);
+    velocity[k] += sum;
+  }
+}
+
+struct Case {
+  const char* name;
+  std::function<void(FlightLog&)> harm;
+  const char* must_say;
+};
+
+class BesideTranslation : public ::testing::TestWithParam<Case> {};
+
+TEST_P(BesideTranslation, IsSaidByName) {
+  FlightLog log = flight(707);
+  GetParam().harm(log);
+  const IdentifyResult result = ask(log);
+  EXPECT_NE(result.verdict, "nothing_missing") << said(result);
+  EXPECT_NE(said(result).find(GetParam().must_say), std::string::npos) << said(result);
+}
+
+void scale(FlightLog& log, Signal signal, double factor) {
+  for (double& value : log.of(signal)) {
+    value *= factor;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, BesideTranslation,
+    ::testing::Values(
+        Case{"RollReversed", [](FlightLog& log) { scale(log, Signal::kAttitudeRoll, -1.0); }, "sign_reversed: "},
+        Case{"PitchReversed", [](FlightLog& log) { scale(log, Signal::kAttitudePitch, -1.0); }, "sign_reversed: "},
+        Case{"RollAndPitchExchanged",
+             [](FlightLog& log) { std::swap(log.of(Signal::kAttitudeRoll), log.of(Signal::kAttitudePitch)); },
+             "swapped_axes: "},
+        Case{"Degrees",
+             [](FlightLog& log) {
+               scale(log, Signal::kAttitudeRoll, 180.0 / std::numbers::pi);
+               scale(log, Signal::kAttitudePitch, 180.0 / std::numbers::pi);
+             },
+             "wrong_unit: "},
+        Case{"WindBegins",
+             [](FlightLog& log) { push(log, 0, [&](std::size_t k) { return log.time_s(k) > 21.0 ? 0.5 : 0.0; }); },
+             "changed steady_wind at 2"},
+        Case{"Tether",
+             [](FlightLog& log) {
+               const std::vector<double> x = log.of(Signal::kPositionX);
+               const std::vector<double> y = log.of(Signal::kPositionY);
+               push(log, 0, [&](std::size_t k) { return -0.6 * x[k]; });
+               push(log, 1, [&](std::size_t k) { return -0.6 * y[k]; });
+             },
+             "position_force: "}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+// Catches a scan that takes gusts for a change, and a vehicle that is flown back for a tethered one.
+TEST(BesideTranslation, HealthyFlightsHaveNothingBeside) {
+  for (std::uint64_t seed = 801; seed <= 806; ++seed) {
+    const IdentifyResult result = ask(flight(seed));
+    EXPECT_TRUE(result.changes.empty()) << "seed " << seed << ": " << said(result);
+    EXPECT_EQ(result.verdict, "nothing_missing") << "seed " << seed << ": " << said(result);
+  }
+}
+
+TEST(Refitted, SaysWhatWasBelievedAndWhetherItMatters) {
+  IdentifyResult result;
+  result.axis = "roll";
+  result.final_model.structure = {"second_order", "transport_delay"};
+  result.final_model.parameters = {
+      {"gain", 9e-4}, {"natural_frequency_rad_s", 8.0}, {"damping_ratio", 0.7}, {"delay_s", 0.12}};
+  result.final_intervals = {{"gain", {9e-4, 8.8e-4, 9.2e-4}},
+                            {"natural_frequency_rad_s", {8.0, 7.5, 8.5}},
+                            {"damping_ratio", {0.7, 0.6, 0.8}},
+                            {"delay_s", {0.12, 0.11, 0.13}}};
+  model::Vehicle believed;
+  believed.roll.scale_per_count = 9e-4;
+  believed.roll.natural_frequency_rad_s = 8.2;
+  believed.roll.damping_ratio = 0.7;
+  believed.roll.transport_delay_s = 0.055;
+  const std::vector<Refitted> out = refitted(believed, result);
+  ASSERT_EQ(out.size(), 4U);
+  for (const Refitted& one : out) {
+    EXPECT_EQ(one.matters, one.parameter == "transport_delay_s") << one.parameter;
+  }
+  EXPECT_EQ(out[3].believed, 0.055);
+  EXPECT_EQ(out[3].found.high, 0.13);
+}
+
+}  // namespace
+}  // namespace m100::lab::identify

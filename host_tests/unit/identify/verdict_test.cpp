@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one place where a clean bill is given or refused.
+#include "host_tests/lab/identify/search/verdict.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace m100::lab::identify {
+namespace {
+
+// Tables of the F distribution: 5 % points of F(5, 10) and F(20, 30); F(2, 2) in closed form.
+TEST(FTail, AgreesWithTheTables) {
+  EXPECT_NEAR(f_tail(3.3258, 5.0, 10.0), 0.05, 1e-5);
+  EXPECT_NEAR(f_tail(1.9317, 20.0, 30.0), 0.05, 1e-5);
+  EXPECT_NEAR(f_tail(4.0, 2.0, 2.0), 1.0 / 5.0, 1e-12);
+  EXPECT_NEAR(f_tail(0.0, 7.0, 9.0), 1.0, 1e-12);
+}
+
+std::vector<std::vector<double>> coloured(double size, std::size_t blocks, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<std::vector<double>> out(blocks, std::vector<double>(250));
+  double air = 0.0;
+  for (std::vector<double>& block : out) {
+    for (double& value : block) {
+      air = 0.97 * air + normal(random);
+      value = size * air;
+    }
+  }
+  return out;
+}
+
+// Catches an F test that takes every sample for independent: it would flag most healthy logs.
+TEST(CompareParts, HealthyColouredResidualsPass) {
+  int flagged = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const PartsCompared parts = compare_parts(coloured(1.0, 10, seed), coloured(1.0, 6, seed + 1000), 4);
+    flagged += parts.probability < GuardLimits{}.least_probability ? 1 : 0;
+  }
+  EXPECT_LE(flagged, 6) << "of 200: nominal 0.3 %, optimistic by two to three";
+}
+
+IdentifyResult fine() {
+  IdentifyResult result;
+  result.final_model.fit_percent = 90.0;
+  return result;
+}
+
+TEST(Guard, RefusesACleanBillWhereValidationIsMuchWorse) {
+  IdentifyResult result = fine();
+  guard(compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4), {}, result);
+  EXPECT_EQ(verdict_of(result), "unexplained");
+  EXPECT_GT(result.validation_over_training, 2.0);
+}
+
+// The finding: a position-mode flight with 48 % fit was "nothing_missing".
+TEST(Guard, RefusesACleanBillToAModelThatExplainsHalf) {
+  IdentifyResult result = fine();
+  result.final_model.fit_percent = 48.0;
+  result.final_model.validation_rmse = 0.1;
+  guard({}, {}, result);
+  EXPECT_EQ(verdict_of(result), "unexplained");
+  IdentifyResult at_floor = fine();
+  at_floor.final_model.fit_percent = 48.0;
+  at_floor.final_model.validation_rmse = at_floor.noise_floor = 0.004;
+  guard({}, {}, at_floor);
+  EXPECT_EQ(verdict_of(at_floor), "nothing_missing");
+}
+
+TEST(Verdict, FindingsAndChangesForbidACleanBillAndNotesDoNot) {
+  for (const char* what : {"note", "gap", "on_ground"}) {
+    IdentifyResult result = fine();
+    result.findings.push_back({.what = what});
+    EXPECT_EQ(verdict_of(result), "nothing_missing") << what;
+  }
+  for (const char* what :
+       {"sign_reversed", "swapped_axes", "wrong_unit", "frozen", "outliers", "clock_shift", "position_force"}) {
+    IdentifyResult result = fine();
+    result.findings.push_back({.what = what});
+    EXPECT_EQ(verdict_of(result), "unexplained") << what;
+  }
+  IdentifyResult changed = fine();
+  changed.changes.emplace_back().name = "gain";
+  EXPECT_EQ(verdict_of(changed), "explained");
+}
+
+}  // namespace
+}  // namespace m100::lab::identify

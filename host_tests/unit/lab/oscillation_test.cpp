@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/campaign/oscillation.h"
+
+#include <gtest/gtest.h>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+namespace m100::lab::campaign {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+/// Thirty seconds in which the roll is as given, in degrees.
+Swing roll_of(const std::function<double(double t_s)>& roll_deg) {
+  experiments::Trace trace(3000);
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    trace[i].t_s = 0.01 * static_cast<double>(i);
+    trace[i].roll_rad = kRadians * roll_deg(trace[i].t_s);
+  }
+  return swing_of(trace);
+}
+
+Swing sine(double frequency_hz, double amplitude_deg, double from_s = 0.0, double to_s = 30.0) {
+  return roll_of([=](double t_s) {
+    return t_s >= from_s && t_s < to_s ? amplitude_deg * std::sin(2.0 * std::numbers::pi * frequency_hz * t_s) : 0.0;
+  });
+}
+
+TEST(Oscillation, IsAPeriodBetweenAThirdOfAHertzAndThree) {
+  // A sine of amplitude a has a root mean square of a / sqrt(2): 4.3 degrees are 3.04, 4.2 are 2.97.
+  EXPECT_TRUE(sine(1.0, 4.3).periodic);
+  EXPECT_FALSE(sine(1.0, 4.2).periodic);
+  EXPECT_TRUE(sine(0.45, 20.0).periodic);
+  EXPECT_TRUE(sine(2.8, 10.0).periodic);
+  EXPECT_FALSE(sine(0.02, 20.0).periodic);  // what the mean of two seconds follows is no oscillation
+}
+
+TEST(Oscillation, IsSeenWhereItLastsFiveSeconds) { EXPECT_TRUE(sine(1.0, 10.0, 12.0, 17.5).periodic); }
+
+TEST(Oscillation, IsNoLeanAndNoChangeOfLean) {
+  EXPECT_FALSE(roll_of([](double) { return 20.0; }).periodic);
+  EXPECT_FALSE(roll_of([](double t_s) { return t_s < 15.0 ? 0.0 : 15.0; }).periodic);
+}
+
+TEST(Oscillation, IsJudgedBesideTheKindWorld) {
+  const Swing wild = sine(1.0, 10.0);
+  const Swing calm = sine(1.0, 0.5);
+  EXPECT_TRUE(oscillates(wild, calm, false));
+  EXPECT_FALSE(oscillates(wild, wild, false));
+  EXPECT_FALSE(surely_calm(wild, false));
+  EXPECT_TRUE(surely_calm(calm, true));
+}
+
+TEST(Oscillation, OfAHoverIsAlsoTwiceTheSwayOfTheKindWorld) {
+  const Swing slow = sine(0.05, 4.0);  // 2.8 degrees, too slow for a period
+  EXPECT_FALSE(slow.periodic);
+  EXPECT_FALSE(surely_calm(slow, true));
+  EXPECT_TRUE(surely_calm(slow, false));
+  EXPECT_TRUE(oscillates(slow, sine(0.05, 1.9), true));
+  EXPECT_FALSE(oscillates(slow, sine(0.05, 2.1), true));
+  EXPECT_FALSE(oscillates(slow, sine(0.05, 1.9), false));
+}
+
+}  // namespace
+}  // namespace m100::lab::campaign

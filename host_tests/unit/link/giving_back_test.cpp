@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pilot gets the sticks back (promise R15), judged at the autopilot's end: who is its controlling device, and when.
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "host_tests/sim/ports/link_bench.h"
+
+namespace m100::link {
+namespace {
+
+using safety::Reason;
+using safety::Stage;
+using sim::LinkBench;
+using sim::N1Happening;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class GivingBack : public ::testing::TestWithParam<Channel> {
+ protected:
+  static LinkBench::Options options() {
+    LinkBench::Options options;
+    options.link.channel.channel = GetParam();
+    return options;
+  }
+  static bool is_pilots(const LinkBench& bench) {
+    return !bench.autopilot.client_in_control() && !bench.autopilot.virtual_rc_on();
+  }
+  /// @returns after how long the aircraft is the pilot's; nothing: not within two seconds.
+  static std::optional<core::Duration> time_to_the_pilot(LinkBench& bench) {
+    const core::TimePoint from = bench.clock.now();
+    return bench.run_until([&] { return is_pilots(bench); }, seconds(2))
+               ? std::optional<core::Duration>(bench.clock.now() - from)
+               : std::nullopt;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Link, GivingBack, ::testing::Values(Channel::kVirtualRc, Channel::kMovement),
+                         [](const auto& tested) {
+                           return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
+                         });
+
+// Catches a client that believes the answer "again" or its own request instead of telemetry.
+TEST_P(GivingBack, AReleasedAircraftIsThePilotsAlthoughEveryAnswerIsLost) {
+  RecordProperty("promise", "R15");
+  LinkBench bench(options());
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(2));
+  bench.autopilot.happen(N1Happening::kLoseAcks, 1000);
+  bench.link.release(bench.clock.now());
+  const auto taken = time_to_the_pilot(bench);
+  ASSERT_TRUE(taken.has_value());
+  EXPECT_LE(*taken, milliseconds(300)) << "two requests, a fifth of a second apart";
+  ASSERT_TRUE(bench.run_until(Stage::kReady, milliseconds(200)));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kReleased);
+  EXPECT_FALSE(bench.link.authority().owed);
+}
+
+TEST_P(GivingBack, ItIsNotFinishedBeforeTelemetrySaysSo) {
+  RecordProperty("promise", "R15");
+  LinkBench bench(options());
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(2));
+  bench.cable().a_to_b().set_faults({.drop_per_write = 1.0});  // nothing of ours arrives
+  bench.link.release(bench.clock.now());
+  bench.run(seconds(3));
+  EXPECT_EQ(bench.link.authority().stage, Stage::kReleasing);
+  EXPECT_TRUE(bench.link.authority().owed);
+  bench.cable().a_to_b().set_faults({});
+  const auto taken = time_to_the_pilot(bench);
+  ASSERT_TRUE(taken.has_value()) << "it went on trying";
+  EXPECT_LE(*taken, milliseconds(500));
+}
+
+// Control comes although every acknowledgement is lost: telemetry says so, and it is what was asked for.
+TEST_P(GivingBack, AGrantWhoseAcknowledgementIsLostIsSeen) {
+  RecordProperty("promise", "R15");
+  LinkBench bench(options());
+  ASSERT_TRUE(bench.run_until(Stage::kReady));
+  bench.autopilot.happen(N1Happening::kLoseAcks, 1000);
+  bench.link.request_control(bench.clock.now());
+  EXPECT_TRUE(bench.run_until(Stage::kInControl, seconds(8)));
+  bench.link.release(bench.clock.now());
+  EXPECT_TRUE(time_to_the_pilot(bench).has_value());
+}
+
+// The operator changes his mind at any moment of the asking; what is granted all the same goes back.
+TEST_P(GivingBack, AStopWhileAskingLeavesNothingHeld) {
+  RecordProperty("promise", "R15");
+  for (int wait_ms = 0; wait_ms < 2600; wait_ms += 130) {
+    SCOPED_TRACE(wait_ms);
+    LinkBench bench(options());
+    ASSERT_TRUE(bench.run_until(Stage::kReady));
+    bench.autopilot.happen(N1Happening::kDelayAcks, 0.12);
+    bench.link.request_control(bench.clock.now());
+    bench.run(milliseconds(wait_ms));
+    bench.link.release(bench.clock.now());
+    bench.run(seconds(1));
+    EXPECT_TRUE(is_pilots(bench));
+    bench.run(seconds(1));
+    EXPECT_FALSE(bench.link.authority().owed);
+    EXPECT_NE(bench.link.authority().stage, Stage::kInControl);
+  }
+}
+
+TEST_P(GivingBack, OurReceiverAloneIsDeadAndTheFarewellIsSentBlind) {
+  RecordProperty("promise", "R15");
+  LinkBench bench(options());
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(2));
+  bench.cable().b_to_a().set_faults({.drop_per_write = 1.0});
+  ASSERT_TRUE(bench.run_until(Stage::kSilentCold, milliseconds(600)));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kLinkSilent);
+  const auto taken = time_to_the_pilot(bench);
+  ASSERT_TRUE(taken.has_value());
+  EXPECT_LE(*taken, milliseconds(300));
+  EXPECT_TRUE(bench.link.authority().owed) << "nobody has said that it worked";
+  const std::uint32_t requests = bench.link.health().sessions.requests;
+  bench.run(seconds(5));
+  EXPECT_LE(bench.link.health().sessions.requests - requests, 25U) << "at most five times a second";
+  EXPECT_GE(bench.link.health().sessions.requests - requests, 20U) << "and it goes on trying";
+  bench.cable().b_to_a().set_faults({});
+  bench.run(milliseconds(100));
+  EXPECT_FALSE(bench.link.authority().owed);
+  EXPECT_EQ(bench.link.authority().stage, Stage::kSilentCold) << "never by itself";
+}
+
+TEST_P(GivingBack, WhatAProgramBeforeUsLeftIsGivenBackUnasked) {
+  RecordProperty("promise", "R15");
+  LinkBench bench(options());
+  ASSERT_TRUE(bench.take_control());
+  LinkConfig config = options().link;
+  SerialLink second(bench.cable().a(), config);  // the first has died
+  bool given_back = false;
+  for (int i = 0; i < 100 && !given_back; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      bench.clock.advance(sim::N1Autopilot::kTick);
+      bench.autopilot.advance(bench.clock.now());
+    }
+    (void)second.receive(bench.clock.now());
+    given_back = is_pilots(bench);
+  }
+  EXPECT_TRUE(given_back) << "within a second, before it was even asked to fly";
+}
+
+TEST(GivingBackVirtualRc, EndedByTheAutopilotControlGoesBackAsWell) {
+  RecordProperty("promise", "R15");
+  LinkBench bench({});
+  ASSERT_TRUE(bench.take_control());
+  bench.run(seconds(2));
+  bench.autopilot.happen(N1Happening::kEndVirtualRc);
+  const core::TimePoint ended_at = bench.clock.now();
+  ASSERT_TRUE(bench.run_until([&] { return !bench.autopilot.client_in_control(); }, seconds(1)));
+  EXPECT_LE(bench.clock.now() - ended_at, milliseconds(300));
+  EXPECT_EQ(bench.link.authority().reason, Reason::kVirtualRcEnded);
+  EXPECT_LE((bench.sent_at.back() - ended_at).count(), bench.link.command_period().count());
+}
+
+// Our own program stands still, the autopilot goes on sending.
+class OwnStall : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Link, OwnStall, ::testing::Values(100, 400, 600, 2000, 5000));
+
+TEST_P(OwnStall, LongerThanHalfASecondEndsControlAndIsCalledOurs) {
+  RecordProperty("promise", "R9,R15");
+  for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
+    LinkBench::Options options;
+    options.link.channel.channel = channel;
+    LinkBench bench(options);
+    ASSERT_TRUE(bench.take_control());
+    bench.run(seconds(2));
+    const core::TimePoint end = bench.clock.now() + milliseconds(GetParam());
+    while (bench.clock.now() < end) {
+      bench.clock.advance(sim::N1Autopilot::kTick);
+      bench.autopilot.advance(bench.clock.now());
+    }
+    const std::size_t sent = bench.sent_at.size();
+    const bool ends = GetParam() > 500;
+    EXPECT_EQ(bench.run_until([&] { return !bench.autopilot.client_in_control(); }, seconds(1)), ends);
+    EXPECT_EQ(bench.link.authority().in_control, !ends) << safety::name(bench.link.authority().reason);
+    EXPECT_EQ(bench.link.health().restarts, 0U) << "the autopilot did not restart";
+    if (ends) {
+      EXPECT_EQ(bench.link.authority().reason, Reason::kOwnStall) << safety::name(bench.link.authority().reason);
+      EXPECT_EQ(bench.sent_at.size(), sent) << "no command after the stall";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace m100::link

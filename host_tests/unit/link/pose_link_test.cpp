@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/link/pose_link.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/uart_pair.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::link {
+namespace {
+
+using mavlink::AttPosMocap;
+using mavlink::Timesync;
+using std::chrono::milliseconds;
+constexpr mavlink::Address kSender{.system = 9, .component = 197};
+constexpr std::uint64_t kUnix_us = 1763757191000000;  // of the sender, when our clock shows zero
+
+AttPosMocap mocap(std::uint64_t stamp_us) {
+  return {.time_usec = stamp_us, .q = {0.8F, 0.F, 0.F, 0.6F}, .x = 1.F, .y = -2.F, .z = 0.5F};
+}
+
+struct PoseLinkTest : ::testing::Test {
+  hal::ManualClock clock;
+  hal::UartPair cable{clock, 115200};
+  PoseLink link{cable.a(), 115200};
+  std::uint8_t frames = 0;
+
+  template <typename Message>
+  void write(const Message& message, mavlink::Address from = kSender) {
+    (void)cable.b().write(mavlink::encode(message, from, frames++).bytes());
+  }
+  core::Expected<core::Pose<double>> after(core::Duration time) {
+    clock.advance(time);
+    return link.receive(clock.now());
+  }
+  core::Expected<core::Pose<double>> send(std::uint64_t stamp_us) {
+    write(mocap(stamp_us));
+    return after(milliseconds(10));
+  }
+};
+
+TEST_F(PoseLinkTest, TheNewestOfATickCountsAndKeepsItsStamp) {
+  write(mocap(1000));
+  write(mocap(2000));
+  write(mavlink::Timesync{.tc1 = 1, .ts1 = 1});  // 21 bytes behind it, its zeros left out
+  const core::Expected<core::Pose<double>> pose = after(milliseconds(20));
+  ASSERT_TRUE(pose.has_value());
+  EXPECT_EQ(pose->captured.time_since_epoch().count(), 2000);
+  EXPECT_NEAR(static_cast<double>((clock.now() - pose->arrived).count()), 21.0 * 10.0 / 115200.0 * 1e6, 1.0);
+  EXPECT_EQ(pose->captured_at(), pose->arrived) << "nothing is known of its age yet";
+  EXPECT_FALSE(pose->offset.known);
+  EXPECT_EQ(link.receive(clock.now()).status(), core::Status::kNotReady);
+}
+
+TEST_F(PoseLinkTest, DoubledAndOvertakenPosesAreRefusedButARestartedSenderIsHeard) {
+  EXPECT_TRUE(send(50000000));
+  EXPECT_FALSE(send(50000000));
+  EXPECT_FALSE(send(49990000));
+  EXPECT_EQ(link.stats().refused_order, 2U);
+  EXPECT_TRUE(send(50010000));
+  EXPECT_TRUE(send(1)) << "a step back of more than ten seconds";
+  EXPECT_TRUE(send(40000000));
+  EXPECT_FALSE(send(35000000));
+  EXPECT_FALSE(after(milliseconds(1100)));
+  EXPECT_TRUE(send(35000000)) << "nothing was heard for a second";
+}
+
+TEST_F(PoseLinkTest, WhoStampsNothingIsTakenWhenHeComes) {
+  for (int i = 0; i < 3; ++i) {
+    const core::Expected<core::Pose<double>> pose = send(0);
+    ASSERT_TRUE(pose.has_value());
+    EXPECT_EQ(pose->captured_at(), pose->arrived);
+  }
+}
+
+TEST_F(PoseLinkTest, OneSenderIsHeardUntilItIsGone) {
+  EXPECT_TRUE(send(1000));
+  write(mocap(2000), {.system = 10, .component = 197});
+  EXPECT_FALSE(after(milliseconds(10)));
+  EXPECT_EQ(link.stats().refused_senders, 1U);
+  EXPECT_FALSE(after(milliseconds(1100)));
+  write(mocap(500), {.system = 10, .component = 197});
+  EXPECT_TRUE(after(milliseconds(10)));
+}
+
+TEST_F(PoseLinkTest, LostFramesAreCounted) {
+  EXPECT_TRUE(send(1000));
+  frames += 3;
+  EXPECT_TRUE(send(2000));
+  EXPECT_EQ(link.stats().lost_frames, 3U);
+}
+
+/// A sender whose clock shows kUnix_us more than ours answers a question; `out` and `back` are the ways.
+struct TimesyncTest : PoseLinkTest {
+  void exchange(core::Duration out, core::Duration back) {
+    EXPECT_TRUE(send(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count())));
+    link.ask_time(clock.now());
+    clock.advance(out);
+    std::array<std::byte, 64> bytes;
+    const std::size_t count = cable.b().read(bytes).value_or(0);
+    mavlink::Parser parser;
+    ASSERT_EQ(parser.push(std::span(bytes).first(count)), count);
+    const core::Expected<mavlink::FrameView> question = parser.poll();
+    ASSERT_TRUE(question.has_value());
+    ASSERT_TRUE(mavlink::is<Timesync>(*question));
+    EXPECT_EQ(mavlink::decode<Timesync>(*question).tc1, 0);
+    EXPECT_LE(question->bytes.size(), 80U);
+    const auto own_us = static_cast<std::int64_t>(kUnix_us) + clock.now().time_since_epoch().count();
+    write(Timesync{.tc1 = own_us * 1000, .ts1 = mavlink::decode<Timesync>(*question).ts1});
+    (void)after(back);
+  }
+  core::ClockOffset offset() {
+    const core::Expected<core::Pose<double>> pose =
+        send(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count()));
+    return pose ? pose->offset : core::ClockOffset{};
+  }
+};
+
+TEST_F(TimesyncTest, AnAnswerTellsTheOffsetToHalfOfThereAndBack) {
+  exchange(milliseconds(5), milliseconds(5));
+  const core::ClockOffset found = offset();
+  EXPECT_TRUE(found.known);
+  EXPECT_EQ(link.stats().answers, 1U);
+  EXPECT_NEAR(static_cast<double>(found.to_ours.count()), -static_cast<double>(kUnix_us), 10.0);
+  EXPECT_NEAR(core::seconds<double>(found.bound), 0.005, 1e-4);
+}
+
+// Would catch who takes half of there and back for the truth: the age would be wrong by 45 ms, and called known.
+void expect_truth_inside_the_bound(const core::ClockOffset& found) {
+  ASSERT_TRUE(found.known);
+  const double wrong_s = std::abs(core::seconds<double>(found.to_ours + core::Duration(kUnix_us)));
+  EXPECT_NEAR(wrong_s, 0.045, 0.001);
+  EXPECT_GE(core::seconds<double>(found.bound), wrong_s);
+}
+TEST_F(TimesyncTest, ALongerWayThereStaysInsideTheBound) {
+  exchange(milliseconds(95), milliseconds(5));
+  expect_truth_inside_the_bound(offset());
+}
+TEST_F(TimesyncTest, ALongerWayBackStaysInsideTheBound) {
+  exchange(milliseconds(5), milliseconds(95));
+  expect_truth_inside_the_bound(offset());
+}
+
+TEST_F(TimesyncTest, ABetterAnswerCountsAndAWorseOneDoesNot) {
+  exchange(milliseconds(60), milliseconds(5));
+  clock.advance(milliseconds(200));
+  exchange(milliseconds(5), milliseconds(5));
+  EXPECT_NEAR(core::seconds<double>(offset().bound), 0.005, 1e-3);
+  clock.advance(milliseconds(200));
+  exchange(milliseconds(60), milliseconds(5));
+  EXPECT_NEAR(core::seconds<double>(offset().bound), 0.005, 1e-3);
+}
+
+TEST_F(TimesyncTest, AnswersToNobodysQuestionArePassedOver) {
+  EXPECT_TRUE(send(kUnix_us));
+  write(Timesync{.tc1 = 5, .ts1 = 12345});
+  (void)after(milliseconds(10));
+  EXPECT_EQ(link.stats().answers, 0U);
+  link.ask_time(clock.now());
+  write(Timesync{.tc1 = 5, .ts1 = clock.now().time_since_epoch().count() * 1000}, {.system = 3, .component = 1});
+  (void)after(milliseconds(10));
+  EXPECT_EQ(link.stats().answers, 0U) << "of a stranger";
+}
+
+}  // namespace
+}  // namespace m100::link

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "protocol/mavlink/signature.h"
+
+#include <gtest/gtest.h>
+
+#include "protocol/mavlink/messages.h"
+#include "protocol/mavlink/parser.h"
+
+namespace m100::mavlink {
+namespace {
+
+constexpr Key kKey{std::byte{1}, std::byte{2}, std::byte{3}};
+
+Frame signed_pose(SignatureTime time, const Key& key = kKey) {
+  Frame frame =
+      encode(AttPosMocap{.time_usec = 7, .q = {1.F, 0.F, 0.F, 0.F}, .x = 1.F, .y = 2.F, .z = -3.F}, {9, 1}, 4);
+  sign(frame, key, 2, time);
+  return frame;
+}
+
+/// The frame as a parser finds it. @returns a view of the bytes, or of nothing.
+core::Expected<FrameView> parse(Parser& parser, std::span<const std::byte> bytes) {
+  EXPECT_EQ(parser.push(bytes), bytes.size());
+  return parser.poll();
+}
+
+TEST(Signature, HoldsForItsKeyOnly) {
+  const Frame frame = signed_pose(1000);
+  Parser parser;
+  const auto view = parse(parser, frame.bytes());
+  ASSERT_TRUE(view);
+  EXPECT_TRUE(view->is_signed);
+  EXPECT_TRUE(is_signed_with(*view, kKey));
+  Key other = kKey;
+  other[31] = std::byte{1};
+  EXPECT_FALSE(is_signed_with(*view, other));
+  EXPECT_EQ(signature_of(*view).time, 1000U);
+  EXPECT_EQ(signature_of(*view).link, 2);
+}
+
+// Would catch a signature that leaves a byte out: the header, the link, the time stamp.
+TEST(Signature, NoFlippedBitPasses) {
+  const Frame good = signed_pose(1000);
+  for (std::size_t bit = 0; bit < 8 * good.size; ++bit) {
+    Frame bad = good;
+    bad.space[bit / 8] ^= std::byte{1} << (bit % 8);
+    Parser parser;
+    const auto view = parse(parser, bad.bytes());
+    EXPECT_FALSE(view && is_signed_with(*view, kKey)) << "bit " << bit;
+  }
+}
+
+TEST(Signature, AFrameWithoutOnePassesNoKey) {
+  Parser parser;
+  const Frame frame = encode(Heartbeat{.custom_mode = 1}, {1, 1}, 0);
+  const auto view = parse(parser, frame.bytes());
+  ASSERT_TRUE(view);
+  EXPECT_FALSE(view->is_signed);
+  EXPECT_FALSE(is_signed_with(*view, kKey));
+}
+
+TEST(ReplayGuard, EachStreamOnlyMovesOn) {
+  ReplayGuard guard;
+  constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow}, kNow), core::Status::kOk);
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow}, kNow), core::Status::kRefused) << "doubled";
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - 1}, kNow), core::Status::kRefused) << "overtaken";
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 1, .time = kNow - 1}, kNow), core::Status::kOk) << "another link";
+  EXPECT_EQ(guard.accept({1, 2}, {.link = 0, .time = kNow - 1}, kNow), core::Status::kOk) << "another component";
+  EXPECT_EQ(guard.accept({2, 1}, {.link = 0, .time = kNow - 1}, kNow), core::Status::kOk) << "another system";
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow + 1}, kNow), core::Status::kOk);
+  EXPECT_EQ(guard.newest(), kNow + 1);
+}
+
+// Would catch a guard that takes a recording of an earlier flight, played back under a new name.
+TEST(ReplayGuard, AnOldRecordingBeginsNoStream) {
+  ReplayGuard guard;
+  constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
+  constexpr SignatureTime kMinute = 60 * kSignatureTicksPerSecond;
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - kMinute - 1}, kNow), core::Status::kRefused);
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - kMinute}, kNow), core::Status::kOk);
+}
+
+TEST(ReplayGuard, TheNumberOfStreamsIsBounded) {
+  ReplayGuard guard;
+  for (std::uint8_t system = 0; system < ReplayGuard::kStreams; ++system) {
+    EXPECT_EQ(guard.accept({system, 1}, {.link = 0, .time = 5}, 5), core::Status::kOk);
+  }
+  EXPECT_EQ(guard.accept({99, 1}, {.link = 0, .time = 6}, 5), core::Status::kResourceExhausted);
+  EXPECT_EQ(guard.accept({3, 1}, {.link = 0, .time = 6}, 5), core::Status::kOk) << "a known one goes on";
+}
+
+}  // namespace
+}  // namespace m100::mavlink

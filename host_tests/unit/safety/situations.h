@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "firmware/safety/authority_table.h"
+#include "firmware/safety/ladder.h"
+
+namespace m100::safety::situations {
+
+// What both tables have to say in a situation, written by hand and from the promises, not from the tables: a row that
+// is deleted, changed or moved says something else in at least one of them. rows_test.cpp asks the reverse of every
+// row, too: there has to be a situation that only this row answers.
+
+struct LadderSituation {
+  const char* name;
+  Rung rung;
+  LadderSign signs;
+  Rung after;
+  Cause why = Cause::kNone;  ///< kNone: no step is made
+};
+
+inline constexpr LadderSign kWell = LadderSign::kCommandable | LadderSign::kFresh | LadderSign::kRecovered;
+inline constexpr LadderSign kBlind = LadderSign::kCommandable;  ///< ours to command, and the pose is old
+
+inline constexpr auto kLadderSituations = [] {
+  using enum LadderSign;
+  using L = LadderSituation;
+  using R = Rung;
+  using C = Cause;
+  return std::array{
+      L{"ThePilotTakesAHealthyFlight", R::kNominal, kFresh | kRecovered, R::kSilent, C::kControlGone},
+      L{"ThePilotTakesACoastingFlight", R::kCoast, kNone, R::kSilent, C::kControlGone},
+      L{"ThePilotTakesALevelledFlight", R::kLevel, kFresh | kRecovered, R::kSilent, C::kControlGone},
+      L{"ThePilotTakesAFlightThatIsGivenBack", R::kRelease, kNone, R::kSilent, C::kControlGone},
+      L{"ThePilotComesBeforeTheOperator", R::kNominal, kOperatorReleases | kTelemetryDead, R::kSilent, C::kControlGone},
+      L{"ThePilotComesBeforeTheEndOfNeutral", R::kRelease, kNeutralOver, R::kSilent, C::kControlGone},
+      L{"NeutralWasLongEnough", R::kRelease, kBlind | kNeutralOver, R::kSilent, C::kNeutralOver},
+      L{"NeutralIsNotCutShort", R::kRelease, kWell | kOperatorEngages, R::kRelease},
+      L{"TheOperatorGivesAHealthyFlightBack", R::kNominal, kWell | kOperatorReleases, R::kRelease, C::kGivenBack},
+      L{"TheOperatorGivesACoastingFlightBack", R::kCoast, kBlind | kOperatorReleases, R::kRelease, C::kGivenBack},
+      L{"TheOperatorGivesALevelledFlightBack", R::kLevel, kBlind | kOperatorReleases, R::kRelease, C::kGivenBack},
+      L{"GivingBackComesBeforeAnUnsoundCommand", R::kNominal, kWell | kOperatorReleases | kCommandUnsound, R::kRelease,
+        C::kGivenBack},
+      L{"GivingBackComesBeforeEngaging", R::kLevel, kWell | kOperatorReleases | kOperatorEngages, R::kRelease,
+        C::kGivenBack},
+      L{"TheAutopilotFallsSilentInAHealthyFlight", R::kNominal, kWell | kTelemetryDead, R::kRelease,
+        C::kTelemetrySilent},
+      L{"TheAutopilotFallsSilentWhileCoasting", R::kCoast, kBlind | kTelemetryDead, R::kRelease, C::kTelemetrySilent},
+      L{"TheAutopilotFallsSilentWhileLevel", R::kLevel, kBlind | kTelemetryDead, R::kRelease, C::kTelemetrySilent},
+      L{"SilenceComesBeforeALostEstimate", R::kCoast, kBlind | kTelemetryDead | kEstimateLost, R::kRelease,
+        C::kTelemetrySilent},
+      L{"LevelWasLongEnough", R::kLevel, kBlind | kLevelOver, R::kRelease, C::kLevelOver},
+      L{"AHealthyPoseDoesNotKeepALevelledFlight", R::kLevel, kWell | kLevelOver, R::kRelease, C::kLevelOver},
+      L{"TheOperatorTakesALevelledFlightAtTheLastMoment", R::kLevel, kWell | kLevelOver | kOperatorEngages, R::kNominal,
+        C::kEngaged},
+      L{"LevelLastsItsTime", R::kLevel, kWell, R::kLevel},
+      L{"TheLawGoesMad", R::kNominal, kWell | kCommandUnsound, R::kLevel, C::kCommandUnsound},
+      L{"TheLawGoesMadWhileCoasting", R::kCoast, kBlind | kCommandUnsound, R::kLevel, C::kCommandUnsound},
+      L{"TheEstimateIsLost", R::kNominal, kWell | kEstimateLost, R::kLevel, C::kEstimateLost},
+      L{"TheEstimateIsLostWithThePose", R::kNominal, kBlind | kEstimateLost, R::kLevel, C::kEstimateLost},
+      L{"TheEstimateIsLostWhileCoasting", R::kCoast, kBlind | kEstimateLost, R::kLevel, C::kEstimateLost},
+      L{"AFreshPoseDoesNotHelpALostEstimate", R::kCoast, kWell | kEstimateLost, R::kLevel, C::kEstimateLost},
+      L{"TheReserveToTheFenceIsSpent", R::kCoast, kBlind | kReserveSpent, R::kLevel, C::kReserveSpent},
+      L{"AFreshPoseRenewsTheReserve", R::kCoast, kBlind | kFresh | kReserveSpent, R::kCoast},
+      L{"CoastWasLongEnough", R::kCoast, kBlind | kCoastOver, R::kLevel, C::kCoastOver},
+      L{"TenFreshPosesMayEndAfterTheTimeOfCoast", R::kCoast, kBlind | kFresh | kCoastOver, R::kCoast},
+      L{"CoastLastsItsTime", R::kCoast, kBlind, R::kCoast},
+      L{"ThePoseStaysAway", R::kNominal, kBlind, R::kCoast, C::kPoseOld},
+      L{"AllIsWell", R::kNominal, kWell, R::kNominal},
+      L{"AnOldPoseDoesNotWaitForTheOperator", R::kNominal, kBlind | kOperatorEngages, R::kCoast, C::kPoseOld},
+      L{"ThePoseIsBack", R::kCoast, kWell, R::kNominal, C::kRecovered},
+      L{"TheOperatorTakesALevelledFlight", R::kLevel, kWell | kOperatorEngages, R::kNominal, C::kEngaged},
+      L{"NotWithoutAPose", R::kLevel, kBlind | kOperatorEngages, R::kLevel},
+      L{"NotWithoutAnEstimate", R::kLevel, kWell | kOperatorEngages | kEstimateLost, R::kLevel},
+      L{"NotWithALawThatIsMad", R::kLevel, kWell | kOperatorEngages | kCommandUnsound, R::kLevel},
+      L{"TheOperatorStartsTheFlight", R::kSilent, kWell | kOperatorEngages, R::kNominal, C::kEngaged},
+      L{"NobodyStartsIt", R::kSilent, kWell, R::kSilent},
+      L{"NotWithoutAuthority", R::kSilent, kFresh | kRecovered | kOperatorEngages, R::kSilent},
+      L{"NoStartWithoutAPose", R::kSilent, kBlind | kFresh | kOperatorEngages, R::kSilent},
+      L{"NoStartWithoutAnEstimate", R::kSilent, kWell | kOperatorEngages | kEstimateLost, R::kSilent},
+      L{"NoStartWithALawThatIsMad", R::kSilent, kWell | kOperatorEngages | kCommandUnsound, R::kSilent},
+      L{"NoStartWhileGivingBack", R::kSilent, kWell | kOperatorEngages | kOperatorReleases, R::kSilent},
+      L{"NoStartWithoutTelemetry", R::kSilent, kWell | kOperatorEngages | kTelemetryDead, R::kSilent},
+  };
+}();
+
+/// The same for the authority table, in each of the stages.
+struct AuthoritySituation {
+  const char* name;
+  StageSet stages;
+  AuthoritySign signs;
+  Stage after;
+  Action action = Action::kNone;
+  Reason why = Reason::kNone;
+  bool stays = false;  ///< no row answers; `after` has no meaning
+};
+
+/// On the ground and ready: everything of ours is with the transmitter.
+inline constexpr AuthoritySign kGround =
+    AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF | AuthoritySign::kNeedsVirtualRc |
+    AuthoritySign::kSpaced | AuthoritySign::kTriesLeft | AuthoritySign::kSwitchSpaced | AuthoritySign::kSwitchesLeft;
+/// In flight over Virtual RC.
+inline constexpr AuthoritySign kAir =
+    kGround | AuthoritySign::kDeviceOurs | AuthoritySign::kVirtualRcOn | AuthoritySign::kOwed;
+inline constexpr AuthoritySign kLinkUp = AuthoritySign::kHeard;
+
+constexpr AuthoritySign without(AuthoritySign signs, AuthoritySign gone) { return signs & ~gone; }
+
+extern const std::array<AuthoritySituation, 76> kAuthoritySituations;
+
+}  // namespace m100::safety::situations

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "hal/linux/serial_port.h"
+#include "hal/mock/wrong_baud.h"
+#include "host_tests/sim/ports/pty_uart.h"
+
+namespace m100::sim {
+namespace {
+
+const std::string kLink =
+    (std::filesystem::temp_directory_path() / ("m100_pty_" + std::to_string(::getpid()))).string();
+
+std::vector<std::byte> text() {
+  std::vector<std::byte> bytes(64);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    bytes[i] = static_cast<std::byte>(17 * i + 3);
+  }
+  return bytes;
+}
+
+/// What has come; a pseudo-terminal hands over within the call, so nobody waits here.
+std::vector<std::byte> read_all(hal::Uart& uart) {
+  std::vector<std::byte> bytes(512);
+  bytes.resize(uart.read(bytes).value_or(0));
+  return bytes;
+}
+
+TEST(PtyUart, AClientAtTheSameRateReadsWhatWasSent) {
+  PtyUart ours(kLink, 230400);
+  hal::SerialPort client(kLink, 230400);
+  ASSERT_EQ(client.open(), core::Status::kOk);
+  EXPECT_EQ(ours.clients_baud(), 230400U);
+  EXPECT_EQ(ours.write(text()).value_or(0), text().size());
+  EXPECT_EQ(read_all(client), text());
+  EXPECT_EQ(client.write(text()).value_or(0), text().size());
+  EXPECT_EQ(read_all(ours), text());
+}
+
+// Catches an emulated line on which every client is right, whatever rate it believes in.
+TEST(PtyUart, AClientAtAnotherRateReadsAndSendsGarbage) {
+  PtyUart ours(kLink, 230400);
+  hal::SerialPort client(kLink, 115200);
+  ASSERT_EQ(client.open(), core::Status::kOk);
+  EXPECT_EQ(ours.clients_baud(), 115200U);
+  EXPECT_EQ(ours.write(text()).value_or(0), text().size());
+  const std::vector<std::byte> heard = read_all(client);
+  EXPECT_EQ(heard, hal::received_at(text(), 230400, 115200));
+  EXPECT_NE(heard, text());
+  EXPECT_EQ(client.write(text()).value_or(0), text().size());
+  EXPECT_EQ(read_all(ours), hal::received_at(text(), 115200, 230400));
+}
+
+TEST(PtyUart, WithoutARateOfItsOwnNothingIsGarbled) {
+  PtyUart ours(kLink);
+  hal::SerialPort client(kLink, 115200);
+  ASSERT_EQ(client.open(), core::Status::kOk);
+  EXPECT_EQ(ours.write(text()).value_or(0), text().size());
+  EXPECT_EQ(read_all(client), text());
+}
+
+}  // namespace
+}  // namespace m100::sim
