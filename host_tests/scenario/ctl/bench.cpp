@@ -8,7 +8,7 @@
 
 #include "firmware/core/tilt.h"
 #include "firmware/ctl/flight_law.h"
-#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/lab/gains/gain_tables.h"
 
 namespace m100::scenario {
 namespace {
@@ -80,8 +80,8 @@ ref::Window<T> window_in(const ref::Window<double>& from) {
 
 template <typename T>
 mpc::GainTables<T> tables_of(const model::Vehicle& vehicle) {
-  const mpc::GainTables<double> tables = tools::gains::make_gain_tables(vehicle);
-  return {.x = tools::gains::table_in<T>(tables.x), .y = tools::gains::table_in<T>(tables.y)};
+  const mpc::GainTables<double> tables = lab::gains::make_gain_tables(vehicle);
+  return {.x = lab::gains::table_in<T>(tables.x), .y = lab::gains::table_in<T>(tables.y)};
 }
 
 template <typename T>
@@ -100,6 +100,139 @@ class Pipe {
   std::deque<T> values_;
 };
 
+struct Seen {
+  core::Vector<double, 3> position;
+  double yaw_rad;
+};
+
+/// Noise of the sensors and of the air; one sequence for both.
+class Noise {
+ public:
+  explicit Noise(std::uint32_t seed) : random_(seed) {}
+  double normal() { return normal_(random_); }
+
+ private:
+  std::mt19937 random_;
+  std::normal_distribution<double> normal_;
+};
+
+/// What the sensors say of the body, and the pose's sender of what it saw.
+template <typename T>
+est::Measurement<T> measure(const World& world, const Body& body, const Seen& seen, bool pose_lost, Noise& noise) {
+  est::Measurement<T> out;
+  out.attitude.is_new = true;
+  out.attitude.roll_rad = static_cast<T>(body.roll.tilt_rad + world.attitude_sigma_rad * noise.normal());
+  out.attitude.pitch_rad = static_cast<T>(body.pitch.tilt_rad + world.attitude_sigma_rad * noise.normal());
+  out.attitude.yaw_rad = static_cast<T>(body.yaw_rad);
+  out.attitude.rate_b_rad_s = {static_cast<T>(body.roll.rate_rad_s + world.rate_sigma_rad_s * noise.normal()),
+                               static_cast<T>(body.pitch.rate_rad_s + world.rate_sigma_rad_s * noise.normal()),
+                               static_cast<T>(body.yaw_rate_rad_s + world.rate_sigma_rad_s * noise.normal())};
+  out.pose.is_new = !pose_lost;
+  out.pose.set_captured_at(out.now - core::Duration(std::lround(world.pose_delay_s * 1e6)));
+  for (int i = 0; i < 3; ++i) {
+    out.pose.position_w_m[i] = static_cast<T>(seen.position[i] + world.pose_sigma_m * noise.normal());
+  }
+  out.pose.yaw_rad = static_cast<T>(core::wrap_pi(seen.yaw_rad + 0.002 * noise.normal()));
+  return out;
+}
+
+/// Where the body goes between two ticks, and what is seen of it.
+class Motion {
+ public:
+  Motion(const World& world, const ref::Window<double>& start)
+      : body_{start_of(world, start)},
+        poses_(world.pose_delay_s, {body_.position, body_.yaw_rad}),
+        tilts_(world.delay_s, {}),
+        climbs_(world.climb_delay_s, {}),
+        seen_{body_.position, body_.yaw_rad} {}
+
+  void tick(const World& world, const ctl::Command<double>& acting, Noise& noise) {
+    for (int i = 0; i < 10; ++i) {
+      const double decay = std::exp(-kStep_s / world.gust_s);
+      const double kick = world.gust_m_s2 * std::sqrt(1.0 - decay * decay);
+      gust_ = decay * gust_ + kick * core::Vector<double, 2>(noise.normal(), noise.normal());
+      const core::Vector<double, 2> wind = core::Vector<double, 2>(world.wind_m_s2, 0.5 * world.wind_m_s2) + gust_;
+      body_.step(world, tilts_.through(acting), climbs_.through(acting), wind);
+      seen_ = poses_.through({body_.position, body_.yaw_rad});
+    }
+  }
+  const Body& body() const { return body_; }
+  const Seen& seen() const { return seen_; }
+
+ private:
+  static Body start_of(const World& world, const ref::Window<double>& start) {
+    Body body;
+    body.yaw_rad = world.yaw_rad;
+    body.position = {start.x[0].position_m, start.y[0].position_m, start.height.position_m};
+    body.velocity = {start.x[0].velocity_m_s, start.y[0].velocity_m_s, 0.0};
+    return body;
+  }
+
+  Body body_;
+  Pipe<Seen> poses_;
+  Pipe<ctl::Command<double>> tilts_;
+  Pipe<ctl::Command<double>> climbs_;
+  Seen seen_;
+  core::Vector<double, 2> gust_ = core::Vector<double, 2>::Zero();
+};
+
+/// Sums over the ticks of a flight, and the figures they make.
+class Score {
+ public:
+  explicit Score(const Flight& flight) : flight_(flight) {}
+
+  void add(double now_s, const Body& body, const ctl::Command<double>& acting) {
+    const ref::Window<double> truth = flight_.reference(now_s, 0.0);
+    const core::Vector<double, 3> error{body.position.x() - truth.x[0].position_m,
+                                        body.position.y() - truth.y[0].position_m,
+                                        body.position.z() - truth.height.position_m};
+    const core::Vector<double, 2> command{acting.roll_rad, acting.pitch_rad};
+    if (now_s >= flight_.settle_s) {
+      ++counted_;
+      error2_ += error.cwiseAbs2();
+      error_sum_ += error;
+      result_.position_peak_m = std::max(result_.position_peak_m, error.head<2>().norm());
+      const core::Vector<double, 2> tilts{body.roll.tilt_rad, body.pitch.tilt_rad};
+      tilt2_ += tilts.cwiseAbs2();
+      tilt_sum_ += tilts;
+      input2_ += (command - last_command_).squaredNorm();
+    }
+    if (now_s >= flight_.duration_s - 1.0) {
+      end_sum_ += error.head<2>();
+      ++at_end_;
+    }
+    last_command_ = command;
+    result_.finite = result_.finite && std::isfinite(error.squaredNorm()) && std::isfinite(command.squaredNorm());
+  }
+
+  Result finish() const {
+    Result out = result_;
+    const double n = static_cast<double>(std::max(1L, counted_));
+    out.x_rms_m = std::sqrt(error2_.x() / n);
+    out.y_rms_m = std::sqrt(error2_.y() / n);
+    out.z_rms_m = std::sqrt(error2_.z() / n);
+    out.x_mean_m = error_sum_.x() / n;
+    out.y_mean_m = error_sum_.y() / n;
+    out.tilt_rms_deg =
+        std::sqrt(std::max(0.0, (tilt2_ / n - (tilt_sum_ / n).cwiseAbs2()).maxCoeff())) * 180.0 / core::kPi;
+    out.input_variation_deg = std::sqrt(input2_ / n) * 180.0 / core::kPi;
+    out.end_error_m = (end_sum_ / static_cast<double>(std::max(1L, at_end_))).norm();
+    return out;
+  }
+
+ private:
+  const Flight& flight_;
+  Result result_;
+  core::Vector<double, 3> error2_ = core::Vector<double, 3>::Zero();
+  core::Vector<double, 3> error_sum_ = core::Vector<double, 3>::Zero();
+  core::Vector<double, 2> tilt2_ = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> tilt_sum_ = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> last_command_ = core::Vector<double, 2>::Zero();
+  core::Vector<double, 2> end_sum_ = core::Vector<double, 2>::Zero();
+  double input2_ = 0.0;
+  long counted_ = 0, at_end_ = 0;
+};
+
 }  // namespace
 
 World plant_a() { return {}; }
@@ -114,7 +247,7 @@ World plant_b() {
 
 model::Vehicle vehicle_of(const World& world) {
   model::Vehicle vehicle;
-  for (model::AttitudeAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
+  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
     axis->natural_frequency_rad_s = world.natural_frequency_rad_s;
     axis->damping_ratio = world.damping_ratio;
     axis->time_constant_s = world.time_constant_s;
@@ -168,51 +301,17 @@ Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight
   const mpc::GainTables<T> tables = tables_of<T>(vehicle);
   est::DisturbanceEkf<S, T> observer(vehicle);
   ctl::FlightLaw<T> law(vehicle, tables);
-  std::mt19937 random(world.seed);
-  std::normal_distribution<double> normal;
-  Body body;
-  body.yaw_rad = world.yaw_rad;
-  const ref::Window<double> start = flight.reference(0.0, 0.0);
-  body.position = {start.x[0].position_m, start.y[0].position_m, start.height.position_m};
-  body.velocity = {start.x[0].velocity_m_s, start.y[0].velocity_m_s, 0.0};
-  struct Seen {
-    core::Vector<double, 3> position;
-    double yaw_rad;
-  };
-  Pipe<Seen> pose_pipe(world.pose_delay_s, {body.position, body.yaw_rad});
-  Pipe<ctl::Command<double>> tilt_pipe(world.delay_s, {});
-  Pipe<ctl::Command<double>> climb_pipe(world.climb_delay_s, {});
-  Seen seen{body.position, body.yaw_rad};
-  core::Vector<double, 2> gust = core::Vector<double, 2>::Zero();
+  Noise noise(world.seed);
+  Motion motion(world, flight.reference(0.0, 0.0));
+  Score score(flight);
   ctl::Command<T> in_force;
-  ctl::Command<double> acting;
-  Result result;
-  double input2 = 0.0;
-  core::Vector<double, 2> tilt2 = core::Vector<double, 2>::Zero();
-  core::Vector<double, 2> tilt_sum = core::Vector<double, 2>::Zero();
-  core::Vector<double, 2> last_command = core::Vector<double, 2>::Zero();
-  core::Vector<double, 2> end_sum = core::Vector<double, 2>::Zero();
-  long counted = 0, at_end = 0;
   const long ticks = std::lround(flight.duration_s * 100.0);
   const long every = std::max(1L, std::lround(world.command_period_s * 100.0));
   for (long tick = 0; tick < ticks; ++tick) {
     const double now_s = 0.01 * static_cast<double>(tick);
     flight.change(now_s, world);
-    est::Measurement<T> measured;
-    measured.attitude.is_new = true;
-    measured.attitude.roll_rad = static_cast<T>(body.roll.tilt_rad + world.attitude_sigma_rad * normal(random));
-    measured.attitude.pitch_rad = static_cast<T>(body.pitch.tilt_rad + world.attitude_sigma_rad * normal(random));
-    measured.attitude.yaw_rad = static_cast<T>(body.yaw_rad);
-    measured.attitude.rate_b_rad_s = {static_cast<T>(body.roll.rate_rad_s + world.rate_sigma_rad_s * normal(random)),
-                                      static_cast<T>(body.pitch.rate_rad_s + world.rate_sigma_rad_s * normal(random)),
-                                      static_cast<T>(body.yaw_rate_rad_s + world.rate_sigma_rad_s * normal(random))};
-    measured.pose.is_new = !flight.pose_lost(now_s);
-    measured.pose.age = core::Duration(std::lround(world.pose_delay_s * 1e6));
-    for (int i = 0; i < 3; ++i) {
-      measured.pose.position_w_m[i] = static_cast<T>(seen.position[i] + world.pose_sigma_m * normal(random));
-    }
-    measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(seen.yaw_rad + 0.002 * normal(random)));
-
+    const est::Measurement<T> measured =
+        measure<T>(world, motion.body(), motion.seen(), flight.pose_lost(now_s), noise);
     const est::Estimate<T> estimate = observer.update(measured, in_force, core::kTickPeriod);
     const ref::Window<double> wanted = flight.reference(now_s, core::seconds<double>(law.lead()));
     const ctl::Command<T> command = law.update(estimate, window_in<T>(wanted), in_force, core::kTickPeriod);
@@ -222,54 +321,14 @@ Result fly(const World& first_world, const model::Vehicle& vehicle, const Flight
     if (!estimate.healthy && tick < 60) {
       in_force = {};
     }
-    acting = {.roll_rad = static_cast<double>(in_force.roll_rad),
-              .pitch_rad = static_cast<double>(in_force.pitch_rad),
-              .climb_m_s = static_cast<double>(in_force.climb_m_s),
-              .yaw_rate_rad_s = static_cast<double>(in_force.yaw_rate_rad_s)};
-
-    const ref::Window<double> truth = flight.reference(now_s, 0.0);
-    const core::Vector<double, 3> error{body.position.x() - truth.x[0].position_m,
-                                        body.position.y() - truth.y[0].position_m,
-                                        body.position.z() - truth.height.position_m};
-    const core::Vector<double, 2> angles{acting.roll_rad, acting.pitch_rad};
-    if (now_s >= flight.settle_s) {
-      ++counted;
-      result.x_rms_m += error.x() * error.x();
-      result.y_rms_m += error.y() * error.y();
-      result.z_rms_m += error.z() * error.z();
-      result.x_mean_m += error.x();
-      result.y_mean_m += error.y();
-      result.position_peak_m = std::max(result.position_peak_m, error.head<2>().norm());
-      const core::Vector<double, 2> tilts{body.roll.tilt_rad, body.pitch.tilt_rad};
-      tilt2 += tilts.cwiseAbs2();
-      tilt_sum += tilts;
-      input2 += (angles - last_command).squaredNorm();
-    }
-    if (now_s >= flight.duration_s - 1.0) {
-      end_sum += error.head<2>();
-      ++at_end;
-    }
-    last_command = angles;
-    result.finite = result.finite && std::isfinite(error.squaredNorm()) && std::isfinite(angles.squaredNorm());
-    for (int i = 0; i < 10; ++i) {
-      const double decay = std::exp(-kStep_s / world.gust_s);
-      const double kick = world.gust_m_s2 * std::sqrt(1.0 - decay * decay);
-      gust = decay * gust + kick * core::Vector<double, 2>(normal(random), normal(random));
-      const core::Vector<double, 2> wind = core::Vector<double, 2>(world.wind_m_s2, 0.5 * world.wind_m_s2) + gust;
-      body.step(world, tilt_pipe.through(acting), climb_pipe.through(acting), wind);
-      seen = pose_pipe.through({body.position, body.yaw_rad});
-    }
+    const ctl::Command<double> acting{.roll_rad = static_cast<double>(in_force.roll_rad),
+                                      .pitch_rad = static_cast<double>(in_force.pitch_rad),
+                                      .climb_m_s = static_cast<double>(in_force.climb_m_s),
+                                      .yaw_rate_rad_s = static_cast<double>(in_force.yaw_rate_rad_s)};
+    score.add(now_s, motion.body(), acting);
+    motion.tick(world, acting, noise);
   }
-  const double n = static_cast<double>(std::max(1L, counted));
-  result.x_rms_m = std::sqrt(result.x_rms_m / n);
-  result.y_rms_m = std::sqrt(result.y_rms_m / n);
-  result.z_rms_m = std::sqrt(result.z_rms_m / n);
-  result.x_mean_m /= n;
-  result.y_mean_m /= n;
-  result.tilt_rms_deg =
-      std::sqrt(std::max(0.0, (tilt2 / n - (tilt_sum / n).cwiseAbs2()).maxCoeff())) * 180.0 / core::kPi;
-  result.input_variation_deg = std::sqrt(input2 / n) * 180.0 / core::kPi;
-  result.end_error_m = (end_sum / static_cast<double>(std::max(1L, at_end))).norm();
+  Result result = score.finish();
   result.ekf = observer.counters();
   return result;
 }

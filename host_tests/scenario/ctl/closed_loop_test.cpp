@@ -5,15 +5,23 @@
 #include <cstdio>
 
 #include "firmware/ref/trajectory.h"
+#include "host_tests/lab/gains/margins.h"
 #include "host_tests/scenario/ctl/bench.h"
-#include "host_tests/tools/gains/margins.h"
 
 namespace m100::scenario {
 namespace {
 
+/// What this test measured, m. The flights are the same, bit for bit, on every machine, so a limit is that and a margin
+/// for changes of the law that are meant: half again. A regression by more has to be explained here.
+struct Measured {
+  double calm_m, headings_m, at_25_hz_m, offset_m, sinusoid_m, waypoints_m, dropout_peak_m;
+};
+constexpr double kMargin = 1.5;
+
 struct Plant {
   const char* name;
   World world;
+  Measured measured;
 };
 
 class ClosedLoop : public ::testing::TestWithParam<Plant> {
@@ -33,8 +41,8 @@ class ClosedLoop : public ::testing::TestWithParam<Plant> {
 
 // The same vehicle, the same weights and noise as in every flight below.
 TEST_P(ClosedLoop, KeepsItsMargins) {
-  for (const auto axis : {tools::gains::Axis::kX, tools::gains::Axis::kY}) {
-    const tools::gains::Margins m = tools::gains::margins_of(vehicle_of(GetParam().world), axis);
+  for (const auto axis : {lab::gains::Axis::kX, lab::gains::Axis::kY}) {
+    const lab::gains::Margins m = lab::gains::margins_of(vehicle_of(GetParam().world), axis);
     std::printf("margins: peak sensitivity %.2f, gain %.2f, phase %.0f deg, delay %.0f ms\n", m.peak_sensitivity,
                 m.gain_margin, m.phase_margin_rad * 57.29577951, 1e3 * m.delay_margin_s);
     EXPECT_TRUE(m.stable);
@@ -91,8 +99,8 @@ TEST_P(ClosedLoop, FliesAtEveryHeading) {
       return window;
     };
     const Result r = fly<double, double>(world, vehicle_of(world), flight);
-    EXPECT_LE(r.x_rms_m, 0.01) << yaw_rad;
-    EXPECT_LE(r.y_rms_m, 0.01) << yaw_rad;
+    EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.headings_m) << yaw_rad;
+    EXPECT_LE(r.y_rms_m, kMargin * GetParam().measured.headings_m) << yaw_rad;
   }
 }
 
@@ -104,7 +112,7 @@ TEST_P(ClosedLoop, FliesWhenCommandsLeaveEvery40Milliseconds) {
   world.wind_m_s2 = 1.5;
   const Result r = fly<double, double>(world, vehicle_of(world), hover(40.0));
   report("25 Hz, steady wind", r);
-  EXPECT_LE(r.x_rms_m, 0.01);
+  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.at_25_hz_m);
   EXPECT_LE(r.tilt_rms_deg, 0.7);
 }
 
@@ -112,7 +120,7 @@ TEST_P(ClosedLoop, FliesWhenCommandsLeaveEvery40Milliseconds) {
 TEST_P(ClosedLoop, TheModelThatLacksDelayAndSecondOrderIsWorse) {
   RecordProperty("paper", "III-D.2");
   model::Vehicle blind = vehicle_of(GetParam().world);
-  for (model::AttitudeAxis* axis : {&blind.roll, &blind.pitch}) {
+  for (model::StickAxis* axis : {&blind.roll, &blind.pitch}) {
     axis->natural_frequency_rad_s = 0.0;
     axis->time_constant_s = axis == &blind.roll ? 0.472 : 0.4115;
     axis->transport_delay_s = 0.0;
@@ -134,14 +142,17 @@ TEST_P(ClosedLoop, LeavesNoSteadyOffsetInSteadyWindWithTrimAndGainErrors) {
   world.command_gain = 0.95;
   const Result r = fly<double, double>(world, vehicle_of(world), hover(40.0));
   report("steady wind, trim", r);
-  EXPECT_NEAR(r.x_mean_m, 0.0, 0.005);
-  EXPECT_NEAR(r.y_mean_m, 0.0, 0.005);
+  EXPECT_NEAR(r.x_mean_m, 0.0, kMargin * GetParam().measured.offset_m);
+  EXPECT_NEAR(r.y_mean_m, 0.0, kMargin * GetParam().measured.offset_m);
 }
 
 TEST_P(ClosedLoop, HoldsItsTiltStillInCalm) {
   const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), hover(40.0));
   report("hover, calm", r);
   EXPECT_LE(r.tilt_rms_deg, 0.5);
+  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.calm_m);
+  EXPECT_LE(r.y_rms_m, kMargin * GetParam().measured.calm_m);
+  EXPECT_LE(r.z_rms_m, kMargin * GetParam().measured.calm_m);
 }
 
 TEST_P(ClosedLoop, FollowsASinusoid) {
@@ -150,7 +161,7 @@ TEST_P(ClosedLoop, FollowsASinusoid) {
   flight.reference = [](double now_s, double lead_s) { return sinusoid(2.0, 0.9, now_s, lead_s); };
   const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), flight);
   report("sinusoid 2 m 0.9 rad/s", r);
-  EXPECT_LE(r.x_rms_m, 0.010);
+  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.sinusoid_m);
 }
 
 TEST_P(ClosedLoop, FollowsQuinticWaypoints) {
@@ -174,8 +185,8 @@ TEST_P(ClosedLoop, FollowsQuinticWaypoints) {
   };
   const Result r = fly<double, double>(GetParam().world, vehicle_of(GetParam().world), flight);
   report("waypoints every 2.5 s", r);
-  EXPECT_LE(r.x_rms_m, 0.012);
-  EXPECT_LE(r.y_rms_m, 0.012);
+  EXPECT_LE(r.x_rms_m, kMargin * GetParam().measured.waypoints_m);
+  EXPECT_LE(r.y_rms_m, kMargin * GetParam().measured.waypoints_m);
 }
 
 TEST_P(ClosedLoop, StaysWithin15CentimetresWhenThePoseDropsOut) {
@@ -186,11 +197,26 @@ TEST_P(ClosedLoop, StaysWithin15CentimetresWhenThePoseDropsOut) {
   flight.pose_lost = [](double now_s) { return now_s > 15.0 && now_s - 3.0 * static_cast<int>(now_s / 3.0) < 0.2; };
   const Result r = fly<double, double>(world, vehicle_of(world), flight);
   report("pose dropouts 0.2 s", r);
-  EXPECT_LE(r.position_peak_m, 0.15);
+  EXPECT_LE(r.position_peak_m, kMargin * GetParam().measured.dropout_peak_m);
   EXPECT_EQ(r.ekf.recoveries, 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Plants, ClosedLoop, ::testing::Values(Plant{"A", plant_a()}, Plant{"B", plant_b()}),
+constexpr Measured kMeasuredA{.calm_m = 0.0009,
+                              .headings_m = 0.0012,
+                              .at_25_hz_m = 0.0013,
+                              .offset_m = 0.0009,
+                              .sinusoid_m = 0.0021,
+                              .waypoints_m = 0.0026,
+                              .dropout_peak_m = 0.080};
+constexpr Measured kMeasuredB{.calm_m = 0.0009,
+                              .headings_m = 0.0012,
+                              .at_25_hz_m = 0.0014,
+                              .offset_m = 0.0025,
+                              .sinusoid_m = 0.0040,
+                              .waypoints_m = 0.0045,
+                              .dropout_peak_m = 0.094};
+INSTANTIATE_TEST_SUITE_P(Plants, ClosedLoop,
+                         ::testing::Values(Plant{"A", plant_a(), kMeasuredA}, Plant{"B", plant_b(), kMeasuredB}),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace m100::scenario {
 namespace {
 
-const char* name(Rung rung) {
+const char* label(Rung rung) {
   constexpr std::array kNames{"Silent", "Nominal", "Coast", "Level", "Release"};
   return kNames[static_cast<std::size_t>(rung)];
 }
@@ -31,15 +31,15 @@ const Loss kLosses[] = {
      false},
 };
 
-class LossInEveryRung : public ::testing::TestWithParam<std::tuple<Loss, Rung, app::Channel>> {};
+class LossInEveryRung : public ::testing::TestWithParam<std::tuple<Loss, Rung, link::Channel>> {};
 INSTANTIATE_TEST_SUITE_P(Faults, LossInEveryRung,
                          ::testing::Combine(::testing::ValuesIn(kLosses),
                                             ::testing::Values(Rung::kSilent, Rung::kNominal, Rung::kCoast, Rung::kLevel,
                                                               Rung::kRelease),
-                                            ::testing::Values(app::Channel::kVirtualRc, app::Channel::kMovement)),
+                                            ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement)),
                          [](const auto& tested) {
-                           return std::string(std::get<0>(tested.param).what) + name(std::get<1>(tested.param)) +
-                                  (std::get<2>(tested.param) == app::Channel::kMovement ? "Movement" : "");
+                           return std::string(std::get<0>(tested.param).what) + label(std::get<1>(tested.param)) +
+                                  (std::get<2>(tested.param) == link::Channel::kMovement ? "Movement" : "");
                          });
 
 TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
@@ -49,7 +49,7 @@ TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
   ASSERT_TRUE(bench.reach(rung));
   loss.happen(bench.world());
   const std::optional<core::Duration> seen = bench.until(Rung::kSilent, loss.seen_within);
-  EXPECT_TRUE(seen.has_value()) << "still " << name(bench.rung());
+  EXPECT_TRUE(seen.has_value()) << "still " << label(bench.rung());
   const std::uint32_t asked = bench.noted().obtain_requests;
   bench.run(seconds(1));
   bench.world().pose_source().set_faults({});
@@ -61,7 +61,7 @@ TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
     ASSERT_FALSE(bench.commanding()) << "nobody flies unasked";
   }
   EXPECT_EQ(bench.noted().obtain_requests, asked) << "never asks again by itself";
-  EXPECT_TRUE(bench.is_sound(channel == app::Channel::kMovement ? milliseconds(20) : milliseconds(40)));
+  EXPECT_TRUE(bench.is_sound(channel == link::Channel::kMovement ? milliseconds(20) : milliseconds(40)));
   EXPECT_LT(bench.farthest_m(), 0.5);
 }
 
@@ -95,7 +95,7 @@ TEST(Faults, AFrozenPoseIsNoPose) {
   ASSERT_TRUE(bench.take_off());
   bench.world().pose_source().set_faults({.frozen = true});
   EXPECT_TRUE(bench.until(Rung::kCoast, milliseconds(120)).has_value());
-  EXPECT_TRUE(bench.until(Rung::kLevel, milliseconds(300)).has_value());
+  EXPECT_TRUE(bench.until(Rung::kLevel, milliseconds(750)).has_value());
   EXPECT_TRUE(bench.until(Rung::kRelease, milliseconds(1100)).has_value());
   EXPECT_TRUE(bench.until(Rung::kSilent, milliseconds(600)).has_value());
   bench.run(seconds(1));
@@ -105,9 +105,9 @@ TEST(Faults, AFrozenPoseIsNoPose) {
 }
 
 // Control is granted, and no pose comes: the ladder stays silent, and the pilot's sticks must not be kept from him.
-class ControlWithoutAPose : public ::testing::TestWithParam<app::Channel> {};
+class ControlWithoutAPose : public ::testing::TestWithParam<link::Channel> {};
 INSTANTIATE_TEST_SUITE_P(Faults, ControlWithoutAPose,
-                         ::testing::Values(app::Channel::kVirtualRc, app::Channel::kMovement));
+                         ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
 
 TEST_P(ControlWithoutAPose, GoesBackUnused) {
   RecordProperty("promise", "R12");
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return std::to_string(tested.param.late.count() / 1000) + "ms"; });
 
 TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
-  RecordProperty("promise", "R9");
+  RecordProperty("promise", "R9,R15");
   FaultBench bench;
   ASSERT_TRUE(bench.take_off());
   bench.forget_worst();
@@ -152,8 +152,10 @@ TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
     EXPECT_GE(bench.controller().estimate().pose_age, GetParam().late) << "R3: what waited in a buffer is not fresh";
   }
   EXPECT_EQ(bench.controller().stats().stalls, GetParam().late > milliseconds(10) ? 1U : 0U);
-  bench.run(seconds(4));
-  EXPECT_EQ(bench.rung(), GetParam().ends) << name(bench.rung());
+  bench.run(seconds(1));
+  EXPECT_EQ(bench.world().autopilot().client_in_control(), GetParam().ends == Rung::kNominal) << "R15: within a second";
+  bench.run(seconds(3));
+  EXPECT_EQ(bench.rung(), GetParam().ends) << label(bench.rung());
   EXPECT_TRUE(bench.is_sound());
   EXPECT_LT(bench.farthest_m(), 0.5);
 }
@@ -161,7 +163,7 @@ TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
 TEST(Faults, ALogThatNobodyEmptiesDoesNotChangeTheFlight) {
   RecordProperty("promise", "R12");
   FaultBench without;
-  FaultBench full(app::Channel::kVirtualRc, 1U << 14U);
+  FaultBench full(link::Channel::kVirtualRc, 1U << 14U);
   ASSERT_TRUE(without.take_off() && full.take_off());
   for (int i = 0; i < 1000; ++i) {
     without.tick();
@@ -186,10 +188,10 @@ TEST_P(BitFlips, OnBothLinesAreNotFlown) {
     cable->b_to_a().set_faults({.flip_per_bit = GetParam()});
   }
   bench.run(seconds(30));
-  EXPECT_EQ(bench.rung(), Rung::kNominal) << name(bench.rung());
+  EXPECT_EQ(bench.rung(), Rung::kNominal) << label(bench.rung());
   EXPECT_LT(bench.farthest_m(), 0.3);
   EXPECT_TRUE(bench.is_sound());
-  EXPECT_LE(bench.oldest_pose(), milliseconds(60) + milliseconds(200));
+  EXPECT_LE(bench.oldest_pose(), milliseconds(60) + safety::Limits{}.coast);
 }
 
 // Every bit of a frame once: nothing is delivered, nothing moves.
@@ -236,9 +238,9 @@ TEST(Faults, AnotherBaudRateNeverBecomesReady) {
   for (const std::uint32_t baud : {115200U, 460800U, 921600U}) {
     sim::World world(sim::measured_plant(), {.seed = 5});
     WrongBaudUart wrong(world.autopilot_uart(), 230400, baud);
-    app::LinkConfig config;
+    link::LinkConfig config;
     config.app_id = 1;
-    app::SerialLink link(wrong, config);
+    link::SerialLink link(wrong, config);
     link.request_control(world.now());
     for (int i = 0; i < 2000; ++i) {
       world.advance(core::kTickPeriod);

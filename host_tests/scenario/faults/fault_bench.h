@@ -9,8 +9,8 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/sim/world.h"
-#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/sim/ports/world.h"
 
 namespace m100::scenario {
 
@@ -22,7 +22,7 @@ using std::chrono::seconds;
 /// bounds kept count of.
 class FaultBench {
  public:
-  explicit FaultBench(app::Channel channel = app::Channel::kVirtualRc, std::size_t log_bytes = 0)
+  explicit FaultBench(link::Channel channel = link::Channel::kVirtualRc, std::size_t log_bytes = 0)
       : world_(sim::measured_plant(), {.seed = 5}), log_storage_(std::max<std::size_t>(log_bytes, 1)) {
     start_.position_w_m = world_.vehicle().state().position_w_m;
     course_.hold(start_);
@@ -108,7 +108,7 @@ class FaultBench {
  private:
   static const mpc::GainTables<double>& tables() {
     static const mpc::GainTables<double> made =
-        tools::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
+        lab::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
     return made;
   }
 

@@ -6,12 +6,12 @@
 #include <new>
 #include <vector>
 
-#include "firmware/app/course.h"
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/files/course.h"
 #include "firmware/core/eigen.h"
 #include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/sim/world.h"
-#include "host_tests/tools/gains/gain_tables.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/sim/ports/world.h"
 
 namespace {
 std::size_t allocations = 0;
@@ -68,11 +68,11 @@ TEST(NoHeap, IsCounted) {
 TEST(NoHeap, IsTouchedInAnyTick) {
   RecordProperty("promise", "R1");
   sim::World world(sim::measured_plant(), {.seed = 1});
-  const auto tables = tools::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
+  const auto tables = lab::gains::make_gain_tables(mpc::generated::kVehicle, mpc::generated::kVehicleDigest);
   ref::Trajectory<double> course;
   ref::Waypoint<double> start;
   start.position_w_m = world.vehicle().state().position_w_m;
-  lay_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
+  companion::lay_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
   std::vector<std::byte> storage(1U << 18U);
   log::Ring ring(storage);
   log::FlightLog log(ring);

@@ -3,16 +3,16 @@
 #include <gtest/gtest.h>
 
 #include "firmware/mpc/generated/gain_table.h"
-#include "host_tests/tools/experiments/rates.h"
+#include "host_tests/lab/experiments/rates.h"
 
-namespace m100::tools::experiments {
+namespace m100::lab::experiments {
 namespace {
 
 // Catches a rate that never reaches the wire (all rows alike), and one that costs more than its delay explains.
 TEST(CommandRates, AFasterRateNeverTracksWorseOnItsChannelAndNoRateIsLost) {
   SuiteOptions options;
   options.plant = sim::measured_plant();
-  options.vehicle = app::as_file(mpc::generated::kVehicle);
+  options.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.only = "hover";
   const std::vector<RateCost> costs = fly_rates(options);
   ASSERT_EQ(costs.size(), rate_settings().size());
@@ -33,4 +33,4 @@ TEST(CommandRates, AFasterRateNeverTracksWorseOnItsChannelAndNoRateIsLost) {
 }
 
 }  // namespace
-}  // namespace m100::tools::experiments
+}  // namespace m100::lab::experiments

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/tools/hidden/confusion.h"
+#include "host_tests/lab/hidden/confusion.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-namespace m100::tools::hidden {
+namespace m100::lab::hidden {
 namespace {
 
 /// Promise R13 on logs whose makers share no code with the analysis.
@@ -85,4 +85,4 @@ TEST(TranslationAlone, SaysThatWindAndBiasAreOneAtConstantHeading) {
 }
 
 }  // namespace
-}  // namespace m100::tools::hidden
+}  // namespace m100::lab::hidden

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/inject/inject.h"
 #include "host_tests/shared_files.h"
-#include "host_tests/tools/hidden/inject.h"
-#include "host_tests/tools/identify/request.h"
 
-namespace m100::tools::hidden {
+namespace m100::lab::hidden {
 namespace {
 
 using identify::IdentifyResult;
@@ -119,10 +120,9 @@ TEST(Injection, IntoTheMeasuredFlightIsNamed) {
       }
     }
   }
-  RecordProperty("right", right);
-  RecordProperty("count", count);
+  RecordProperty("figure.injection", std::to_string(right) + " of " + std::to_string(count));
   EXPECT_GE(10 * right, 9 * count) << right << " of " << count;
 }
 
 }  // namespace
-}  // namespace m100::tools::hidden
+}  // namespace m100::lab::hidden

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/scenario/loop/hidden_plants.h"
 
-namespace m100::tools::loop {
+namespace m100::lab::loop {
 namespace {
 
-TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(change_on(plants().front()), -0.3); }
+TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
 
 }  // namespace
-}  // namespace m100::tools::loop
+}  // namespace m100::lab::loop

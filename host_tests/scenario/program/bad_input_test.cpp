@@ -55,7 +55,13 @@ TEST_F(BadInput, OfAPortSaysWhetherItIsMissingOrNoPort) {
   expect_refused({"fly", "--dry-run", "--port", table.string()}, table.string() + ": is not a serial port");
   expect_refused({"fly", "--dry-run", "--port", missing, "--json", (folder / "no" / "x.json").string()}, "x.json");
   expect_refused({"fly", "--dry-run", "--port", missing, "--key-file", missing}, "none: cannot be read");
-  expect_refused({"fly", "--dry-run", "--port", missing, "--key-file", file("key", "12 34").string()}, "key:1:");
+  expect_refused({"fly", "--dry-run", "--port", missing, "--key-file", key_file("12 34").string()}, "key:1:");
+  const fs::path key = key_file(std::string(64, 'a'));
+  for (const fs::perms other : {fs::perms::others_read, fs::perms::group_read, fs::perms::others_write}) {
+    fs::permissions(key, fs::perms::owner_read | other);
+    expect_refused({"handshake", "--port", missing, "--key-file", key.string()},
+                   "others can read: chmod 600 " + key.string());
+  }
 }
 
 TEST_F(BadInput, OfAVehicleFileIsNamedByLineAndKey) {
@@ -82,12 +88,88 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   expect_refused(check(vehicle, file("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
 }
 
+TEST_F(BadInput, OfAFlightFileIsNamedByLineAndKey) {
+  const auto check_flight = [this](const fs::path& path) {
+    std::vector<std::string> arguments = check(vehicle, table);
+    arguments.insert(arguments.end(), {"--flight", path.string()});
+    return arguments;
+  };
+  EXPECT_EQ(run(check_flight(flight_file)), 0) << "the example that ships: " << error();
+  expect_refused(check_flight(folder / "none.toml"), "none.toml: cannot be read");
+  expect_refused(check_flight(file("f.toml", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\n")), "f.toml:1: 'fence.z_m'");
+  expect_refused(check_flight(file("f.toml", "mode = \"storm\"\n")), "f.toml:1: 'mode'");
+}
+
+// What `fly` would refuse beside the aircraft, `check` refuses at the desk, by the same words.
+TEST_F(BadInput, OfACourseIsFoundAtTheDesk) {
+  const fs::path box = file("box.toml", "[fence]\nx_m = [-2, 2]\ny_m = [-2, 2]\nz_m = [0.5, 3.5]\n");
+  const auto check_course = [&](const fs::path& course) {
+    std::vector<std::string> arguments = check(vehicle, table);
+    arguments.insert(arguments.end(), {"--flight", box.string(), "--course", course.string()});
+    return arguments;
+  };
+  EXPECT_EQ(run(check_course(file("good.course", "quintic 1 0 1 0 5\nsquare 1 2 0.2\n"))), 0) << error();
+  expect_refused(check_course(folder / "none.course"), "none.course: cannot be read");
+  expect_refused(check_course(file("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
+  expect_refused(check_course(file("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
+                 "far.course:2: 'step': x = 100 m is outside the fence");
+  expect_refused(check_course(file("high.course", "step 0 0 2 0 5\nstep 0 0 -1.5 0 5\n")),
+                 "high.course:1: 'step': z = ");
+  const std::vector<std::string> without_box = {"check",
+                                                "--vehicle",
+                                                vehicle.string(),
+                                                "--gains",
+                                                table.string(),
+                                                "--course",
+                                                file("back.course", "step 0 0 0 0 -1\n").string()};
+  expect_refused(without_box, "back.course:1: 'step'");
+}
+
 TEST_F(BadInput, OfALogNamesTheFileAndTheByte) {
   expect_refused({"replay", (folder / "none.ulg").string()}, "none.ulg");
   expect_refused({"replay", folder.string()}, folder.string());
   expect_refused({"replay", table.string()}, "table.bin: byte 0");
   expect_refused({"replay", file("empty.ulg", "").string()}, "empty.ulg: byte 0");
   expect_refused({"replay", table.string(), "--key-file", "none"}, "none");
+}
+
+// Would read for ever: a device has no end.
+TEST_F(BadInput, ADeviceIsNotReadToItsEnd) {
+  const std::string zero = "/dev/zero";
+  expect_refused({"replay", zero}, zero + ": is no regular file");
+  expect_refused(check(zero, table), zero + ": is no regular file");
+  expect_refused(check(vehicle, zero), zero + ": is no regular file");
+  std::vector<std::string> arguments = check(vehicle, table);
+  arguments.insert(arguments.end(), {"--flight", zero});
+  expect_refused(arguments, zero + ": is no regular file");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"gains", "--vehicle", zero, "--table", (folder / "t.bin").string()},
+        std::vector<std::string>{"mpc", "solve", zero},
+        std::vector<std::string>{"autopilot", "--pty", port.string(), "--script", zero}}) {
+    EXPECT_EQ(run_lab(words), 2) << words.front();
+    EXPECT_NE(error().find(zero + ": is no regular file"), std::string::npos) << error();
+  }
+}
+
+// The tables take minutes on a small machine: what is wrong with their place is said before.
+TEST_F(BadInput, OfGainsAreTheOutputsFirst) {
+  const fs::path copy = file("copy.toml", text_of(vehicle));
+  fs::create_symlink(copy, folder / "link.toml");
+  for (const fs::path& output : {copy, folder / "link.toml", folder / "no" / "t.bin"}) {
+    EXPECT_EQ(run_lab({"gains", "--vehicle", copy.string(), "--table", output.string()}), 2);
+    EXPECT_NE(error().find(output.string()), std::string::npos) << error();
+  }
+  EXPECT_EQ(text_of(copy), text_of(vehicle));
+}
+
+TEST_F(BadInput, ATimeStepThatIsNoneIsRefused) {
+  const std::string model =
+      R"({"type":"model","name":"m","nx":3,"N":20,"A":[[1,0.1,0],[0,1,0.9],[0,0,0.8]],"B":[0,0,0.2],"Bd":[0,0.1,0],)"
+      R"("Q":[1,1,1],"R":1,"Rd":0,"P":[[1,0,0],[0,1,0],[0,0,1]],"u_min":-1,"u_max":1,"dt":)";
+  for (const char* step : {"0", "-0.1", "1e300", "null"}) {
+    EXPECT_EQ(run_lab({"mpc", "solve", file("m.jsonl", model + step + "}\n").string()}), 2) << step;
+    EXPECT_NE(error().find("m.jsonl:1: 'dt'"), std::string::npos) << error();
+  }
 }
 
 TEST_F(BadInput, OfAFlightIsFoundBeforeTheFlight) {
@@ -99,12 +181,18 @@ TEST_F(BadInput, OfAFlightIsFoundBeforeTheFlight) {
   expect_refused(fly_with("--course", file("short.course", "step 0 0 1\n")), "short.course:1: 'step'");
   expect_refused(fly_with("--course", file("back.course", "step 0 0 0 0 -1\n")), "back.course:1: 'step'");
   expect_refused(fly_with("--course", folder / "none.course"), "none.course");
+  expect_refused(fly_with("--course", file("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
+                 "far.course:2: 'step': x = 100 m is outside the fence");
+  expect_refused(fly_with("--course", file("low.course", "quintic 0 0 -3 0 5\n")), "low.course:1: 'quintic': z = ");
+  expect_refused({"fly", "--port", port.string(), "--pose-port", pose.string(), "--vehicle", vehicle.string(),
+                  "--gains", table.string()},
+                 "--flight");
   expect_refused(fly_with("--log", file("there.ulg", "x")), "there.ulg: exists already");
   EXPECT_EQ(text_of(folder / "there.ulg"), "x");
   expect_refused(fly_with("--log", folder / "no" / "x.ulg"), "x.ulg: cannot be written");
   expect_refused(fly_with("--json", folder / "no" / "x.json"), "x.json: cannot be written");
   expect_refused({"fly", "--port", port.string(), "--pose-port", port.string(), "--vehicle", vehicle.string(),
-                  "--gains", table.string()},
+                  "--gains", table.string(), "--flight", flight_file.string()},
                  "port: no right to open it, or another program holds it");
   EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
 }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <termios.h>
 
-#include "firmware/app/recorded_flight.h"
+#include "firmware/companion/files/recorded_flight.h"
 #include "host_tests/scenario/program/program_fixture.h"
 
 namespace m100::scenario {
@@ -18,29 +18,29 @@ struct Flown {
   std::vector<std::string> options;
 };
 class FlyAndReplay : public ProgramTest, public ::testing::WithParamInterface<Flown> {};
-INSTANTIATE_TEST_SUITE_P(Program, FlyAndReplay,
-                         ::testing::Values(Flown{"VirtualRc", {}, {"--app-id", "4711"}},
-                                           Flown{"VirtualRcAtTenHertz", {}, {"--rate", "10", "--pose-baud", "921600"}},
-                                           Flown{"MovementEncryptedOnABadLine",
-                                                 {"--key", kKey, "--loss", "0.01"},
-                                                 {"--channel", "movement"}}),
-                         [](const auto& tested) { return tested.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Program, FlyAndReplay,
+    ::testing::Values(Flown{"VirtualRc", {}, {"--app-id", "4711"}},
+                      Flown{"VirtualRcAtTenHertz", {}, {"--rate", "10", "--pose-baud", "921600"}},
+                      Flown{"MovementEncryptedOnABadLine", {"--loss", "0.01"}, {"--channel", "movement"}}),
+    [](const auto& tested) { return tested.param.name; });
 
 TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
   RecordProperty("promise", "R6");
   std::vector<std::string> keys;
   if (!GetParam().autopilot.empty()) {
-    std::ofstream(folder / "key") << kKey << "\n";
-    keys = {"--key-file", (folder / "key").string()};
+    keys = {"--key-file", key_file(kKey).string()};
   }
-  const auto autopilot = start_autopilot(GetParam().autopilot);
+  std::vector<std::string> of_autopilot = GetParam().autopilot;
+  of_autopilot.insert(of_autopilot.end(), keys.begin(), keys.end());
+  const auto autopilot = start_autopilot(of_autopilot);
   std::vector<std::string> options{"--hold", "3", "--log", log.string()};
   options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
   options.insert(options.end(), keys.begin(), keys.end());
   (void)run(flight(options));  // a busy machine may end the flight early: what was flown is replayed all the same
   (void)examined(*autopilot);
 
-  const app::RecordedFlight flown = app::read_flight(log.string());
+  const companion::RecordedFlight flown = companion::read_flight(log.string());
   ASSERT_GT(flown.ticks.size(), 200U);
   ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
   const std::string file = text_of(log);  // a line a second of what the link was like
@@ -66,7 +66,7 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
 }
 
 class EndedBySignal : public ProgramTest, public ::testing::WithParamInterface<int> {};
-INSTANTIATE_TEST_SUITE_P(Program, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGHUP),
+INSTANTIATE_TEST_SUITE_P(Program, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGHUP, SIGQUIT),
                          [](const auto& tested) { return std::string(sigabbrev_np(tested.param)); });
 
 TEST_P(EndedBySignal, GivesControlBackInFlight) {
@@ -153,17 +153,25 @@ TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
     line += " " + word;
   }
   EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(std::chrono::seconds(30)), 0) << error();
-  EXPECT_NE(error().find(log.string()), std::string::npos) << error();
+  EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
   const json examiner = examined(*autopilot);
   EXPECT_FALSE(examiner["client_in_control"]);
   EXPECT_GT(examiner["virtual_rc_taken"], 60);
-  EXPECT_GT(app::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+  EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+}
+
+// The answer to "was it flown" is not the disk's to give.
+TEST_F(ProgramTest, AResultThatCannotBeWrittenAfterwardsIsSaidAndChangesNoExitCode) {
+  const auto autopilot = start_autopilot();
+  EXPECT_EQ(run(flight({"--hold", "1", "--json", "/dev/full"})), 0) << error();
+  EXPECT_NE(error().find("/dev/full: cannot be written: the disk is full"), std::string::npos) << error();
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
 }
 
 TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
   RecordProperty("promise", "R12");
   auto autopilot = start_autopilot();
-  Process program(M100_PROGRAM, flight({"--hold", "60", "--json", result.string()}), errors);
+  Process program(M100_PROGRAM, flight({"--once", "--hold", "60", "--json", result.string()}), errors);
   ASSERT_TRUE(wait_for_control());
   std::this_thread::sleep_for(std::chrono::seconds(1));
   autopilot->send(SIGKILL);

@@ -50,15 +50,19 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
+  pid_t id() const { return id_; }
   void send(int signal) const { kill(id_, signal); }
   void interrupt() const { send(SIGINT); }
-  /// The exit code; -1: did not end in time, or not by itself.
+  /// The exit code; -1: did not end in time, or not by itself. Zero seconds: has it ended by now?
   int wait(std::chrono::seconds at_most) {
-    for (auto left = at_most / std::chrono::milliseconds(10); left > 0; --left) {
+    for (auto left = at_most / std::chrono::milliseconds(10); left >= 0; --left) {
       int status = 0;
       if (waitpid(id_, &status, WNOHANG) == id_) {
         id_ = -1;
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+      }
+      if (left == 0) {
+        break;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

@@ -19,6 +19,8 @@ namespace m100::scenario {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr std::chrono::seconds kPatience{300};  ///< with a program on a busy machine; no verdict depends on it
+
 inline std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(file), {});
@@ -35,11 +37,13 @@ struct ProgramTest : ::testing::Test {
   const fs::path log = folder / "flight.ulg";
   const fs::path vehicle = folder / "vehicle.toml";
   const fs::path table = folder / "table.bin";
+  const fs::path flight_file = folder / "flight.toml";
 
   void SetUp() override {
     fs::create_directories(folder);
     fs::copy_file(M100_VEHICLE_FILE, vehicle);
     fs::copy_file(M100_TABLE_FILE, table);
+    fs::copy_file(M100_FLIGHT_FILE, flight_file);
   }
   void TearDown() override { fs::remove_all(folder); }
 
@@ -54,19 +58,27 @@ struct ProgramTest : ::testing::Test {
     EXPECT_TRUE(fs::exists(port));
     return process;
   }
+  /// A key in a file that only its owner can read.
+  fs::path key_file(const std::string& hex) const {
+    const fs::path path = folder / "key";
+    std::ofstream(path, std::ios::trunc) << hex << "\n";
+    fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+    return path;
+  }
   /// What a flight needs, with control taken as soon as all is ready.
   std::vector<std::string> flight(std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments{"fly",       "--port",         port.string(), "--pose-port",  pose.string(),
-                                       "--vehicle", vehicle.string(), "--gains",     table.string(), "--take-control"};
+    std::vector<std::string> arguments{"fly",          "--port",    port.string(),        "--pose-port",
+                                       pose.string(),  "--vehicle", vehicle.string(),     "--gains",
+                                       table.string(), "--flight",  flight_file.string(), "--take-control"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return arguments;
   }
   /// Runs the program to its end. @returns its exit code; stderr is in error().
-  int run(const std::vector<std::string>& arguments, std::chrono::seconds at_most = std::chrono::seconds(30)) {
+  int run(const std::vector<std::string>& arguments, std::chrono::seconds at_most = kPatience) {
     return Process(M100_PROGRAM, arguments, errors).wait(at_most);
   }
   int run_lab(const std::vector<std::string>& arguments) {
-    return Process(M100_LAB_PROGRAM, arguments, errors).wait(std::chrono::seconds(30));
+    return Process(M100_LAB_PROGRAM, arguments, errors).wait(kPatience);
   }
   std::string error() const { return text_of(errors); }
   /// Ends the autopilot. @returns what it noted down.

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Worlds x tasks x seeds, and what splitting and joining must not change.
+#include "host_tests/lab/campaign/campaign.h"
+
+#include <gtest/gtest.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/campaign/page.h"
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab::campaign {
+namespace {
+
+/// Two worlds, the second of which nobody can fly: no pose ever comes.
+Campaign small() {
+  Campaign campaign;
+  campaign.worlds.push_back({.name = "kind", .path = "a b/kind.toml", .digest = "1", .plant = sim::measured_plant()});
+  campaign.worlds.push_back({.name = "blind", .path = "blind.toml", .digest = "2", .plant = sim::measured_plant()});
+  campaign.worlds[1].plant.pose.dropout_per_s = 100.0;
+  campaign.tasks = tasks_of("hover,step_1m");
+  campaign.first_seed = 7;
+  campaign.flights = 2;
+  campaign.settings.vehicle = companion::as_file(mpc::generated::kVehicle);
+  campaign.options = {"--channel", "movement"};
+  return campaign;
+}
+
+std::string text_of(const Campaign& campaign, const Share& share, std::size_t jobs) {
+  return to_json(campaign, share, fly(campaign, share, jobs, {})).dump(1);
+}
+
+/// One campaign for all tests of this file: it is flown once.
+const std::string& whole() {
+  static const std::string kText = text_of(small(), {}, 1);
+  return kText;
+}
+
+std::string saved(const std::string& name, const std::string& text) {
+  const std::string path = ::testing::TempDir() + "campaign_" + name + ".json";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
+  const auto report = nlohmann::ordered_json::parse(whole());
+  const auto& kind = report.at("worlds").at("kind");
+  EXPECT_EQ(kind.at("flights"), 4);
+  EXPECT_EQ(kind.at("stayed"), 4);
+  EXPECT_EQ(kind.at("released"), 0);
+  EXPECT_EQ(kind.at("fence_breaches"), 0);
+  EXPECT_EQ(kind.at("oscillating"), 0);
+  EXPECT_EQ(kind.at("tasks").at("step_1m").at("flights"), 2);
+  EXPECT_LT(kind.at("tasks").at("hover").at("pose_rms_m").at("max").get<double>(), 0.052);  // the paper's hover
+  EXPECT_TRUE(kind.at("failures").empty());
+  // What the observer says of its own error is of the right size: a NEES of 0.2 to 2 in calm air; 1 is right.
+  EXPECT_GT(kind.at("nees").get<double>(), 0.2);
+  EXPECT_LT(kind.at("nees").get<double>(), 2.0);
+  EXPECT_GT(kind.at("nis").get<double>(), 0.0);
+  EXPECT_LT(kind.at("nis").get<double>(), 2.0);
+
+  const auto& blind = report.at("worlds").at("blind");
+  EXPECT_EQ(blind.at("stayed"), 0);
+  ASSERT_EQ(blind.at("failures").size(), 4U);
+  const auto& first = blind.at("failures").at(0);
+  EXPECT_EQ(first.at("task"), "hover");
+  EXPECT_EQ(first.at("seed"), 7);
+  EXPECT_EQ(first.at("why").get<std::string>().substr(0, 11), "never flew:");
+  EXPECT_EQ(first.at("command"), "m100-lab campaign blind.toml --tasks hover --flights 1 --seed 7 --channel movement");
+}
+
+// A command that repeats one flight must find the same flight, whichever seeds were flown before it.
+TEST(Campaign, RepeatsASingleFlightAsItWas) {
+  Campaign one = small();
+  one.worlds.resize(1);
+  one.tasks = tasks_of("step_1m");
+  one.first_seed = 8;
+  one.flights = 1;
+  auto again = nlohmann::ordered_json::parse(text_of(one, {}, 1)).at("flown").at(0);
+  auto before = nlohmann::ordered_json::parse(whole()).at("flown").at(3);
+  again.erase("number");
+  before.erase("number");
+  EXPECT_EQ(again, before);
+}
+
+TEST(Campaign, IsTheSameOnSoManyThreads) { EXPECT_EQ(text_of(small(), {}, 3), whole()); }
+
+TEST(Campaign, JoinedFromItsPartsIsByteForByteTheWhole) {
+  std::vector<std::string> parts;
+  for (std::size_t part = 1; part <= 3; ++part) {
+    parts.push_back(saved(std::to_string(part), text_of(small(), {.part = part, .parts = 3}, 2)));
+  }
+  EXPECT_EQ(merged(parts).dump(1), whole());
+  EXPECT_EQ(merged({parts[2], parts[0], parts[1]}).dump(1), whole());
+  EXPECT_EQ(merged({saved("whole", whole())}).dump(1), whole());
+
+  EXPECT_THROW(merged({parts[0], parts[1]}), InputError);            // one is missing
+  EXPECT_THROW(merged({parts[0], parts[1], parts[1]}), InputError);  // one stands twice
+  EXPECT_THROW(merged({saved("other", "{\"worlds\": {}}")}), InputError);
+  Campaign other = small();
+  other.worlds[0].digest = "3";
+  other.worlds[0].plant.pose.dropout_per_s = 100.0;
+  const std::string foreign = saved("foreign", text_of(other, {.part = 3, .parts = 3}, 1));
+  EXPECT_THROW(merged({parts[0], parts[1], foreign}), InputError);
+}
+
+TEST(Campaign, WritesATableAndAPageWithHeatMaps) {
+  const auto report = nlohmann::ordered_json::parse(whole());
+  std::ostringstream table;
+  print_table(table, report);
+  EXPECT_NE(table.str().find("4 of 8 flights stayed"), std::string::npos) << table.str();
+  EXPECT_NE(table.str().find("--seed 8"), std::string::npos);
+  const std::string folder = ::testing::TempDir() + "campaign_page";
+  write_page(folder, report);
+  std::ifstream file(folder + "/campaign.html");
+  const std::string page(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_NE(page.find("0 of 2"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace m100::lab::campaign

@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Latency x jitter x reported age of the pose, with rates of 30 to 240 Hz and drifts of up to 100 ppm, all tasks.
+
+Usage: matrix.py M100_LAB [--flights N] [--record JSON]
+Writes the worlds, flies N (default 6: 2160 flights) seeds of each task in each, and prints the matrix. Exit 1 if a flight
+did not stay; with --record the report goes to a file and the exit code is 0 whatever it says.
+"""
+import itertools
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+LATENCIES_MS = (0, 25, 50, 75, 100)
+JITTERS_MS = (0, 10, 20, 40)
+AGES = ("true", "constant", "none")
+RATES_HZ = (100, 30, 240, 60, 120, 50, 200)  # seven and four: every rate meets every age and jitter somewhere
+DRIFTS_PPM = (0, 100, -50, -100)
+
+
+def name(latency_ms, jitter_ms, age):
+    return f"latency_{latency_ms}_jitter_{jitter_ms}_{age}"
+
+
+def write_worlds(folder):
+    """-> the paths, in the order of the matrix."""
+    paths = []
+    for number, (latency_ms, jitter_ms, age) in enumerate(itertools.product(LATENCIES_MS, JITTERS_MS, AGES)):
+        path = pathlib.Path(folder) / f"{name(latency_ms, jitter_ms, age)}.toml"
+        path.write_text(f"[pose]\nrate_hz = {RATES_HZ[number % len(RATES_HZ)]}.0\nlatency_s = {latency_ms / 1000}\n"
+                        f"jitter_s = {jitter_ms / 1000}\nreported_age = \"{age}\"\nreported_age_s = 0.02\n"
+                        f"clock_drift_ppm = {DRIFTS_PPM[number % len(DRIFTS_PPM)]}.0\n")
+        paths.append(path)
+    return paths
+
+
+def rows(report):
+    """The matrix: a row a latency, a column a jitter; all ages together."""
+    out = [["latency"] + [f"jitter {jitter_ms} ms" for jitter_ms in JITTERS_MS]]
+    for latency_ms in LATENCIES_MS:
+        out.append([f"{latency_ms} ms"])
+        for jitter_ms in JITTERS_MS:
+            worlds = [report["worlds"][name(latency_ms, jitter_ms, age)] for age in AGES]
+            stayed, flights = (sum(world[key] for world in worlds) for key in ("stayed", "flights"))
+            swings = sum(world["oscillating"] for world in worlds)
+            tilt_deg = max(world["tasks"]["hover"]["tilt_rms_deg"] for world in worlds)
+            out[-1].append(f"{stayed} of {flights}, {swings} swing, {tilt_deg:.2f} deg")
+    return out
+
+
+def fly(program, flights, answer):
+    """-> exit code of the campaign"""
+    with tempfile.TemporaryDirectory() as folder:
+        words = [str(program), "campaign", *map(str, write_worlds(folder)), "--flights", str(flights), "--json", str(answer)]
+        return subprocess.run(words, stdout=subprocess.DEVNULL, check=False).returncode
+
+
+def main():
+    words = sys.argv[1:]
+    flights = int(words[words.index("--flights") + 1]) if "--flights" in words else 6
+    with tempfile.TemporaryDirectory() as folder:
+        record = "--record" in words
+        answer = words[words.index("--record") + 1] if record else pathlib.Path(folder) / "answer.json"
+        code = fly(words[0], flights, answer)
+        if code > 1:
+            return code
+        for row in rows(json.loads(pathlib.Path(answer).read_text())):
+            print(" | ".join(row))
+    return 0 if record else code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

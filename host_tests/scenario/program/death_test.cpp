@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The flying program dies or hangs in flight, as a real process on a pseudo-terminal: the second process gives control
+// back. Judged by what the autopilot noted down.
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <thread>
+
+#include "host_tests/scenario/program/program_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr const char* kKey = "00112233445566778899aabbccddeeff0123456789abcdef0123456789abcdef";
+constexpr double kGivenBack_s = 1.5;  ///< promise R15
+
+/// How long the machine keeps a process waiting that wants to run: the programs' times are late by that.
+class StallMeter {
+ public:
+  double longest_s() const { return longest_s_; }
+
+ private:
+  std::atomic<double> longest_s_{0.0};
+  std::jthread thread_{[this](const std::stop_token& stop) {
+    for (Clock::time_point last = Clock::now(); !stop.stop_requested();) {
+      std::this_thread::sleep_for(milliseconds(5));
+      const Clock::time_point now = Clock::now();
+      longest_s_ = std::max(longest_s_.load(), std::chrono::duration<double>(now - last).count() - 0.005);
+      last = now;
+    }
+  }};
+};
+
+struct Case {
+  const char* name;
+  const char* channel;
+  int signal;
+  bool encrypted;
+};
+
+struct DeathInFlight : ProgramTest, ::testing::WithParamInterface<Case> {
+  std::vector<std::string> options_of_flight() {
+    std::vector<std::string> options{"--channel", GetParam().channel, "--hold", "60"};
+    if (GetParam().encrypted) {
+      options.insert(options.end(), {"--key-file", key_file(kKey).string()});
+    }
+    return options;
+  }
+  std::unique_ptr<Process> start_examiner() {
+    return start_autopilot(GetParam().encrypted ? std::vector<std::string>{"--key-file", key_file(kKey).string()}
+                                                : std::vector<std::string>{});
+  }
+  /// From now until the transmitter has control, watched at the autopilot's notes; nothing: it never had.
+  std::optional<double> seconds_until_released(Clock::time_point since) const {
+    if (!wait_for("\"released\"")) {
+      return std::nullopt;
+    }
+    return std::chrono::duration<double>(Clock::now() - since).count();
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Program, DeathInFlight,
+                         ::testing::Values(Case{"KilledOnVirtualRc", "virtual_rc", SIGKILL, false},
+                                           Case{"KilledOnMovement", "movement", SIGKILL, false},
+                                           Case{"KilledOnMovementEncrypted", "movement", SIGKILL, true},
+                                           Case{"KilledOnVirtualRcEncrypted", "virtual_rc", SIGKILL, true},
+                                           Case{"BrokenOnVirtualRc", "virtual_rc", SIGSEGV, false},
+                                           Case{"BrokenOnMovement", "movement", SIGSEGV, false},
+                                           Case{"AbortedOnMovement", "movement", SIGABRT, false},
+                                           Case{"StoppedOnVirtualRc", "virtual_rc", SIGSTOP, false},
+                                           Case{"StoppedOnMovement", "movement", SIGSTOP, false},
+                                           Case{"StoppedOnMovementEncrypted", "movement", SIGSTOP, true}),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST_P(DeathInFlight, GivesThePilotHisSticks) {
+  RecordProperty("promise", "R15");
+  const auto autopilot = start_examiner();
+  Process program(M100_PROGRAM, flight(options_of_flight()), errors);
+  ASSERT_TRUE(wait_for_control()) << error();
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  ASSERT_EQ(noted("\"released\""), 0U) << "it flies";
+  const StallMeter machine;
+  const Clock::time_point died = Clock::now();
+  program.send(GetParam().signal);
+  const std::optional<double> taken_s = seconds_until_released(died);
+  ASSERT_TRUE(taken_s) << "control was kept; " << error();
+  RecordProperty("seconds_until_the_transmitter_had_control", std::to_string(*taken_s));
+  RecordProperty("stall_of_the_machine_s", std::to_string(machine.longest_s()));
+  EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * machine.longest_s()) << "each of the processes on the way may have waited";
+  EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator can read it: " << error();
+  const json examiner = examined(*autopilot);
+  EXPECT_FALSE(examiner["client_in_control"]);
+  EXPECT_EQ(examiner["bad_commands"], 0) << examiner;
+}
+
+// The stopped program comes back to find control gone. It must not send one more command, nor ask for control.
+TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
+  RecordProperty("promise", "R15");
+  const auto autopilot = start_autopilot();
+  Process program(M100_PROGRAM, flight({"--channel", "movement", "--hold", "60"}), errors);
+  ASSERT_TRUE(wait_for_control());
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  const std::size_t asked = noted("\"control\"");
+  program.send(SIGSTOP);
+  ASSERT_TRUE(wait_for("\"released\""));
+  program.send(SIGCONT);
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  program.interrupt();
+  EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "it ends by itself";
+  EXPECT_EQ(noted("\"obtained\""), 1U) << "it asked for control again by itself; requests before: " << asked;
+  const json examiner = examined(*autopilot);
+  EXPECT_FALSE(examiner["client_in_control"]);
+  EXPECT_EQ(examiner["control_after_loss"], 0);
+}
+
+// The keeper lets go of the port with its last word.
+TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
+  RecordProperty("promise", "R15");
+  const auto autopilot = start_autopilot();
+  Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
+  ASSERT_TRUE(wait_for_control());
+  program.send(SIGKILL);
+  ASSERT_TRUE(wait_for("\"released\""));
+  int code = 2;
+  for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its words
+    std::this_thread::sleep_for(milliseconds(500));
+    code = run(flight({"--hold", "1"}));
+  }
+  EXPECT_EQ(code, 0) << error();
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+}
+
+// Ctrl-C reaches the whole group of processes: the program ends as it should, and the second one with it.
+TEST_F(ProgramTest, AnInterruptOfTheGroupEndsBothAndLeavesNobody) {
+  RecordProperty("promise", "R15");
+  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0) << "whoever is left behind becomes our child";
+  const auto autopilot = start_autopilot();
+  std::vector<std::string> arguments = flight({"--hold", "60"});
+  arguments.insert(arguments.begin(), M100_PROGRAM);
+  Process program("/usr/bin/setsid", arguments, errors);  // a group of its own, with the program's id
+  ASSERT_TRUE(wait_for_control());
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  ASSERT_EQ(kill(-program.id(), SIGINT), 0);
+  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0) << error();
+  EXPECT_TRUE(error().empty()) << "nobody died without a word: " << error();
+  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process was left behind";
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 fly --dry-run: everything of a flight but its voice. m100 replay says whether a log is the flight that was
+// flown.
+#include "firmware/companion/files/recorded_flight.h"
+#include "host_tests/scenario/program/program_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+struct DryRun : ProgramTest {
+  /// Stdout of a run. @param code the exit code that it must end with.
+  std::string output(const std::vector<std::string>& arguments, int code) {
+    std::string line = M100_PROGRAM;
+    for (const std::string& word : arguments) {
+      line += " " + word;
+    }
+    const fs::path said = folder / "said.txt";
+    EXPECT_EQ(Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(kPatience), code) << error();
+    return text_of(said);
+  }
+};
+
+// Every option of a flight is taken, every file is read, the log is written; the autopilot hears not one byte.
+TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
+  RecordProperty("promise", "R4");
+  const auto autopilot = start_autopilot();
+  std::ofstream(folder / "course") << "step 1 0 0 0 5\n";
+  const std::string said =
+      output(flight({"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--log", log.string(),
+                     "--json", result.string(), "--mode", "calm_room", "--channel", "movement", "--app-id", "4711"}),
+             0);
+  EXPECT_NE(said.find("dry run: nothing is sent"), std::string::npos) << said;
+  EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
+  EXPECT_NE(said.find("the estimate is healthy"), std::string::npos) << said;
+  const json flown = json::parse(std::ifstream(result));
+  EXPECT_EQ(flown["bytes_sent"], 0);
+  EXPECT_EQ(flown["pose"], true);
+  EXPECT_EQ(flown["obtained"], false);
+  const json examiner = examined(*autopilot);
+  EXPECT_EQ(examiner["frames"], 0);
+  EXPECT_EQ(examiner["bytes_dropped"], 0) << "not even bytes that are no frame";
+  const companion::RecordedFlight recorded = companion::read_flight(log.string());
+  ASSERT_GT(recorded.ticks.size(), 100U);
+  for (const companion::RecordedFlight::Tick& tick : recorded.ticks) {
+    ASSERT_TRUE(tick.autopilot_out.empty());
+  }
+  EXPECT_EQ(recorded.notes.at("m100_mode"), "calm_room");
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "and the log replays: " << error();
+}
+
+TEST_F(DryRun, NeedsNothingButAPort) {
+  const auto autopilot = start_autopilot();
+  const std::string said = output({"fly", "--dry-run", "--port", port.string(), "--hold", "1"}, 0);
+  EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
+  EXPECT_EQ(examined(*autopilot)["frames"], 0);
+}
+
+TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
+  const auto autopilot = start_autopilot();
+  std::ofstream(folder / "far") << "step 100 0 0 0 5\n";
+  const std::vector<std::string> bare{"fly",         "--dry-run", "--port",
+                                      port.string(), "--course",  (folder / "far").string()};
+  std::vector<std::string> boxed = bare;
+  boxed.insert(boxed.end(), {"--flight", flight_file.string()});
+  EXPECT_EQ(run(boxed), 2);
+  EXPECT_NE(error().find("far:1: 'step': x = 100 m"), std::string::npos) << error();
+  EXPECT_EQ(run(flight({"--dry-run", "--course", (folder / "far").string()})), 2);
+  EXPECT_NE(error().find("far:1: 'step': x = 100 m"), std::string::npos) << error();
+  EXPECT_EQ(run({"fly", "--dry-run", "--port", port.string(), "--gains", table.string()}), 2);
+  EXPECT_NE(error().find("--vehicle"), std::string::npos) << error();
+  EXPECT_EQ(run({"fly", "--dry-run", "--port", port.string(), "--log", log.string()}), 2);
+  EXPECT_NE(error().find("--log"), std::string::npos) << error();
+}
+
+// A log in which one bit of what arrived is another one is not the flight that was flown.
+TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
+  RecordProperty("promise", "R6");
+  const auto autopilot = start_autopilot();
+  ASSERT_EQ(run(flight({"--dry-run", "--hold", "2", "--log", log.string()})), 0) << error();
+  (void)examined(*autopilot);
+  std::string bytes = text_of(log);
+  // The last record's position: the last tick differs, and no other.
+  const companion::RecordedFlight recorded = companion::read_flight(log.string());
+  const auto& last = recorded.ticks.back().record;
+  const std::string record(reinterpret_cast<const char*>(&last), sizeof last);
+  const std::size_t at = bytes.rfind(record);
+  ASSERT_NE(at, std::string::npos);
+  const std::size_t offset =
+      static_cast<std::size_t>(reinterpret_cast<const char*>(&last.position) - reinterpret_cast<const char*>(&last));
+  bytes[at + offset] = static_cast<char>(bytes[at + offset] ^ 1);
+  std::ofstream(folder / "other.ulg", std::ios::binary) << bytes;
+  EXPECT_EQ(run({"replay", (folder / "other.ulg").string()}), 1);
+  EXPECT_NE(error().find("tick " + std::to_string(recorded.ticks.size() - 1) + " (1 in all"), std::string::npos)
+      << error();
+  EXPECT_EQ(run({"replay", log.string(), "--hash"}), 0) << error();
+  EXPECT_EQ(run({"replay", log.string(), "--scalar", "float", "--hash"}), 0) << "other arithmetic is not judged";
+}
+
+TEST_F(DryRun, HelpShowsTheDefaults) {
+  EXPECT_NE(output({"fly", "--help"}, 0).find("}=230400"), std::string::npos);
+  EXPECT_NE(output({"handshake", "--help"}, 0).find("[1 - 3600]=30"), std::string::npos);
+  EXPECT_NE(output({"probe", "--help"}, 0).find("[0.1 - 60]=2"), std::string::npos);
+  EXPECT_NE(output({"replay", "--help"}, 0).find("}=double"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace m100::scenario

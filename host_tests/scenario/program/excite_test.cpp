@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab excite, m100 fly --excite against m100-lab autopilot in simulated time, and m100-lab identify on the log.
+#include <cmath>
+
+#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/sim/world/plant.h"
+
+namespace m100::scenario {
+namespace {
+
+class Excite : public ProgramTest {
+ protected:
+  const fs::path sticks = folder / "sticks.csv";
+  const fs::path forecast = folder / "forecast.json";
+  const fs::path said = folder / "said.txt";
+  const std::string world = "sim:" + (folder / "world").string();
+
+  void make(const std::string& axes, std::vector<std::string> more) {
+    std::vector<std::string> arguments{"excite", "--axis", axes, "--out", sticks.string(), "--json", forecast.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    ASSERT_EQ(run_lab(arguments), 0) << error();
+  }
+  void fence(const std::string& half_m) {
+    std::ofstream(flight_file, std::ios::trunc) << "[fence]\nx_m = [-" << half_m << ", " << half_m << "]\ny_m = [-"
+                                                << half_m << ", " << half_m << "]\nz_m = [0.3, 6.0]\n";
+  }
+  /// Flies the sticks. @returns the exit code; result and said are written.
+  int fly(const std::string& script = "") {
+    std::vector<std::string> of_autopilot{"autopilot", "--sim", (folder / "world").string(), "--events",
+                                          events.string()};
+    if (!script.empty()) {
+      std::ofstream(folder / "script.txt") << script;
+      of_autopilot.insert(of_autopilot.end(), {"--script", (folder / "script.txt").string()});
+    }
+    Process autopilot(M100_LAB_PROGRAM, of_autopilot);
+    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    std::string line = M100_PROGRAM;
+    for (const std::string& word : {std::string("fly"),
+                                    std::string("--port"),
+                                    world,
+                                    std::string("--pose-port"),
+                                    world + ".pose",
+                                    std::string("--vehicle"),
+                                    vehicle.string(),
+                                    std::string("--gains"),
+                                    table.string(),
+                                    std::string("--flight"),
+                                    flight_file.string(),
+                                    std::string("--excite"),
+                                    sticks.string(),
+                                    std::string("--take-control"),
+                                    std::string("--once"),
+                                    std::string("--hold"),
+                                    std::string("5"),
+                                    std::string("--log"),
+                                    log.string(),
+                                    std::string("--json"),
+                                    result.string()}) {
+      line += " " + word;
+    }
+    const int code = Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(kPatience);
+    autopilot.interrupt();
+    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
+    return code;
+  }
+  json flown() const { return json::parse(std::ifstream(result))["excitation"]; }
+  /// How far the aircraft really was from where it began, along x and y [m].
+  double farthest_m() const {
+    std::ifstream file(events);
+    double farthest = 0.0;
+    for (std::string line; std::getline(file, line);) {
+      if (const json event = json::parse(line); event["what"] == "truth") {
+        farthest = std::max({farthest, std::abs(event["x_m"].get<double>()), std::abs(event["y_m"].get<double>())});
+      }
+    }
+    return farthest;
+  }
+};
+
+TEST_F(Excite, IsFlownStickByStickAndItsLogIsIdentified) {
+  make("roll,pitch", {"--duration", "40", "--amplitude", "150"});
+  fence("12");
+  ASSERT_EQ(fly(), 0) << error() << text_of(said);
+  const json excitation = flown();
+  EXPECT_TRUE(excitation["over"]);
+  EXPECT_EQ(excitation["flown"], excitation["pieces"]);
+  EXPECT_NE(text_of(said).find("pieces are flown"), std::string::npos) << text_of(said);
+  EXPECT_EQ(run({"replay", log.string()}), 0) << error();
+
+  const sim::Plant plant = sim::measured_plant();
+  const std::string within =
+      std::to_string(excitation["from_s"].get<double>()) + ":" + std::to_string(excitation["to_s"].get<double>());
+  for (const auto& [axis, truth] : {std::pair{"roll", plant.roll}, std::pair{"pitch", plant.pitch}}) {
+    const fs::path answer = folder / (std::string(axis) + ".json");
+    ASSERT_EQ(run_lab({"identify", "--log", log.string(), "--columns", std::string(M100_MAPS) + "/m100_log.toml",
+                       "--axis", axis, "--declare", "second_order,transport_delay,dead_zone", "--split", "alternate:6",
+                       "--within", within, "--forecast", forecast.string(), "--json", answer.string()}),
+              0)
+        << error();
+    const json whole = json::parse(std::ifstream(answer));
+    const json found = whole["final"]["parameters"];
+    EXPECT_NEAR(found["natural_frequency_rad_s"], truth.natural_frequency_rad_s, 0.15 * truth.natural_frequency_rad_s);
+    EXPECT_NEAR(found["damping_ratio"], truth.damping_ratio, 0.15);
+    EXPECT_NEAR(found["width_counts"], truth.dead_zone_counts, 5.0);
+    EXPECT_NE(whole["forecast"]["text"].get<std::string>().find("dead_zone is known to a standard deviation of"),
+              std::string::npos)
+        << whole["forecast"];
+  }
+}
+
+TEST_F(Excite, IsAbortedBeforeTheFenceAndTheLawHoldsThePlace) {
+  RecordProperty("promise", "R16");
+  make("roll", {"--duration", "40", "--amplitude", "300", "--fence", "30"});
+  fence("3");
+  EXPECT_EQ(fly(), 1) << "an excitation that was not flown to its end";
+  const json excitation = flown();
+  EXPECT_TRUE(excitation["aborted"]);
+  EXPECT_EQ(excitation["abort"]["why"], "fence");
+  EXPECT_NE(text_of(said).find("the way to stop would end beyond the fence"), std::string::npos) << text_of(said);
+  EXPECT_LT(farthest_m(), 3.0);
+  const json whole = json::parse(std::ifstream(result));
+  EXPECT_TRUE(whole["released"]);
+  EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "five seconds later it is at its place";
+}
+
+TEST_F(Excite, EndsWithThePilotsSwitch) {
+  make("roll", {"--duration", "40", "--amplitude", "150"});
+  fence("12");
+  EXPECT_EQ(fly("12 mode P\n"), 1);
+  const json excitation = flown();
+  EXPECT_EQ(excitation["abort"]["why"], "ladder");
+  EXPECT_NE(text_of(said).find("on roll: control is gone"), std::string::npos) << text_of(said);
+}
+
+TEST_F(Excite, RefusesWhatItCannotFly) {
+  make("climb", {"--duration", "20"});
+  fence("12");
+  const auto autopilot = start_autopilot();
+  std::ofstream(folder / "bad.csv") << "t_s,stick_roll\n0,1\n";
+  EXPECT_EQ(run(flight({"--excite", (folder / "bad.csv").string()})), 2);
+  EXPECT_NE(error().find("bad.csv:1: needs the columns t_s, piece"), std::string::npos) << error();
+  EXPECT_EQ(run(flight({"--excite", sticks.string(), "--channel", "movement"})), 2);
+  EXPECT_NE(error().find("needs --channel virtual_rc"), std::string::npos) << error();
+  EXPECT_EQ(fly(), 2) << "2 m down from 1.5 m leaves the fence";
+  EXPECT_NE(error().find("leaves"), std::string::npos) << error();
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 record against m100-lab autopilot, and against a bare pseudo-terminal: it sends nothing, and what it writes is
+// what m100-lab identify needs.
+#include <fcntl.h>
+#include <stdlib.h>
+#include <termios.h>
+
+#include <cmath>
+
+#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/sim/world/plant.h"
+#include "protocol/frame_encoder.h"
+#include "protocol/session.h"
+#include "protocol/telemetry.h"
+
+namespace m100::scenario {
+namespace {
+
+/// The far end of a line, held by the test.
+class FarEnd {
+ public:
+  FarEnd() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+    EXPECT_TRUE(descriptor_ >= 0 && grantpt(descriptor_) == 0 && unlockpt(descriptor_) == 0);
+    near_ = open(ptsname(descriptor_), O_RDWR | O_NOCTTY);  // raw before anybody else opens it: no echo
+    termios raw{};
+    tcgetattr(near_, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(near_, TCSANOW, &raw);
+  }
+  ~FarEnd() {
+    close(near_);
+    close(descriptor_);
+  }
+  FarEnd(const FarEnd&) = delete;
+  FarEnd& operator=(const FarEnd&) = delete;
+
+  std::string name() const { return ptsname(descriptor_); }
+  void say(std::span<const std::byte> bytes) const {
+    EXPECT_EQ(write(descriptor_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+  }
+  std::size_t heard() const {
+    std::array<std::byte, 256> bytes;
+    const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+    return static_cast<std::size_t>(std::max<ssize_t>(count, 0));
+  }
+
+ private:
+  int descriptor_;
+  int near_ = -1;
+};
+
+void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) {
+  protocol::Telemetry telemetry;
+  telemetry.items =
+      with_sticks ? protocol::kAllTelemetryItems : static_cast<std::uint16_t>(protocol::TelemetryItem::kAttitude);
+  telemetry.time.ticks = 8U * number;  // every 20 ms
+  std::array<std::byte, 256> space;
+  const core::Expected<std::span<const std::byte>> frame = protocol::encode_frame(
+      {.session = protocol::kUnansweredSession, .is_ack = false, .encrypted = false, .sequence = number},
+      &protocol::ids::kTelemetry, encode(telemetry), space);
+  ASSERT_TRUE(frame);
+  line.say(*frame);
+}
+
+class Record : public ProgramTest {
+ protected:
+  /// Feeds telemetry until the program ends. @returns its exit code.
+  int record(std::vector<std::string> more, const FarEnd& line, const FarEnd& pose_line, bool with_sticks = true) {
+    std::vector<std::string> arguments{"record",     "--port", line.name(),    "--log",
+                                       log.string(), "--json", result.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Process program(M100_PROGRAM, arguments, errors);
+    for (std::uint16_t number = 0; number < 3000; ++number) {
+      tell_telemetry(line, number, with_sticks);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      heard_ += line.heard() + pose_line.heard();
+      if (const int code = program.wait(std::chrono::seconds(0)); code != -1) {
+        return code;
+      }
+    }
+    return -1;
+  }
+  std::size_t heard_ = 0;
+};
+
+// Catches a program that asks for its rates, activates, or answers the source of pose.
+TEST_F(Record, SendsNotOneByte) {
+  const FarEnd line, pose_line;
+  EXPECT_EQ(record({"--hold", "1.5"}, line, pose_line), 0) << error();
+  EXPECT_EQ(heard_ + line.heard() + pose_line.heard(), 0U);
+  const json said = json::parse(std::ifstream(result));
+  EXPECT_TRUE(said["recorded"]);
+  EXPECT_GT(said["streams"]["rc"]["samples"], 10);
+  EXPECT_NEAR(said["streams"]["attitude"]["rate_hz"], 50.0, 0.5) << "by the autopilot's clock, however late we are";
+}
+
+TEST_F(Record, SaysWhatIsMissingForIdentification) {
+  const FarEnd line, pose_line;
+  EXPECT_EQ(record({"--hold", "0.5"}, line, pose_line, false), 1);
+  EXPECT_NE(error().find("the telemetry holds no sticks; switch the item on"), std::string::npos) << error();
+  fs::remove(log);
+  EXPECT_EQ(record({"--hold", "0.5", "--pose-port", pose_line.name()}, line, pose_line), 1);
+  EXPECT_NE(error().find("no pose came"), std::string::npos) << error();
+  EXPECT_EQ(heard_, 0U);
+  fs::remove(log);
+  EXPECT_EQ(run({"record", "--port", pose_line.name(), "--log", log.string(), "--hold", "0.3"}), 1);
+  EXPECT_NE(error().find("no telemetry came"), std::string::npos) << error();
+}
+
+TEST_F(Record, RefusesWhatItCannotDo) {
+  const FarEnd line;
+  std::ofstream(log) << "a flight";
+  EXPECT_EQ(run({"record", "--port", line.name(), "--log", log.string(), "--hold", "1"}), 2);
+  EXPECT_NE(error().find("a log is not overwritten"), std::string::npos) << error();
+  EXPECT_EQ(run({"record", "--port", "/dev/null/none", "--log", (folder / "b.ulg").string(), "--hold", "1"}), 2);
+  EXPECT_NE(error().find("no such serial port"), std::string::npos) << error();
+  EXPECT_EQ(run({"record", "--port", line.name()}), 2);
+  EXPECT_NE(error().find("--log"), std::string::npos) << error();
+}
+
+TEST_F(Record, AFullDiskEndsTheRecordingWithOneLine) {
+  const FarEnd line, pose_line;
+  const std::string command =
+      "ulimit -f 20; exec " + std::string(M100_PROGRAM) + " record --port " + line.name() + " --log " + log.string();
+  Process program("/bin/sh", {"-c", command}, errors);
+  int code = -1;
+  for (std::uint16_t number = 0; number < 3000 && code == -1; ++number) {
+    tell_telemetry(line, number, true);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    code = program.wait(std::chrono::seconds(0));
+  }
+  EXPECT_EQ(code, 1);
+  EXPECT_NE(error().find(log.string() + ": the file size limit is reached (ulimit -f); the recording ends here"),
+            std::string::npos)
+      << error();
+  EXPECT_EQ(run_lab({"logs", log.string()}), 0) << "what was written can be read: " << error();
+}
+
+// The paper's method: the pilot moves one stick after the other by hand, nothing of ours sends.
+TEST_F(Record, AHandFlownLogIsIdentifiedWithTheShippedMap) {
+  const fs::path script = folder / "pilot.txt";
+  std::ofstream words(script);
+  double at_s = 4.0;
+  for (int round = 0; round < 3; ++round) {
+    for (const char* const stick : {"roll", "pitch"}) {
+      const double side = round % 2 == 0 ? 1.0 : -1.0;
+      words << at_s << " 3211 " << stick << " " << 150.0 * side << " 0.3\n"
+            << at_s + 6.0 << " doublet " << stick << " " << -60.0 * side << " 0.6\n"
+            << at_s + 11.0 << " chirp " << stick << " " << 120.0 * side << " 0.5 2.5 6\n";
+      at_s += 20.0;
+    }
+  }
+  words.close();
+  const std::string world = "sim:" + (folder / "world").string();
+  Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", (folder / "world").string(), "--rc-mode", "P", "--script",
+                                       script.string(), "--events", events.string()});
+  for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ASSERT_EQ(run({"record", "--port", world, "--pose-port", world + ".pose", "--log", log.string(), "--hold",
+                 std::to_string(at_s), "--json", result.string()}),
+            0)
+      << error();
+  autopilot.interrupt();
+  const json said = json::parse(std::ifstream(result));
+  EXPECT_EQ(said["streams"]["rc"]["gaps"], 0);
+  EXPECT_GE(said["sticks"]["roll"]["most_counts"], 150.0);
+
+  const sim::Plant plant = sim::measured_plant();
+  for (const auto& [axis, truth] : {std::pair{"roll", plant.roll}, std::pair{"pitch", plant.pitch}}) {
+    const fs::path answer = folder / (std::string(axis) + ".json");
+    ASSERT_EQ(run_lab({"identify", "--log", log.string(), "--columns",
+                       std::string(M100_MAPS) + "/m100_recording_with_pose.toml", "--axis", axis, "--declare",
+                       "second_order,transport_delay,dead_zone", "--split", "alternate:6", "--json", answer.string()}),
+              0)
+        << error();
+    const json found = json::parse(std::ifstream(answer))["final"]["parameters"];
+    EXPECT_NEAR(found["natural_frequency_rad_s"], truth.natural_frequency_rad_s, 0.1 * truth.natural_frequency_rad_s);
+    EXPECT_NEAR(found["damping_ratio"], truth.damping_ratio, 0.1);
+    EXPECT_NEAR(found["width_counts"], truth.dead_zone_counts, 4.0);
+  }
+}
+
+}  // namespace
+}  // namespace m100::scenario

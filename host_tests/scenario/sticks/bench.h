@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host_tests/scenario/sticks/cable.h"
+#include "host_tests/scenario/sticks/events.h"
+#include "host_tests/scenario/sticks/other_autopilot.h"
+#include "host_tests/scenario/sticks/program.h"
+#include "host_tests/scenario/sticks/tamper.h"
+
+namespace m100::sticks {
+
+/// Where the programs and their files are.
+struct Places {
+  std::string m100;
+  std::string lab;
+  std::string vehicle;
+  std::string gains;
+  std::string folder;  ///< of this case, empty
+};
+
+/// How the two programs are started.
+struct Setup {
+  bool movement = false;
+  bool encrypted = false;
+  bool real_time = false;
+  std::uint64_t seed = 1;
+  std::uint32_t baud = 230400;
+  std::vector<std::string> more_words{};  ///< of m100
+  Program::Streams streams{};             ///< of m100
+};
+
+/// The installed programs, `m100 fly` and `m100-lab autopilot`, with the man in the middle on both lines between them.
+class Bench {
+ public:
+  Bench(Places places, Setup setup);
+  ~Bench();
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+
+  /// The autopilot is there and its time runs. @throws std::runtime_error
+  void start_autopilot();
+  void start_client();
+  /// One step: time, bytes, what was planned for now.
+  void step();
+  core::TimePoint now() { return cable_->now(); }
+  /// The autopilot's own time, as its events have it.
+  double autopilot_s();
+  void plan(core::Duration from_now, std::function<void()> action);
+
+  /// A line of the autopilot's script, now.
+  void tell_autopilot(const std::string& line);
+  void stop_client_at_the_signal(bool stopped);  ///< SIGSTOP or SIGCONT, with its time
+  /// Puts another autopilot at the client's port; to be plugged in by the caller.
+  void replace_autopilot() { other_.emplace(setup_.baud, now()); }
+  /// Empty: there is none.
+  const std::optional<OtherAutopilot>& other() const { return other_; }
+  Program& client() { return *client_; }
+  /// A process that ends has left simulated time a moment before it is gone; on a busy machine the moment is long.
+  void let_client_end();
+  bool client_started() const { return client_ != nullptr; }
+  Cable& cable() { return *cable_; }
+  Events& events() { return events_; }
+  const Setup& setup() const { return setup_; }
+  /// All that m100 has said.
+  std::string said() const;
+  /// The autopilot sums up and ends. @returns false: it did not.
+  bool finish();
+
+  Tamper to_client;
+  Tamper to_autopilot;
+  Tamper poses;
+  PoseTamper pose_messages;
+
+ private:
+  void carry();
+  std::vector<std::string> client_words() const;
+  std::vector<std::string> autopilot_words() const;
+
+  struct Planned {
+    core::TimePoint when;
+    std::function<void()> action;
+  };
+  Places places_;
+  Setup setup_;
+  std::unique_ptr<Cable> cable_;
+  std::unique_ptr<Program> autopilot_;
+  std::unique_ptr<Program> client_;
+  Events events_;
+  std::optional<OtherAutopilot> other_;
+  std::vector<Planned> planned_;
+  double behind_s_ = kNever_s;  ///< the autopilot's clock behind ours
+};
+
+}  // namespace m100::sticks

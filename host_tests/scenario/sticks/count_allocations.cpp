@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// R1 on the program that ships: linked into m100 beside the same objects, with malloc and poll wrapped by the linker,
+// this counts what the thread that flies allocates between the end of its first tick and the end of its last. Every
+// tick ends by a look at the standard input. At its end the program says the sum on standard error.
+#include <poll.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+
+namespace {
+
+std::atomic<unsigned long> allocations{0};  // of the main thread; another thread may ask for it at the end
+unsigned long at_first_tick = 0;
+unsigned long at_last_tick = 0;
+unsigned long ticks = 0;
+
+bool is_main_thread() { return ::syscall(SYS_gettid) == ::getpid(); }
+void count() {
+  if (is_main_thread()) {
+    ++allocations;
+    if (ticks > 0 && std::getenv("M100_STOP_AT_ALLOCATION") != nullptr) {
+      std::abort();  // to look at it with a debugger
+    }
+  }
+}
+
+struct Report {
+  ~Report() {
+    if (ticks > 1) {
+      std::fprintf(stderr, "the thread that flies allocated %lu times in %lu ticks\n", at_last_tick - at_first_tick,
+                   ticks);
+    }
+  }
+} report;
+
+}  // namespace
+
+// Deviation: the names are the linker's (--wrap).
+extern "C" {
+void* __real_malloc(std::size_t size);                                         // NOLINT
+void* __real_calloc(std::size_t count, std::size_t size);                      // NOLINT
+void* __real_realloc(void* memory, std::size_t size);                          // NOLINT
+void* __real_aligned_alloc(std::size_t step, std::size_t size);                // NOLINT
+int __real_posix_memalign(void** memory, std::size_t step, std::size_t size);  // NOLINT
+int __real_poll(pollfd* list, nfds_t size, int timeout);                       // NOLINT
+
+void* __wrap_malloc(std::size_t size) {  // NOLINT
+  count();
+  return __real_malloc(size);
+}
+void* __wrap_calloc(std::size_t number, std::size_t size) {  // NOLINT
+  count();
+  return __real_calloc(number, size);
+}
+void* __wrap_realloc(void* memory, std::size_t size) {  // NOLINT
+  count();
+  return __real_realloc(memory, size);
+}
+void* __wrap_aligned_alloc(std::size_t step, std::size_t size) {  // NOLINT
+  count();
+  return __real_aligned_alloc(step, size);
+}
+int __wrap_posix_memalign(void** memory, std::size_t step, std::size_t size) {  // NOLINT
+  count();
+  return __real_posix_memalign(memory, step, size);
+}
+int __wrap_poll(pollfd* list, nfds_t size, int timeout) {  // NOLINT
+  if (size == 1 && list->fd == STDIN_FILENO && is_main_thread()) {
+    at_last_tick = allocations;
+    at_first_tick = ticks == 0 ? at_last_tick : at_first_tick;
+    ++ticks;
+  }
+  return __real_poll(list, size, timeout);
+}
+}

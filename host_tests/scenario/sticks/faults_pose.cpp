@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <array>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "host_tests/scenario/sticks/catalogue.h"
+
+namespace m100::sticks {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::uint8_t kWithPose = bit(Stage::kStarting) | bit(Stage::kAsking) | bit(Stage::kFlying);
+
+void turn_pose(mavlink::AttPosMocap& message) {
+  message.x = -message.x;
+  message.y = -message.y;
+  const std::array<float, 4> q = message.q;
+  message.q = {-q[3], -q[2], q[1], q[0]};  // half a turn about z in front of it
+}
+
+void freeze_pose(Bench& bench) {
+  auto frozen = std::make_shared<std::optional<mavlink::AttPosMocap>>();
+  bench.pose_messages.set_change([frozen](mavlink::AttPosMocap& message, core::TimePoint) {
+    if (!*frozen) {
+      *frozen = message;
+    }
+    message.x = (*frozen)->x;
+    message.y = (*frozen)->y;
+    message.z = (*frozen)->z;
+    message.q = (*frozen)->q;
+    return true;
+  });
+}
+
+constexpr std::array kFaults{
+    Fault{.name = "pose lost",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = kWithPose,
+          .within_s = kLadder_s},
+    Fault{.name = "pose lost for 0.3 s",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = kWithPose,
+          .heals_after_s = 0.3,
+          .heal = [](Bench& b) { b.poses.plan.cut = false; }},
+    Fault{.name = "pose port unplugged",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.cable().unplug(End::kClientPose); },
+          .stages = kWithPose,
+          .within_s = kLadder_s},
+    Fault{.name = "pose frozen", .group = Group::kPose, .strike = freeze_pose, .stages = kWithPose},
+    Fault{.name = "pose jumps 1 m",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  message.x += 1.0F;
+                  return true;
+                });
+              },
+          .stages = bit(Stage::kFlying),
+          .within_s = kLadder_s},
+    Fault{.name = "pose turned by half a turn",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  turn_pose(message);
+                  return true;
+                });
+              },
+          .stages = bit(Stage::kFlying),
+          .within_s = kLadder_s},
+    Fault{.name = "pose not a number",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.pose_messages.set_change([](mavlink::AttPosMocap& message, core::TimePoint) {
+                  message.y = std::numeric_limits<float>::quiet_NaN();
+                  return true;
+                });
+              },
+          .stages = kWithPose,
+          .within_s = kLadder_s},
+    Fault{.name = "pose 0.4 s late",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.delay = milliseconds(400); },  // stamped when they were captured
+          .stages = kWithPose,
+          .within_s = kLadder_s},
+    Fault{.name = "pose scrambled",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.flip_per_bit = 0.03; },
+          .stages = kWithPose,
+          .within_s = kLadder_s},
+};
+
+}  // namespace
+
+std::span<const Fault> pose_faults() { return kFaults; }
+
+}  // namespace m100::sticks

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "host_tests/scenario/sticks/flight_case.h"
+
+namespace m100::sticks {
+namespace {
+
+constexpr double kStop_s = 1.0;      // R15
+constexpr double kHealed_s = 1.3;    // R15 from the return of the line on: 1.0 s, and the reopening every 0.2 s
+constexpr double kSpacing_s = 1.98;  // R4: 2 s, less what the line and the steps of both programs add or take
+constexpr std::size_t kRequests = 3;
+
+// R4 lets the last control byte leave one command period after the loss. Here it has arrived: telemetry told of the
+// loss at most 10 ms later, and both frames took their time on a line of 230400 baud (6.2 ms and 3.6 ms).
+constexpr double kTelling_s = 0.020;
+
+std::string text_of(double value) {
+  std::array<char, 32> text{};
+  (void)std::snprintf(text.data(), text.size(), "%.3f", value);
+  return text.data();
+}
+
+class Judge {
+ public:
+  Judge(const Case& flown, const Story& story, const Events& events) : case_(flown), story_(story), events_(events) {}
+
+  Verdict judge() {
+    if (!story_.summed_up) {
+      object("the autopilot did not sum up");
+      return verdict_;
+    }
+    lag_s_ = case_.real_time ? events_.summary().at("longest_lag_s").get<double>() : 0.0;
+    if (!flew_before()) {
+      verdict_.counted = false;
+      object("did not get to the stage");
+      return verdict_;
+    }
+    returned();
+    requests();
+    last_bytes();
+    neutral();
+    ending();
+    words();
+    verdict_.drift_m = events_.farthest_from_m(story_.struck_s);
+    return verdict_;
+  }
+
+ private:
+  void object(const std::string& what) { verdict_.violations.push_back(what); }
+  std::array<const Fault*, 2> faults() const { return {case_.fault, case_.second}; }
+  template <typename Condition>
+  bool any(const Condition& condition) const {
+    const auto both = faults();
+    return std::any_of(both.begin(), both.end(),
+                       [&](const Fault* fault) { return fault != nullptr && condition(*fault); });
+  }
+  double struck_s(const Fault* fault) const {
+    return fault == case_.second && fault != case_.fault ? story_.struck_again_s : story_.struck_s;
+  }
+
+  bool flew_before() const {
+    if (story_.struck_s == kNever_s) {
+      return false;
+    }
+    if (case_.stage == Stage::kStarting || case_.stage == Stage::kAsking) {
+      return true;
+    }
+    return events_.commands_taken_before(story_.struck_s) > 10 && events_.client_flew_at(story_.struck_s - 0.05);
+  }
+
+  /// When bytes of ours could not reach the autopilot; empty: always.
+  struct Mute {
+    double from_s = kNever_s;
+    double to_s = kNever_s;
+  };
+  Mute mute() const {
+    Mute result;
+    for (const Fault* const fault : faults()) {
+      if (fault != nullptr && (fault->reach == Reach::kMute || fault->reach == Reach::kTaken)) {
+        const double healed_s = fault->heal != nullptr ? struck_s(fault) + fault->heals_after_s : kNever_s;
+        result.to_s = result.from_s == kNever_s ? healed_s : std::max(result.to_s, healed_s);
+        result.from_s = std::min(result.from_s, struck_s(fault));
+      }
+    }
+    return result;
+  }
+
+  /// How long our program stood still, where that is the fault: what was due in that time is due so much later (R15
+  /// counts from the end of a stall). A stop for good is the second process's, within the time of a death.
+  static double stands_still_s(const Fault& fault) {
+    constexpr std::string_view kStall = "stall of ";
+    if (fault.name.starts_with(kStall)) {
+      return std::stod(std::string(fault.name.substr(kStall.size())));
+    }
+    return fault.name.starts_with("SIGSTOP") ? kDeath_s : 0.0;
+  }
+
+  /// The transmitter must have control `within_s` after t_s, or after the line came back.
+  void expect_return(double t_s, double within_s, const std::string& why) {
+    if (t_s == kNever_s || any([](const Fault& fault) { return fault.reach == Reach::kLate; })) {
+      return;
+    }
+    double due_s = t_s + within_s;
+    const Mute silent = mute();
+    if (silent.from_s < due_s && silent.to_s > t_s) {
+      due_s = std::max(due_s, silent.to_s + kHealed_s);
+    }
+    for (const Fault* const fault : faults()) {
+      const double still_s = fault != nullptr ? stands_still_s(*fault) : 0.0;
+      due_s += still_s > 0.0 && struck_s(fault) != t_s && struck_s(fault) < due_s && struck_s(fault) + still_s > t_s
+                   ? still_s
+                   : 0.0;
+    }
+    if (due_s + lag_s_ > story_.over_s) {
+      return;  // nobody can tell
+    }
+    const double from_s = events_.transmitter_from_s(t_s);
+    if (from_s > due_s + lag_s_) {
+      object(why + ": " +
+             (from_s == kNever_s ? "never given back" : "given back after " + text_of(from_s - t_s) + " s") +
+             ", due within " + text_of(due_s - t_s) + " s");
+    } else if (events_.transmitter_for_good_s() > due_s + lag_s_ && !may_fly_again()) {
+      object(why + ": control was taken again");
+    }
+  }
+  bool may_fly_again() const { return case_.stage == Stage::kStarting || case_.stage == Stage::kAsking; }
+
+  void returned() {
+    const double from_s = events_.transmitter_from_s(story_.struck_s);
+    verdict_.returned_after_s = from_s - story_.struck_s;
+    const bool in_flight = events_.client_flew_at(story_.struck_s);
+    for (const Fault* const fault : faults()) {
+      if (fault == nullptr || fault->within_s == 0.0) {
+        continue;
+      }
+      const bool over_before = stands_still_s(*fault) > 0.0 && fault->name != "SIGSTOP" && !in_flight;
+      if ((fault->group == Group::kAuthority || over_before) && may_fly_again()) {
+        continue;  // nothing was taken: what the operator asked for may be granted afterwards
+      }
+      // What was granted after the strike counts from the grant.
+      const double granted_s = in_flight || story_.obtained_s == kNever_s ? 0.0 : story_.obtained_s;
+      expect_return(std::max(struck_s(fault), granted_s), fault->within_s, std::string(fault->name));
+    }
+    expect_return(story_.pose_taken_away_s, kLadder_s, "pose taken away");
+    expect_return(story_.stopped_s, kStop_s, "operator's stop");
+    if (case_.stage == Stage::kFlying && case_.second == nullptr && case_.fault->flies_on &&
+        events_.transmitter_from_s(story_.struck_s) < story_.stopped_s - 0.1) {
+      object("the flight should have gone on");
+    }
+  }
+
+  void requests() {
+    const nlohmann::json& summary = events_.summary();
+    if (summary.at("obtain_requests").get<std::size_t>() > kRequests) {
+      object("asked for control " + std::to_string(summary.at("obtain_requests").get<int>()) + " times");
+    }
+    const bool was_replaced = any([](const Fault& fault) { return fault.name == "another autopilot plugged in"; });
+    if (was_replaced && !story_.found_another) {
+      object("the link did not start up with the autopilot that was plugged in");
+    }
+    if (story_.requests_to_the_other > 0) {
+      object("asked another autopilot for control");
+    }
+    const double spacing_s = summary.at("least_obtain_spacing_s");
+    const bool repeats_frames = any([](const Fault& fault) { return fault.group == Group::kLine; });
+    if (spacing_s >= 0.0 && spacing_s < kSpacing_s - lag_s_ && !repeats_frames) {
+      object("asked again after " + text_of(spacing_s) + " s");
+    }
+  }
+
+  static bool is_loss(const Event& event) {
+    constexpr std::array kLosses{"left_f",
+                                 "taken_by_mobile",
+                                 "taken_by_rc",
+                                 "rc_off",
+                                 "ended_by_script",
+                                 "virtual_rc_silent",
+                                 "virtual_rc_silent_failsafe"};
+    return (event.what == "did" && std::find(kLosses.begin(), kLosses.end(), event.name) != kLosses.end()) ||
+           (event.what == "happened" && event.name == "restart");
+  }
+  static bool is_control(const Event& event) {
+    return event.name == "vrc_data" || event.name == "movement" ||
+           (event.what == "received" && event.name == "obtain_control");
+  }
+  void last_bytes() {
+    double lost_s = kNever_s;
+    for (const Event& event : events_.all()) {
+      if (is_loss(event)) {
+        lost_s = std::min(lost_s, event.t_s);
+      } else if (event.what == "did" && event.name == "obtained") {
+        lost_s = kNever_s;
+      } else if (lost_s != kNever_s && is_control(event) && story_.obtained_s < lost_s) {
+        verdict_.last_byte_after_loss_s = std::max(verdict_.last_byte_after_loss_s, event.t_s - lost_s);
+      }
+    }
+    const bool can_know =
+        !any([](const Fault& fault) { return fault.group == Group::kLine || fault.group == Group::kPort; });
+    const double period_s = case_.movement ? 0.020 : 0.040;
+    if (can_know && verdict_.last_byte_after_loss_s > period_s + kTelling_s + lag_s_) {
+      object("last control byte " + text_of(verdict_.last_byte_after_loss_s * 1e3) + " ms after the loss");
+    }
+  }
+
+  /// The ladder's last steps: level for 1 s, in which the aircraft is braked and held, and trimmed neutral for 0.5 s
+  /// more before control goes back.
+  void neutral() {
+    if (case_.second != nullptr || case_.stage != Stage::kFlying || case_.fault->name != "pose lost") {
+      return;
+    }
+    constexpr double kLevelAndNeutral_s = 1.5;
+    constexpr double kNeutral_s = 0.5;
+    constexpr double kPoseFresh_s = 0.06;
+    // The stick map first hands out the remainder of the commands before, one dead zone at most (CommandMap): a few
+    // sticks at the zone's edge. Without the neutral half second the sticks move until the end (0.06 s were seen).
+    constexpr double kRemainder_s = 0.3;
+    double given_back_s = kNever_s;
+    double since_s = 0.0;
+    double last = 0.0;
+    for (const Event& event : events_.all()) {
+      const bool is_sticks = event.what == "received" && event.name == "vrc_data";
+      if (event.t_s > story_.struck_s && event.what == "received" && event.name == "release_control") {
+        given_back_s = event.t_s;
+        break;
+      }
+      since_s = is_sticks && event.value != last ? event.t_s : since_s;
+      last = is_sticks ? event.value : last;
+    }
+    if (given_back_s - story_.struck_s < kPoseFresh_s + kLevelAndNeutral_s - lag_s_) {
+      object("given back " + text_of(given_back_s - story_.struck_s) +
+             " s after the last pose: level and neutral are 1.5 s");
+    }
+    if (!case_.movement && given_back_s - since_s < kNeutral_s - kRemainder_s - lag_s_) {
+      object("the sticks stood at neutral for " + text_of(given_back_s - since_s) + " s before control went back");
+    }
+  }
+
+  void ending() {
+    const bool by_fault = any([](const Fault& fault) { return fault.ends_program; });
+    const bool never_came = case_.stage == Stage::kStarting && story_.obtained_s == kNever_s;
+    if (!story_.ran_until_stopped && !by_fault && !never_came && case_.stage != Stage::kReleasing) {
+      object("the program ended by itself, code " + std::to_string(story_.ending.value_or(-1)));
+    }
+    const bool flew = story_.obtained_s != kNever_s;
+    if (flew && story_.ending == 2) {
+      object("exit code 2 after a flight");
+    }
+    const bool unreachable = mute().from_s != kNever_s && mute().to_s == kNever_s;
+    const bool killed = any([](const Fault& fault) {
+      return fault.name == "SIGKILL" || fault.name == "SIGSEGV" || fault.name == "SIGSTOP";
+    });
+    const bool deaf = any([](const Fault& fault) { return fault.reach == Reach::kDeaf && fault.heal == nullptr; });
+    if (killed || unreachable || deaf) {
+      return;  // what was killed has no code; what cannot reach or hear the autopilot goes on giving back
+    }
+    if (!story_.ending) {
+      object("the program did not end after the operator's stop");
+    } else if (*story_.ending < 0) {
+      object("the program died of signal " + std::to_string(-*story_.ending));
+    }
+  }
+
+  void words() {
+    const bool cannot_give_back = any([this](const Fault& fault) {
+      const bool long_enough = fault.heals_after_s == 0.0 || fault.heals_after_s >= 1.0;
+      const bool was_taken = any([&](const Fault& other) {  // the app holds control: nothing is ours to give back
+        return other.reach == Reach::kTaken && struck_s(&other) < struck_s(&fault);
+      });
+      return fault.reach == Reach::kMute && long_enough && !was_taken && events_.client_flew_at(struck_s(&fault));
+    });
+    const bool spoke = story_.said.find("mode switch to P") != std::string::npos;
+    if (case_.counted && story_.ending.value_or(-1) >= 0 &&
+        story_.said.find("the thread that flies allocated 0 times in ") == std::string::npos) {
+      const std::size_t at = story_.said.find("the thread that flies allocated");
+      object(at == std::string::npos ? "nothing was counted" : story_.said.substr(at, story_.said.find('\n', at) - at));
+    }
+    const bool log_ends = any([](const Fault& fault) { return fault.name.substr(0, 4) == "log "; });
+    if (log_ends && story_.said.find("goes on without the rest of its log") == std::string::npos) {
+      object("the log did not end, or nobody was told");
+    }
+    if (cannot_give_back && !spoke) {
+      object("the operator was not told what to do");
+    }
+  }
+
+  const Case& case_;
+  const Story& story_;
+  const Events& events_;
+  Verdict verdict_;
+  double lag_s_ = 0.0;
+};
+
+}  // namespace
+
+Verdict judge(const Case& flown, const Story& story, const Events& events) {
+  return Judge(flown, story, events).judge();
+}
+
+}  // namespace m100::sticks

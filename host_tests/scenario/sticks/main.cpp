@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The battery: the installed programs under every fault, judged at the autopilot's end (promises R4, R12, R15).
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include "host_tests/scenario/sticks/battery.h"
+
+namespace m100::sticks {
+namespace {
+
+constexpr const char* kUsage =
+    "usage: m100_sticks --m100 PROGRAM --lab PROGRAM --vehicle V.toml --gains TABLE\n"
+    "                   [--battery short|whole|counted] [--only TEXT] [--open FILE] [--jobs N] [--json O.json] "
+    "[--readme "
+    "FILE]\n"
+    "--only: cases whose name contains the text. --open: what does not hold yet, lines of 'part of a case | part of "
+    "the violation'.\n"
+    "--folder: for the files of cases that failed; default: a temporary one.\n"
+    "--readme: writes the matrix between its markers. Exit code 1: a case failed that is not open.\n";
+constexpr const char* kBegin = "<!-- sticks: begin -->\n";
+constexpr const char* kEnd = "<!-- sticks: end -->";
+
+std::vector<std::string> lines_of(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) {
+    line = line.substr(0, line.find('#'));
+    line = line.substr(0, line.find_last_not_of(" \t\r") + 1);
+    if (!line.empty()) {
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
+
+/// A short name: that of a socket may have 107 letters.
+std::string temporary_folder() {
+  return (std::filesystem::temp_directory_path() / ("m100_sticks_" + std::to_string(::getpid()))).string();
+}
+
+bool write_between_markers(const std::string& path, const std::string& text) {
+  std::ifstream file(path);
+  std::string all(std::istreambuf_iterator<char>(file), {});
+  const std::size_t begin = all.find(kBegin);
+  const std::size_t end = all.find(kEnd);
+  if (begin == std::string::npos || end == std::string::npos) {
+    std::cerr << path << ": has no markers\n";
+    return false;
+  }
+  const std::size_t from = begin + std::string(kBegin).size();
+  all.replace(from, end - from, text);
+  std::ofstream(path) << all;
+  return true;
+}
+
+int run(std::map<std::string, std::string> options) {
+  for (const char* const needed : {"--m100", "--lab", "--vehicle", "--gains"}) {
+    if (options[needed].empty()) {
+      std::cerr << kUsage;
+      return 2;
+    }
+  }
+  std::vector<Case> cases = options["--battery"] == "whole"     ? whole_battery()
+                            : options["--battery"] == "counted" ? counted_battery()
+                                                                : short_battery();
+  std::erase_if(cases, [&](const Case& one) { return one.name().find(options["--only"]) == std::string::npos; });
+  const Places places{.m100 = options["--m100"],
+                      .lab = options["--lab"],
+                      .vehicle = options["--vehicle"],
+                      .gains = options["--gains"],
+                      .folder = options["--folder"].empty() ? temporary_folder() : options["--folder"]};
+  std::filesystem::remove_all(places.folder);
+  std::filesystem::create_directories(places.folder);
+  const std::size_t jobs = options["--jobs"].empty() ? 4 : std::stoul(options["--jobs"]);
+  if (!can_mount()) {
+    std::cout << "left out: what needs a file system of its own (no user namespaces here)\n";
+  }
+  const std::vector<Result> results = fly_all(cases, places, jobs, lines_of(options["--open"]), std::cout);
+  std::cout << "\n" << matrix(results);
+  if (!options["--json"].empty()) {
+    std::ofstream(options["--json"]) << to_json(results) << "\n";
+  }
+  if (!options["--readme"].empty() && !write_between_markers(options["--readme"], matrix(results))) {
+    return 2;
+  }
+  const auto count = [&](auto&& condition) { return std::count_if(results.begin(), results.end(), condition); };
+  const auto failed = count([](const Result& result) { return !result.passed() && !result.open; });
+  std::cout << "\n"
+            << results.size() << " cases, " << count([](const Result& result) { return result.passed(); })
+            << " passed, " << failed << " failed, "
+            << count([](const Result& result) { return !result.passed() && result.open; }) << " open\n";
+  return failed == 0 && !results.empty() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace m100::sticks
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a program that ended while it was written to
+  std::map<std::string, std::string> options;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    options[argv[i]] = argv[i + 1];
+  }
+  if (argc % 2 == 0) {
+    options.clear();
+  }
+  return m100::sticks::run(std::move(options));
+}

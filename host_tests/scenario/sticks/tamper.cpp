@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/scenario/sticks/tamper.h"
+
+#include <algorithm>
+
+#include "hal/mock/wrong_baud.h"
+#include "protocol/crc.h"
+
+namespace m100::sticks {
+
+void Tamper::queue(std::span<const std::byte> bytes, core::TimePoint now) {
+  core::TimePoint when = now + plan.delay;
+  if (plan.jitter > core::Duration{0}) {
+    when += core::Duration{static_cast<std::int64_t>(random_.uniform() * static_cast<double>(plan.jitter.count()))};
+  }
+  if (!pieces_.empty()) {
+    when = std::max(when, pieces_.back().when);
+  }
+  pieces_.push_back({when, {bytes.begin(), bytes.end()}});
+}
+
+void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
+  const auto happens = [this](double share) { return share > 0.0 && random_.uniform() < share; };
+  const std::size_t swallowed = std::min(plan.swallow, bytes.size());
+  plan.swallow -= swallowed;
+  bytes = bytes.subspan(swallowed);
+  if (bytes.empty() || plan.cut || happens(plan.drop)) {
+    return;
+  }
+  std::vector<std::byte> piece(bytes.begin(), bytes.end());
+  if (plan.sent_at != plan.received_at) {
+    piece = hal::received_at(piece, plan.sent_at, plan.received_at);
+  }
+  for (std::byte& byte : piece) {
+    for (unsigned bit = 0; bit < 8 && plan.flip_per_bit > 0.0; ++bit) {
+      byte ^= happens(plan.flip_per_bit) ? static_cast<std::byte>(1U << bit) : std::byte{0};
+    }
+  }
+  if (held_back_.empty() && happens(plan.swapped)) {
+    held_back_ = std::move(piece);
+    return;
+  }
+  queue(piece, now);
+  if (happens(plan.twice)) {
+    queue(piece, now);
+  }
+  if (!held_back_.empty()) {
+    queue(held_back_, now);
+    held_back_.clear();
+  }
+}
+
+std::vector<std::byte> Tamper::due(core::TimePoint now) {
+  std::vector<std::byte> bytes;
+  while (!pieces_.empty() && pieces_.front().when <= now) {
+    bytes.insert(bytes.end(), pieces_.front().bytes.begin(), pieces_.front().bytes.end());
+    pieces_.pop_front();
+  }
+  return bytes;
+}
+
+std::vector<std::byte> PoseTamper::pass(std::span<const std::byte> bytes, core::TimePoint now) {
+  if (!change_) {
+    return {bytes.begin(), bytes.end()};
+  }
+  std::vector<std::byte> passed;
+  parser_.consume(bytes, [&](const mavlink::FrameView& frame) {
+    if (!mavlink::is<mavlink::AttPosMocap>(frame)) {
+      return;
+    }
+    auto message = mavlink::decode<mavlink::AttPosMocap>(frame);
+    if (change_(message, now)) {
+      const mavlink::Frame encoded = mavlink::encode(message, frame.from, frame.sequence);
+      passed.insert(passed.end(), encoded.bytes().begin(), encoded.bytes().end());
+    }
+  });
+  return passed;
+}
+
+std::vector<std::byte> false_header() {
+  std::vector<std::byte> header(12, std::byte{0});
+  header[0] = std::byte{0xAA};
+  header[1] = std::byte{0xFF};  // 1023, the longest that the field can say
+  header[2] = std::byte{0x03};
+  const std::uint16_t crc = protocol::crc16(std::span(header).first(10));
+  header[10] = static_cast<std::byte>(crc & 0xFFU);
+  header[11] = static_cast<std::byte>(crc >> 8U);
+  return header;
+}
+
+}  // namespace m100::sticks
