@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// libFuzzer's entry points for MAVLink. Noise alone never passes a checksum, so the mutator repairs them.
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "host_tests/property/mavlink/noise.h"
+#include "protocol/mavlink/messages.h"
+#include "protocol/mavlink/parser.h"
+#include "protocol/mavlink/signature.h"
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+using namespace m100::mavlink;
+
+std::vector<std::uint64_t> receive(std::span<const std::byte> stream, std::size_t portion) {
+  Parser parser;
+  ReplayGuard guard;
+  std::vector<std::uint64_t> found;
+  while (!stream.empty()) {
+    const std::span<const std::byte> piece = stream.first(std::min(portion, stream.size()));
+    stream = stream.subspan(piece.size());
+    parser.consume(piece, [&](const FrameView& frame) {
+      found.push_back(frame.offset);
+      for_each_message([&]<typename Message>() {
+        if (is<Message>(frame)) {
+          const Frame again = encode(decode<Message>(frame), frame.from, frame.sequence);
+          Parser second;
+          if (second.push(again.bytes()) != again.size || !second.poll()) {
+            __builtin_trap();  // what was read cannot be written
+          }
+        }
+      });
+      if (frame.is_signed) {
+        (void)is_signed_with(frame, Key{});
+        (void)guard.accept(frame.from, signature_of(frame), 0);
+      }
+    });
+  }
+  return found;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size < 2) {
+    return 0;
+  }
+  const auto stream = std::as_bytes(std::span(data, size)).subspan(1);
+  if (receive(stream, 1 + data[0]) != receive(stream, stream.size())) {
+    __builtin_trap();  // the frames depend on how the stream was cut
+  }
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned int seed) {
+  std::mt19937 random(seed);
+  size = LLVMFuzzerMutate(data, size, max_size);
+  if (size < 2) {
+    return size;
+  }
+  const auto stream = std::as_writable_bytes(std::span(data, size)).subspan(1);  // byte 0 is the size of portions
+  if (random() % 4 == 0) {
+    stream[random() % stream.size()] = kStart2;
+  }
+  if (random() % 8 != 0) {
+    m100::host_tests::repair_mavlink(stream, (std::uint64_t{random()} << 32U) | random());
+  }
+  return size;
+}

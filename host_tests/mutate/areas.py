@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which test programs judge a mutant of which files: first those of the part, then flights that use it."""
+FLIGHTS = ("scenario_ctl", "scenario_flight", "scenario_faults")
+# The exhaustive walk of the authority table takes minutes; the situations see its rows.
+SLOW = {"property_authority": "-*AuthorityWalk*"}
+
+# Beginning of the path, programs that judge first, programs that judge what those leave alive. First match counts.
+AREAS = (
+    ("protocol/", ("unit_protocol", "property_protocol", "golden_protocol"), ("unit_link",)),
+    ("firmware/core/", ("unit_core", "property_core", "golden_core"), ("unit_est", "unit_ctl")),
+    ("firmware/model/", ("unit_model", "unit_sim"), ("unit_est", "unit_mpc", "golden_mpc")),
+    ("firmware/safety/", ("unit_safety_rows", "property_safety", "property_authority"), ("unit_link", "scenario_faults")),
+    ("firmware/link/", ("unit_link", "property_rate_limiter"), ("property_link", "unit_n1", "scenario_faults")),
+    ("firmware/est/", ("unit_est",), ("property_est",) + FLIGHTS),
+    ("firmware/mpc/", ("unit_mpc",), ("golden_mpc", "property_mpc", "scenario_ctl")),
+    ("firmware/ctl/", ("unit_ctl", "scenario_ctl"), ("scenario_flight", "scenario_faults")),
+    ("firmware/ref/", ("unit_ref",), ("scenario_ctl", "scenario_flight")),
+    ("firmware/vrc/", ("unit_vrc",), ("unit_link", "scenario_flight")),
+    ("firmware/log/", ("unit_log", "unit_logs"), ("scenario_faults",)),
+    ("firmware/sysid/", ("unit_sysid",), ("scenario_flight",)),
+    ("firmware/app/", ("unit_measure", "unit_order_line"), FLIGHTS),
+    ("firmware/companion/files/", ("unit_vehicle_file", "unit_flight_file"), ("scenario_faults",)),
+    ("hal/cortex_m/", ("unit_hal_cortex_m",), ()),
+    ("hal/", ("unit_hal",), ("unit_link",)),
+)
+# Not drawn: what only the installed programs run (scenario.program and scenario.sticks judge those, for minutes each), what
+# runs on the image only, and generated numbers.
+LEFT_OUT = ("firmware/companion/", "firmware/app/image/", "firmware/mpc/generated/", "firmware/link/farewell",
+            "hal/linux/watchdog")
+
+
+def programs_for(file):
+    """-> (first, then) or None where no program of the list judges the file."""
+    if file.startswith(LEFT_OUT) and not file.startswith("firmware/companion/files/"):
+        return None
+    for beginning, first, then in AREAS:
+        if file.startswith(beginning):
+            return first, then
+    return None
