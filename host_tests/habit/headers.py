@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every header compiles alone: whoever includes it needs nothing before it.
+
+Usage: headers.py BUILD_FOLDER [--all | --self-test] [--base COMMIT]. Without --all, those that a change touches
+(changed.py). Takes the flags of compile_commands.json in the build folder. Prints what the compiler says, and exits
+with 1 if it says anything.
+"""
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import shlex
+import subprocess
+import sys
+import tempfile
+
+import changed
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# Made for one machine only, and compiled there with the image.
+LEFT_OUT = ("linker/mbedtls_aes_config.h", "firmware/mpc/swept_scalar.h")
+
+
+def flags_of(build):
+    """Compiler, search paths and definitions that most of the project's files are compiled with."""
+    commands = json.loads((pathlib.Path(build) / "compile_commands.json").read_text())
+    words = [shlex.split(entry["command"]) for entry in commands if entry["file"].endswith(".cpp")]
+    shared = [word for word in words[0] if all(word in other for other in words)]
+    pairs = [pair for other in words for pair in zip(other, other[1:])]
+    paths = dict.fromkeys(f"-isystem{path}" for word, path in pairs if word == "-isystem")
+    paths.update(dict.fromkeys(word for other in words for word in other if word.startswith("-I")))  # made headers
+    kept = [word for word in shared if word.startswith(("-D", "-std", "-f", "-W")) and word != "-Werror"]
+    return [words[0][0], *kept, "-Wno-psabi", "-Wno-pragma-once-outside-header", f"-I{ROOT}", *paths]
+
+
+def compiled(header, flags):
+    command = [*flags, "-fsyntax-only", "-Werror", "-x", "c++", "-include", str(ROOT / header), os.devnull]
+    return subprocess.run(command, capture_output=True, text=True).stderr
+
+
+def self_test(flags):
+    """A header that forgets an include is found, the same with it is not."""
+    text = "#pragma once\n{}inline std::string word() {{ return {{}}; }}\n"
+    with tempfile.TemporaryDirectory() as folder:
+        for include, good in (("", False), ("#include <string>\n", True)):
+            header = pathlib.Path(folder) / "header.h"
+            header.write_text(text.format(include))
+            if (compiled(header, flags) == "") != good:
+                print("a good header does not compile" if good else "a header without its include compiles")
+                return 1
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("build")
+    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--base")
+    parser.add_argument("--self-test", action="store_true")
+    asked = parser.parse_args()
+    if asked.self_test:
+        return self_test(flags_of(asked.build))
+    headers = [name for name in changed.files(ROOT, (".h",), asked.all, asked.base) if name not in LEFT_OUT]
+    flags = flags_of(asked.build)
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        said = list(pool.map(lambda header: compiled(header, flags), headers))
+    for header, text in zip(headers, said):
+        if text:
+            print(f"{header} does not compile alone:\n{text}")
+    print(f"{len(headers)} headers compiled alone, {sum(map(bool, said))} of them do not")
+    return 1 if any(said) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

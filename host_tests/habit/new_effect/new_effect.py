@@ -1,0 +1,282 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Adds an effect to a copy of the project and counts the files that this took.
+
+An effect is declared in one place and its law stands in one other: simulation, identification, files and reports must
+then have it. The copy shows whether that is still so.
+
+Usage: new_effect.py ROOT SCRATCH [--whole]
+  SCRATCH  folder for the copies; what is in it is thrown away
+  without --whole  each effect's quick check is compiled with the files that it needs, and run (under a minute)
+  --whole          each copy is built, the effect is simulated, identified blind, written to the vehicle file and reported
+Exit code 1: an effect took more files than it may, or does not arrive everywhere.
+"""
+import argparse
+import filecmp
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).parent
+NOT_COPIED = shutil.ignore_patterns(".git", "build", "__pycache__")
+
+
+class Broken(Exception):
+    """What an effect does not do, in one sentence."""
+
+
+def run(command, folder, name):
+    """Runs a command in a folder; its output goes to NAME.log there. An exit code of 1 is an answer, above it a failure."""
+    log = folder / f"{name}.log"
+    with open(log, "w", encoding="utf-8") as out:
+        code = subprocess.run([str(word) for word in command], cwd=folder, stdout=out, stderr=subprocess.STDOUT,
+                              check=False).returncode
+    if code > 1 or (code == 1 and name != "identify"):
+        tail = "".join(open(log, encoding="utf-8").readlines()[-15:])
+        raise Broken(f"{name} ended with {code}; the end of {log}:\n{tail}")
+
+
+def insert(copy, path, anchor, text):
+    """Puts text before the one line that begins with the anchor."""
+    file = copy / path
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    places = [number for number, line in enumerate(lines) if line.startswith(anchor)]
+    if len(places) != 1:
+        raise Broken(f"{path}: {len(places)} lines begin with {anchor!r}; the recipe of this test needs one")
+    lines[places[0]:places[0]] = [text]
+    file.write_text("".join(lines), encoding="utf-8")
+
+
+def touched(root, copy):
+    """Files of the copy that are new or differ."""
+    out = []
+    for folder, _, names in os.walk(copy):
+        for name in names:
+            path = pathlib.Path(folder, name).relative_to(copy)
+            if path.parts[0] == "build" or path.suffix == ".log":
+                continue
+            if not (root / path).exists() or not filecmp.cmp(root / path, copy / path, shallow=False):
+                out.append(str(path))
+    return sorted(out)
+
+
+def tell_and_count(root, copy, at_most):
+    files = touched(root, copy)
+    print("  files touched: " + ", ".join(files))
+    if len(files) > at_most:
+        raise Broken(f"it took {len(files)} files, at most {at_most} are allowed")
+
+
+def quick_check(copy, check, sources):
+    """Compiles check.cpp with the files that it needs, in the copy, and runs it."""
+    compiler = os.environ.get("CXX", "c++")
+    eigen = subprocess.run(["pkg-config", "--cflags", "eigen3"], capture_output=True, text=True, check=False).stdout.split()
+    build = copy / "build"
+    build.mkdir()
+    model = copy / "firmware" / "model"
+    run(["cmake", f"-DFOLDER={model / 'translation'}", f"-DHEADER={build / 'firmware/model/translation_list.h'}",
+         "-P", model / "list_effects.cmake"], copy, "list")
+    flags = ["-std=c++20", "-O0", "-Wall", "-Wextra", "-Werror", "-I", copy, "-I", build] + eigen
+    run([compiler, *flags, check, *[copy / source for source in sources], "-o", build / "check"], copy, "compile")
+    run([build / "check"], copy, "check")
+
+
+def build_lab(copy):
+    build = copy / "build" / "host-release"
+    run(["cmake", "--preset", "host-release"], copy, "configure")
+    run(["cmake", "--build", build, "--target", "m100-lab"], copy, "build")
+    return build / "host_tests" / "lab" / "m100-lab"
+
+
+class Flown:
+    """What becomes of an effect: flown with a plant file, found blind, in the vehicle file and on the report's page."""
+
+    def __init__(self, copy, plant):
+        """Builds the copy and flies with the plant, of which the controller knows nothing."""
+        self.copy, self.lab, self.out = copy, build_lab(copy), copy / "build" / "flights"
+        self.out.mkdir()
+        (self.out / "plant.toml").write_text(plant, encoding="utf-8")
+        run([self.lab, "loop", "--plant", self.out / "plant.toml", "--out", self.out / "after.toml", "--logs", self.out],
+            copy, "loop")
+
+    def identify(self, axis, declared):
+        run([self.lab, "identify", "--axis", axis, "--log", self.out / "loop_train.ulg",
+             "--columns", self.out / "columns.toml", "--declare", declared, "--split", "alternate:6",
+             "--vehicle", self.out / "found.toml", "--json", self.out / f"{axis}.json", "--report", self.out],
+            self.copy, "identify")
+
+    def is_found(self, axis, effect):
+        found = [one["name"] for one in json.loads((self.out / f"{axis}.json").read_text(encoding="utf-8"))["effects"]]
+        print("  found: " + ", ".join(found))
+        if effect not in found:
+            raise Broken(f"it was flown and not found; what was: {found}")
+
+    def is_written(self, key, flown, tolerance):
+        vehicle = (self.out / "found.toml").read_text(encoding="utf-8").splitlines()
+        written = [line for line in vehicle if line.startswith(key)]
+        if not written or abs(float(written[0].split("=")[1]) - flown) > tolerance:
+            raise Broken(f"the vehicle file says {written}, {flown} was flown")
+        print("  vehicle file: " + written[0])
+
+    def is_reported(self, axis, sentence):
+        if sentence not in (self.out / f"{axis}.html").read_text(encoding="utf-8"):
+            raise Broken("the report does not say what it means")
+
+
+# ---- an effect of a stick axis ---------------------------------------------------------------------------------------
+
+AXIS_NAME = "motion_gain"
+AXIS_KEY = "motion_gain_ratio"
+AXIS_RATIO = 1.5
+
+
+def add_axis_effect(copy):
+    """A gain that differs with the direction of the stick's motion: a member and its law, and a row."""
+    law = "firmware/model/stick_axis.h"
+    insert(copy, law, "  double cross_axis = 0.0;",
+           f"  double {AXIS_KEY} = 1.0;  ///< gain while the stick rises over gain while it falls; their mean is the scale\n")
+    insert(copy, law, "        slew_per_sample_(real(axis.command_slew_per_s)",
+           f"        rising_gain_(Real(2) * real(axis.{AXIS_KEY}) / (Real(1) + real(axis.{AXIS_KEY}))),\n")
+    insert(copy, law, "  Real slew_per_sample_;", "  Real rising_gain_;\n  bool rises_ = false;\n  Real last_counts_ = Real(0);\n")
+    insert(copy, law, "    if (backlash_counts_ > Real(0)) {",
+           "    if (rising_gain_ != Real(1)) {\n"
+           "      rises_ = stick_counts != last_counts_ ? stick_counts > last_counts_ : rises_;\n"
+           "      last_counts_ = stick_counts;\n"
+           "      const Real gain = rises_ ? rising_gain_ : Real(2) - rising_gain_;\n"
+           "      stick_counts = trim_counts_ + gain * (stick_counts - trim_counts_);\n"
+           "    }\n")
+    insert(copy, "firmware/model/axis_effects.h", "};  // kAxisEffects",
+           f'    AxisEffect{{.name = "{AXIS_NAME}",\n'
+           f'               .numbers = {{AxisNumber{{.parameter = "ratio_up_over_down",\n'
+           f'                                      .member = &StickAxis::{AXIS_KEY},\n'
+           f'                                      .file = everywhere("{AXIS_KEY}", {{0.2, 5.0}}),\n'
+           "                                      .fit = {0.25, 4.0},\n"
+           "                                      .logarithmic = true,\n"
+           "                                      .least = 0.08,\n"
+           "                                      .neutral = 1.0}},\n"
+           "               .starts = {{1.0}, {1.3}},\n"
+           "               .typical = {1.3},\n"
+           '               .sentence = "The stick answers more while it rises than while it falls."},\n')
+
+
+def fly_axis_effect(copy):
+    """The whole way, and the forecast of manoeuvres knows the effect too."""
+    measured = {"roll": ("scale_rad_per_count = 9.23e-4", "natural_frequency_rad_s = 9.26", "damping_ratio = 0.703"),
+                "pitch": ("scale_rad_per_count = 9.22e-4", "natural_frequency_rad_s = 8.05", "damping_ratio = 0.612")}
+    flown = Flown(copy, "".join("[axis." + axis + "]\n" + "\n".join(lines) + "\n" +
+                                (f"{AXIS_KEY} = {AXIS_RATIO}\n" if axis == "roll" else "")
+                                for axis, lines in measured.items()))
+    flown.identify("roll", "second_order,transport_delay")
+    flown.is_found("roll", AXIS_NAME)
+    flown.is_written(AXIS_KEY, AXIS_RATIO, 0.2)
+    flown.is_reported("roll", f"{AXIS_NAME}: The stick answers more")
+    run([flown.lab, "excite", "--axis", "roll", "--json", flown.out / "forecast.json"], copy, "excite")
+    forecast = json.loads((flown.out / "forecast.json").read_text(encoding="utf-8"))["forecast"]
+    if not any(one["effect"] == AXIS_NAME and one["sigma"] > 1.0 for one in forecast):
+        raise Broken("the forecast of manoeuvres does not know it")
+
+
+# ---- an effect of translation ----------------------------------------------------------------------------------------
+
+SIDE_NAME = "side_force"
+SIDE_KEY = "side_force_per_s"
+SIDE_RATE = 0.3
+
+
+def add_translation_effect(copy):
+    """A force across the velocity in the air, as a wing that hangs askew has it: one file."""
+    (copy / "firmware/model/translation/side_force.h").write_text(f"""// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/model/translation_effect.h"
+
+namespace m100::model::translation {{
+
+/// A force across the velocity in the air, to its left: a = s (e3 x (v - w)).
+struct SideForce {{
+  double {SIDE_KEY} = 0.0;
+  static constexpr std::array<double SideForce::*, 1> kMembers{{&SideForce::{SIDE_KEY}}};
+
+  static Acceleration column(std::size_t, const Moment& at, double) {{
+    return {{-at.air_velocity_w_m_s[1], at.air_velocity_w_m_s[0], 0.0}};
+  }}
+
+  static constexpr TranslationEffect kEffect{{
+      .name = "{SIDE_NAME}",
+      .place = 200,
+      .needs = {{.velocity = true}},
+      .parameters = {{{{{{.name = "rate_per_s", .low = -5.0, .high = 5.0, .key = "{SIDE_KEY}", .only_if_set = true}}}}}},
+      .least = 0.03,
+      .size = magnitude,
+      .columns = 1,
+      .column = column,
+      .drag = Drag::kProportional,
+      .in_flight = InFlight::kLeftToTheObserver,
+      .sentence = "Flying forward pushes the vehicle aside."}};
+}};
+
+}}  // namespace m100::model::translation
+""", encoding="utf-8")
+
+
+def fly_translation_effect(copy):
+    """The whole way."""
+    flown = Flown(copy, f"[air]\n{SIDE_KEY} = {SIDE_RATE}\n")
+    flown.identify("translation", "rigid_body")
+    flown.is_found("translation", SIDE_NAME)
+    flown.is_written(SIDE_KEY, SIDE_RATE, 0.06)
+    flown.is_reported("translation", f"{SIDE_NAME}: Flying forward pushes")
+
+
+class Recipe:
+    """How an effect is added, how many files that may take, and how it is shown to arrive."""
+
+    def __init__(self, title, at_most, add, check, sources, fly):
+        self.title, self.at_most, self.add, self.check, self.sources, self.fly = title, at_most, add, check, sources, fly
+
+
+RECIPES = [
+    Recipe("a new effect of a stick axis", 2, add_axis_effect, HERE / "axis_effect_arrives.cpp",
+           ["firmware/model/stick_axis.cpp", "firmware/core/maths.cpp", "firmware/companion/files/vehicle_keys.cpp",
+            "host_tests/lab/identify/axis/axis_structure.cpp"],
+           fly_axis_effect),
+    Recipe("a new effect of translation", 1, add_translation_effect, HERE / "translation_effect_arrives.cpp",
+           ["firmware/model/stick_axis.cpp", "firmware/core/assert.cpp", "firmware/core/maths.cpp",
+            "firmware/companion/files/vehicle_keys.cpp", "host_tests/sim/world/axis_motion.cpp",
+            "host_tests/sim/world/plant.cpp", "host_tests/sim/world/vehicle.cpp", "host_tests/sim/world/wind.cpp"],
+           fly_translation_effect),
+]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("root", type=pathlib.Path)
+    parser.add_argument("scratch", type=pathlib.Path)
+    parser.add_argument("--whole", action="store_true")
+    options = parser.parse_args()
+    root = options.root.resolve()
+    failed = False
+    for number, recipe in enumerate(RECIPES):
+        copy = options.scratch.resolve() / str(number)
+        shutil.rmtree(copy, ignore_errors=True)
+        shutil.copytree(root, copy, ignore=NOT_COPIED)
+        print(recipe.title)
+        try:
+            recipe.add(copy)
+            tell_and_count(root, copy, recipe.at_most)
+            if options.whole:
+                recipe.fly(copy)
+            else:
+                quick_check(copy, recipe.check, recipe.sources)
+            print("  it arrives")
+        except Broken as reason:
+            print(f"  {reason}")
+            failed = True
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

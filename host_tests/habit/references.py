@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What comments and pages refer to exists: promises, sections of the wire's reference, decisions, files, links, tests.
+
+Usage: references.py [--self-test] ROOT. Prints one line per offence (file: what) and exits with 1 if there is any.
+"""
+import fnmatch
+import pathlib
+import re
+import subprocess
+import sys
+
+PROMISES, WIRE = "firmware/safety/PROMISES.md", "protocol/README.md"
+TOP = ("firmware", "hal", "protocol", "host_tests", "linker")
+NUMBERS = r"\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*"
+PROMISE = re.compile(r"\bR(\d{1,2})\b")
+SECTION = re.compile(rf"(?P<page>\b[Pp]rotocol(?:'s)?,? )(?:sections? )?(?P<list>{NUMBERS})|"
+                     rf"\b[Ss]ections? (?P<own>{NUMBERS})")
+DECISION = re.compile(r"([\w./-]*\.md)`?, decision (\d+)")
+LINK = re.compile(r"\]\(([^)#:]+)\)")
+FILE = re.compile(r"(?<![\w/.*}<$-])((?:[\w-][\w.-]*/)*[\w-][\w.-]*\.(?:md|h|cpp|inc|py|sh|ld|cmake|jsonl))\b(?![\w/*])")
+PATH = re.compile(rf"(?<![\w/.-])((?:{'|'.join(TOP)})/[\w./*{{}},-]*[\w*}}/])")
+TEST = re.compile(r"`(?:unit|property|golden|scenario|soak)\.\w+((?:[./]+|\.\.\.)[\w./*]+)`")
+ASKED_FOR = re.compile(r"(?:-R|--gtest_filter=) ?'?([^'`\s]+)")
+TEST_NAME = re.compile(r"^(?:TYPED_)?(?:TEST|RC_GTEST_\w+)(?:_[FP])?\(\s*(\w+),\s*(\w+)|"
+                       r"^INSTANTIATE_\w+\(\s*(\w+),\s*(\w+)", re.MULTILINE)
+DOCSTRING = re.compile(r'"""(.*?)"""', re.DOTALL)
+
+
+def spoken(name, text):
+    """What a reader of the file reads as words: a page as a whole, of code the comments (and docstrings)."""
+    if name.endswith(".md"):
+        return re.sub(r"\s+", " ", text)
+    mark = "//" if name.endswith((".h", ".cpp", ".inc", ".c", ".ld")) else "#"
+    if name.endswith(".ld"):
+        mark = "/*"
+    lines = [line.split(mark, 1)[1].strip(" /<*#") for line in text.splitlines() if mark in line and "#include" not in line]
+    docstrings = DOCSTRING.findall(text) if mark == "#" else []
+    return re.sub(r"\s+", " ", " ".join(lines + docstrings))
+
+
+def wanted(numbers):
+    """'4 to 6 and 11' -> the sections 4, 5, 6, 11"""
+    out = []
+    for part in re.split(r", | and ", numbers):
+        ends = part.split(" to ")
+        out += [str(n) for n in range(int(ends[0]), int(ends[1]) + 1)] if len(ends) == 2 and "." not in part else ends
+    return out
+
+
+class Project:
+    def __init__(self, texts):
+        self.texts = texts  # {path: text}
+        self.folders = {str(parent) for name in texts for parent in pathlib.PurePosixPath(name).parents}
+        self.endings = {"/".join(name.split("/")[i:]) for name in texts for i in range(name.count("/") + 1)}
+        self.promises = set(re.findall(r"^### (R\d+)\.", texts.get(PROMISES, ""), re.MULTILINE))
+        tests = [text for name, text in texts.items() if name.endswith(".cpp") and name.startswith("host_tests/")]
+        self.tests = " ".join(" ".join(filter(None, names)) for text in tests for names in TEST_NAME.findall(text))
+
+    def sections(self, page):
+        return set(re.findall(r"^#+ (\d+(?:\.\d+)*)\.? ", self.texts.get(page, ""), re.MULTILINE))
+
+    def file_exists(self, file, holder):
+        near = str(pathlib.PurePosixPath(holder).parent / file)
+        return file in self.endings or near in self.texts
+
+    def path_exists(self, path):
+        path = path.rstrip("/.")
+        alternatives = re.search(r"\{([^}]*)\}", path)
+        if alternatives:
+            return all(self.path_exists(path.replace(alternatives[0], one)) for one in alternatives[1].split(","))
+        return (path in self.folders or path in self.texts or any(path + end in self.texts for end in (".h", ".cpp"))
+                or ("*" in path and any(fnmatch.fnmatch(name, path) for name in self.texts)))
+
+    def offences(self, name):
+        text = self.texts[name]
+        words = spoken(name, text)
+        for promise in sorted(set(re.findall(r"\bR\d{1,2}\b", words + " ".join(re.findall(r'"promise", "([^"]*)"', text))))):
+            if promise not in self.promises:
+                yield f"promise {promise} does not exist"
+        yield from self.of_sections(name, words)
+        for page, number in DECISION.findall(words):
+            pages = [one for one in self.texts if one == page or one == str(pathlib.PurePosixPath(name).parent / page)]
+            if pages and not any(re.search(rf"^{number}\. ", self.texts[one], re.MULTILINE) for one in pages):
+                yield f"{page} has no decision {number}"
+        for file in sorted(set(FILE.findall(words))):
+            if not self.file_exists(file, name):
+                yield f"file {file} does not exist"
+        for path in sorted(set(PATH.findall(words))):
+            if not FILE.fullmatch(path) and not self.path_exists(path):
+                yield f"{path} does not exist"
+        if name.endswith(".md"):
+            yield from self.of_page(name, text)
+
+    def of_sections(self, name, words):
+        for found in SECTION.finditer(words):
+            page, numbers = (WIRE, found["list"]) if found["page"] else (name, found["own"])
+            for number in wanted(numbers):
+                if number not in self.sections(page):
+                    yield f"{found[0]!r}: {page} has no section {number}"
+
+    def of_page(self, name, text):
+        for link in LINK.findall(text):
+            if not self.file_exists(link, name):
+                yield f"link to {link}, which does not exist"
+        for test in TEST.findall(text) + ASKED_FOR.findall(text):
+            for word in re.findall(r"\b[A-Z]\w*[a-z]\w*", test):
+                if word not in self.tests:
+                    yield f"no test has {word} in its name"
+
+
+def project_files(root):
+    """{path: text} of everything that git knows or would know; without git, of everything outside the build folder."""
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=root, capture_output=True, text=True,
+                            check=False)
+    names = listed.stdout.split("\n") if listed.returncode == 0 else [
+        str(file.relative_to(root)) for file in root.rglob("*") if file.relative_to(root).parts[0] not in ("build", ".git")]
+    out = {}
+    for name in sorted(filter(None, names)):
+        if (root / name).is_file():
+            try:
+                out[name] = (root / name).read_text()
+            except UnicodeDecodeError:
+                out[name] = ""  # binary: it exists, and says nothing
+    return out
+
+
+def self_test():
+    """The test of the test: each of the first must be found, none of the second."""
+    base = {PROMISES: "### R1. No heap\n### R2. Parser\n", WIRE: "### 4. Start\n#### 4.1 Version\n### 5. Sessions\n",
+            "firmware/est/README.md": "## Decisions\n\n1. One.\n", "host_tests/unit/a_test.cpp": "TEST(Suite, IsRight) {\n}\n"}
+    planted = {
+        "a.h": ["// promise R3", "// (protocol, 7)", "// protocol, sections 4 to 6", "// the protocol's\n// section 9",
+                "// see style.md", "// firmware/est/README.md, decision 2", "// as section 3 has it", "// firmware/old/x.cpp",
+                "// in firmware/old"],
+        "a_test.cpp": ['  RecordProperty("promise", "R9");'],
+        "page.md": ["[page](missing.md)", "`unit.a.Suite.IsWrong`", "`gone.h` is", "`hal/{a,b}.h`",
+                    "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
+    sound = {"b.h": ["// promise R2; protocol, sections 4 to 5 and 4.1; firmware/est",
+                     "// firmware/est/README.md, decision 1"],
+             "page2.md": ["[page](firmware/est/README.md) `unit.a.Suite.IsRight` `ctest -R 'Suite|unit.a'` `b.h` section\n"]}
+    missed = [(name, line) for name, lines in planted.items() for line in lines
+              if not list(Project(base | {name: line}).offences(name))]
+    wrong = [(name, line, offence) for name, lines in sound.items() for line in lines
+             for offence in Project(base | {"b.h": "", name: line}).offences(name)]
+    for one in missed + wrong:
+        print("self-test:", *one)
+    return 1 if missed or wrong else 0
+
+
+def main():
+    if "--self-test" in sys.argv:
+        return self_test()
+    project = Project(project_files(pathlib.Path(sys.argv[1])))
+    found = 0
+    for name in project.texts:
+        if name.endswith((".h", ".cpp", ".inc", ".c", ".ld", ".md", ".py", ".sh", ".cmake", "CMakeLists.txt")) \
+                or project.texts[name].startswith("#!"):
+            if name != "host_tests/habit/references.py":  # it plants wrong ones
+                for offence in project.offences(name):
+                    print(f"{name}: {offence}")
+                    found += 1
+    print(f"{len(project.texts)} files read, {found} offences")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of the program m100-lab campaign: the worlds that ship, and the matrix of what the source of pose may be."""
+import json
+import pathlib
+import tempfile
+
+from measure.lab_figures import LAB, table
+from measure.place import Source
+
+WORLDS = "host_tests/lab/campaign/worlds"
+MATRIX = "host_tests/scenario/campaign/matrix.py"
+
+
+def number(value):
+    return "" if value is None else f"{value:.2f}"
+
+
+def world_rows(report):
+    rows = [["world", "stayed", "coasted", "oscillating", "worst tilt [deg]", "hover: pose, median [m]", "hover: tilt [deg]",
+             "hover: command [deg/s]", "NEES", "NIS"]]
+    for name, world in report["worlds"].items():
+        hover = world["tasks"]["hover"]
+        rows.append([name.replace("_", " "), f"{world['stayed']} of {world['flights']}", str(world["coasted"]),
+                     str(world["oscillating"]), f"{world['worst_tilt_deg']:.1f}", f"{hover['pose_rms_m']['median']:.3f}",
+                     f"{hover['tilt_rms_deg']:.2f}", f"{hover['command_deg_s']:.0f}", number(world["nees"]),
+                     number(world["nis"])])
+    return rows
+
+
+def campaigns(place):
+    """The shipped worlds, ten seeds of each task; the matrix, six."""
+    with tempfile.TemporaryDirectory() as folder:
+        shipped, matrix = pathlib.Path(folder) / "shipped.json", pathlib.Path(folder) / "matrix.json"
+        paths = sorted((pathlib.Path(place.root) / WORLDS).glob("*.toml"))
+        # An answer of "not all stayed" is a figure too.
+        place.run(place.program(LAB), "campaign", *paths, "--json", shipped, may_fail=True)
+        printed = place.run(pathlib.Path(place.root) / MATRIX, place.program(LAB), "--record", matrix)
+        worlds = json.loads(shipped.read_text())
+    cells = [[cell.strip() for cell in line.split("|")] for line in printed.splitlines() if "|" in line]
+    return {"campaign.worlds": table(*world_rows(worlds)), "campaign.matrix": table(*cells)}
+
+
+SOURCES = [Source(("campaign.",), campaigns, quick=False)]

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instructions on x86-64, counted by callgrind: parts of a tick, solves of the MPC, bytes of the parser.
+
+Another processor or another build of the C library moves such a count a little: 2 % are no news.
+"""
+import re
+
+from measure.lab_figures import table
+from measure.marked import Figure
+from measure.place import NotMeasuredHere, Source
+
+SPREAD = 0.02
+PARTS = {"axis": "observer, one horizontal axis: predict, tilt, rate, pose 20 ms old",
+         "ekf": "observer, whole: both axes, height, yaw, attitude to tilt",
+         "law": "control law, moving reference: two predictions, two programs by table, height, yaw",
+         "window": "reference window of 21 points in x and y",
+         "sticks": "command to four sticks"}
+SCALARS = {"double": "double", "float": "float", "fixed": "fixed point"}
+
+
+def needs_callgrind(place):
+    place.tool("valgrind")
+    if not place.has_avx2:
+        raise NotMeasuredHere("this processor has no AVX2, of which the published counts are")
+
+
+def spaced(number):
+    return f"{int(number):,}".replace(",", " ")
+
+
+def parts_of_a_tick(place):
+    needs_callgrind(place)
+    program = place.program("host_tests/property/tick_cost", ("host-release",))
+    printed = place.run("host_tests/benchmark/tick_parts.sh", program)
+    counts = {(part, scalar): f"{spaced(median)} / {spaced(worst)}" for part, scalar, median, worst in
+              re.findall(r"^(\w+) (\w+)\s+\d+ ticks\s+median\s+(\d+)\s+worst\s+(\d+)", printed, re.MULTILINE)}
+    rows = [["part (argument of `tick_cost`)"] + list(SCALARS.values())]
+    for part in dict.fromkeys(part for part, _ in counts):
+        rows.append([f"{PARTS.get(part, part)} (`{part}`)"] + [counts.get((part, scalar), "") for scalar in SCALARS])
+    return {"cost.parts": Figure(table(*rows).text, SPREAD)}
+
+
+def solves(place):
+    needs_callgrind(place)
+    program = place.program("host_tests/benchmark/mpc_instructions", ("host-release",))
+    rows = [["mode", "path", "solves", "median", "99th percentile", "worst"]]
+    for mode, scalar in (("flight", "double"), ("flight", "float")):
+        printed = place.run("host_tests/benchmark/mpc_instructions.sh", program, mode, scalar)
+        found = re.findall(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst\s+(\d+)", printed, re.MULTILINE)
+        for path, *numbers in sorted(found):
+            rows.append([f"`{mode} {scalar}`", path.replace("_", " ")] + [spaced(number) for number in numbers])
+    return {"cost.solves": Figure(table(*rows).text, SPREAD)}
+
+
+STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "random_bytes": "random bytes",
+           "runs_of_start_bytes": "runs of 0xAA",
+           "headers_of_1023": "headers with a good CRC16 and LEN 1023, one after the other",
+           "densest_headers": "the same as close as headers can be, every 8 bytes",
+           "frames_behind_false_headers": "good frames, each behind such a header"}
+
+
+def streams(place):
+    place.tool("valgrind")
+    program = place.program("host_tests/benchmark/benchmark_protocol", ("host-release",))
+    printed = place.run("host_tests/benchmark/instructions.sh", program, may_fail=True)
+    counts = re.findall(r"^(\w+)\s+([\d.]+) instructions per byte", printed, re.MULTILINE)
+    clean = float(counts[0][1])
+    rows = [["stream", "instructions per byte", "in clean bytes"]]
+    rows += [[STREAMS.get(name, name), f"{float(count):.1f}", f"{float(count) / clean:.1f}"] for name, count in counts]
+    return {"cost.streams": Figure(table(*rows).text, 0.05)}
+
+
+SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves",), solves),
+           Source(("cost.streams",), streams, quick=False)]

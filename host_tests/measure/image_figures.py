@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of the ARM builds, which host_tests/arm_tests makes: sizes, stack, instructions of a tick on the Cortex-M7."""
+import re
+
+from measure.cost_figures import spaced
+from measure.lab_figures import table
+from measure.marked import Figure
+from measure.place import NotMeasuredHere, Source
+
+BUILD = "host_tests/target"
+
+
+def budget(place):
+    lines = (place.root / "linker" / "budget.txt").read_text().splitlines()
+    return {words[0]: int(words[1]) for words in map(str.split, lines) if len(words) == 2 and words[1].isdigit()}
+
+
+def sizes(place):
+    """Flash and RAM by the linker's map, the deepest path by the compiler's call graph."""
+    image = place.program(f"{BUILD}/m100_mps2.elf", ("mps2",))
+    allowed = budget(place)
+    printed = place.run("linker/size_report.py", f"{image}.map", "linker/budget.txt", may_fail=True)
+    flash, ram = re.search(r"^total\s+(\d+)\s+(\d+)", printed, re.MULTILINE).groups()
+    rows = [["", "used [bytes]", "budget [bytes]"],
+            ["flash, tables included, without AES", spaced(flash), spaced(allowed["flash_bytes"])],
+            [f"RAM, {spaced(allowed['stack_bytes'])} of stack included, logs apart", spaced(ram), spaced(allowed["ram_bytes"])]]
+    return {"image.sizes": table(*rows)}
+
+
+def companion(place):
+    place.tool("aarch64-linux-gnu-strip")
+    rows = [["", "bytes, stripped"]]
+    for machine, strip in (("aarch64", "aarch64-linux-gnu-strip"), ("armhf", "arm-linux-gnueabihf-strip")):
+        program = place.program("firmware/companion/m100", (machine,))
+        stripped = program.with_name("m100.stripped")
+        place.run(place.tool(strip), "-o", stripped, program)
+        rows.append([f"`m100`, {machine}", spaced(stripped.stat().st_size)])
+        stripped.unlink()
+    return {"image.companion": table(*rows)}
+
+
+COLUMN = re.compile(r"^\s*(\d+)\s+(\d+)\s+(\d+)\s{2}(\S.*)$", re.MULTILINE)
+
+
+def ticks(place):
+    """Two lists of parts: a recorded flight, and hostile bytes with programs at their limits."""
+    place.tool("qemu-system-arm")
+    place.program(f"{BUILD}/replay.elf", ("mps2",))
+    tape = place.root / "build" / "determinism" / "flight.tape"
+    if not tape.is_file():
+        raise NotMeasuredHere("no recorded flight: host_tests/determinism prepare")
+    printed = place.run("linker/tick_cost", tape, may_fail=True)
+    whole = re.findall(r" median (\d+).* worst (\d+)", printed)
+    flight, hostile = (COLUMN.findall(half) for half in re.split(r"^hostile", printed, flags=re.MULTILINE))
+    rows = [["part", "share of ticks", "median", "worst", "hostile: median", "worst"]]
+    for (share, median, worst, name), (_, hostile_median, hostile_worst, _) in zip(flight, hostile):
+        rows.append([name, f"{share} %"] + [spaced(n) for n in (median, worst, hostile_median, hostile_worst)])
+    rows.append(["**whole tick** (without a log)", ""] + [f"**{spaced(n)}**" for n in whole[0] + whole[1]])
+    return {"image.ticks": table(*rows), "image.median": Figure(spaced(whole[0][0])), "image.worst": Figure(spaced(whole[1][1]))}
+
+
+SOURCES = [Source(("image.sizes",), sizes, quick=False), Source(("image.companion",), companion, quick=False),
+           Source(("image.ticks", "image.median", "image.worst"), ticks, quick=False)]

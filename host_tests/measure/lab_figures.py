@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of the program m100-lab: identification of the measured flights, gain tables, simulated flights."""
+import json
+import pathlib
+import re
+import tempfile
+
+from measure.marked import Figure
+from measure.place import Source
+
+LAB = "host_tests/lab/m100-lab"
+VEHICLE = "firmware/mpc/generated/vehicle.toml"
+ROOT_TASKS = [(task, air) for task in ("hover", "step", "trajectory") for air in ("calm", "wind")]
+
+
+def table(*rows):
+    """Rows of cells as Markdown; the second line is the header's rule."""
+    lines = ["| " + " | ".join(cells) + " |" for cells in rows]
+    return Figure("\n".join([lines[0], "|" + "---|" * len(rows[0])] + lines[1:]))
+
+
+def asked(place, *words):
+    """-> (what m100-lab prints, its JSON)"""
+    with tempfile.TemporaryDirectory() as folder:
+        answer = pathlib.Path(folder) / "answer.json"
+        printed = place.run(place.program(LAB), *words, "--json", answer)
+        return printed, json.loads(answer.read_text())
+
+
+MEASURED = {"roll": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate", "38:55.5")),
+            "pitch": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate", "38:55.5")),
+            "climb": ("m/s", "height.csv", ("--train", "4.5:38", "--validate", "38:64.5"))}
+
+
+def measured_flights(place):
+    """Roll, pitch and climb of the published flights, first order declared: errors on the validation part."""
+    rows = [["axis", "declared first order", "with what was found", "named", "1 s ahead, declared", "1 s ahead, found"]]
+    zones = []
+    for axis, (unit, log, ranges) in MEASURED.items():
+        _, found = asked(place, "identify", "--log", place.measured_log(log), "--columns",
+                         "host_tests/lab/columns/m100_csv.toml", "--axis", axis, "--declare", "first_order", *ranges)
+        declared, final = found["declared"], found["final"]
+        names = ", ".join(effect["name"].replace("_", " ") for effect in found["effects"])
+        rows.append([f"{axis} [{unit}]", f"{declared['validation_rmse']:.4f}", f"{final['validation_rmse']:.4f}", names,
+                     f"{declared['horizon_rmse']['1.0']:.4f}", f"{final['horizon_rmse']['1.0']:.4f}"])
+        for effect in found["effects"]:
+            zone = next((values for key, values in effect["parameters"].items() if "width" in key or "counts" in key), None)
+            if effect["name"] == "dead_zone" and isinstance(zone, dict):
+                zones.append(f"{axis} {zone['value']:.1f} counts [{zone['low']:.1f}, {zone['high']:.1f}]")
+    return {"identify.measured": table(*rows), "identify.dead_zones": Figure(", ".join(zones))}
+
+
+def gain_tables(place):
+    """Margins and the set-point law of the generated vehicle."""
+    printed, answer = asked(place, "gains", "--vehicle", VEHICLE)
+    rows = [["age of the pose", "peak sensitivity, x / y", "gain margin", "phase margin [deg]", "delay margin [ms]",
+             "crossover [rad/s]"]]
+    for key in sorted((key for key in answer if key.startswith("margins")), key=lambda key: (len(key), key)):
+        age = re.search(r"\d+", key)
+        both = [answer[key][axis] for axis in ("x", "y")]
+        cells = [(0, "peak_sensitivity", 1, 2), (0, "gain_margin", 1, 1), (0, "phase_margin_rad", 57.29577951, 0),
+                 (0, "delay_margin_s", 1e3, 0), (0, "crossover_rad_s", 1, 1)]
+        rows.append([f"{age[0]} ms" if age else "fresh"] +
+                    [" / ".join(f"{scale * axis[name]:.{digits}f}" for axis in both) for _, name, scale, digits in cells])
+    law = re.compile(r"(\w): set-point law of (\d+) regions in half the box, (\d+) affine pieces, at most (\d+) planes in "
+                     r"\d+ nodes of (\d+), (\d+) bytes")
+    pieces = [["axis", "regions in half the box", "affine pieces", "planes at most", "nodes", "bytes in float"]]
+    pieces += [list(found) for found in law.findall(printed)]
+    return {"mpc.margins": table(*rows), "mpc.setpoint_law": table(*pieces)}
+
+
+def thousandths(value, digits=3):
+    return f"{value:.{digits}f}"
+
+
+def papers_tasks(place):
+    """The paper's tasks in simulated flight, over 20 seeds."""
+    _, answer = asked(place, "experiments", "--seeds", "20")
+    rows = [["task", "pose [m]", "x [m]", "y [m]", "z [m]", "yaw [deg]"]]
+    more = [["task", "pose [m]", "tilt [deg]", "command moves [deg/s]", "largest tilt [deg]",
+             "share of the time-optimal response"]]
+    for task, air in ROOT_TASKS:
+        cell = answer[task][air]
+        rows.append([f"{task}, {air}"] + [f"{cell[name]:.3f} / {cell['paper'][name]:.3f}"
+                                         for name in ("pose_m", "x_m", "y_m", "z_m", "yaw_deg")])
+    for task in (key for key in answer if isinstance(answer[key], dict)):
+        for air, cell in answer[task].items():
+            share = f"{100 * cell['time_optimal_share']:.0f} %" if "time_optimal_share" in cell else ""
+            more.append([f"{task}, {air}"] + [thousandths(cell["pose_m"]), f"{cell['tilt_deg']:.2f}",
+                                              f"{cell['input_variation_deg_s']:.0f}", f"{cell['largest_tilt_deg']:.1f}", share])
+    above = answer["cells_above_paper"]
+    return {"flight.paper": table(*rows), "flight.more": table(*more),
+            "flight.cells_above_paper": Figure(f"{above} cells" if above != 1 else "1 cell")}
+
+
+def command_rates(place):
+    """What a command rate costs, over three seeds."""
+    _, answer = asked(place, "experiments", "--rates", "--seeds", "3")
+    tasks = [(task, air) for task, airs in answer[0]["tasks"].items() if isinstance(airs, dict) for air in airs]
+    rows = [["channel and rate"] + [f"{task}, {air}" for task, air in tasks]]
+    for cost in answer:
+        channel = {"virtual_rc": "Virtual RC"}.get(cost["channel"], cost["channel"])
+        name = f"{channel}, {cost['rate_hz']:g} Hz" + (" by name" if cost["by_name"] else "")
+        rows.append([name] + [thousandths(cost["tasks"][task][air]["pose_m"], 4) for task, air in tasks])
+    return {"flight.rates": table(*rows)}
+
+
+def hidden_effects(place):
+    """The confusion matrix, as shares: one list of 620 logs, and two more that were not looked at before."""
+    program, scores = place.program("host_tests/lab/hidden/hidden_effects", ("host-release",)), {}
+    for seed, logs in (("20261121", 620), ("90210", 320), ("55", 320)):
+        with tempfile.TemporaryDirectory() as folder:
+            answer = pathlib.Path(folder) / "answer.json"
+            place.run(program, "--logs", logs, "--seed", seed, "--json", answer)
+            scores[seed] = json.loads(answer.read_text())["scores"]
+    rows = [["", "right", "share", "goal", "seeds 90210 and 55, 320 logs each"]]
+    for first, second, third in zip(*scores.values()):
+        goal = f"{100 * first['goal']:.0f} %" if first["goal"] > 0 else ""
+        share = f"{100 * first['right'] / max(first['count'], 1):.1f} %"
+        others = f"{second['right'] + third['right']} of {second['count'] + third['count']}"
+        rows.append([first["what"], f"{first['right']} of {first['count']}", share, goal, others])
+    return {"hidden.shares": table(*rows)}
+
+
+SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
+           Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
+           Source(("flight.paper", "flight.more", "flight.cells_above_paper"), papers_tasks, quick=False),
+           Source(("flight.rates",), command_rates, quick=False),
+           Source(("hidden.shares",), hidden_effects, quick=False)]

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How long the two commands of the project took when they last ran here, as they note it in the build folder."""
+from measure.marked import Figure
+from measure.place import NotMeasuredHere, Source
+
+
+def minutes_of(command):
+    def measured(place):
+        note = place.root / "build" / f"{command}_seconds"
+        if not note.is_file():
+            raise NotMeasuredHere(f"host_tests/{command} has not run to its end here")
+        seconds, cores = note.read_text().split()
+        return {f"run.{command}": Figure(f"{max(1, round(int(seconds) / 60))} minutes on {cores} cores", 0.5)}
+    return measured
+
+
+SOURCES = [Source((f"run.{command}",), minutes_of(command), quick=False) for command in ("run_tests", "main_job")]

@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""All sources of figures: the lists of tests by promise, what tests record, and every module named *_figures.py here."""
+import importlib
+import pathlib
+
+from measure import promises, tests_record
+from measure.place import Source
+
+
+def all_sources(root):
+    out = [Source(("promise.",), lambda place: promises.figures(place.root))] + tests_record.sources(root)
+    for file in sorted(pathlib.Path(__file__).parent.glob("*_figures.py")):
+        out += importlib.import_module(f"measure.{file.stem}").SOURCES
+    return out

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures that tests measure: RecordProperty("figure.NAME", text), or ("figure.PREFIX." + rest, text) for a family.
+
+Each test program that has such a test is asked for these tests alone. Programs of the labels `scenario`, `soak` and
+`arm` are asked in the nightly run only.
+"""
+import collections
+import json
+import pathlib
+import re
+import tempfile
+
+from measure import recorded
+from measure.marked import Figure
+from measure.place import NotMeasuredHere, Source
+
+OUTPUT = re.compile(r" -o (?P<folder>\S*)/CMakeFiles/(?P<program>[\w.-]+)\.dir/\S*\.o ")
+
+
+def recording_tests(root):
+    """-> {source file: [Call of a figure]}"""
+    out = {}
+    for file in sorted((root / "host_tests").rglob("*_test.cpp")):
+        text = file.read_text()
+        if '"figure.' in text:
+            out[file] = [call for call in recorded.calls_of(text) if call.key.startswith("figure.")]
+    return out
+
+
+def programs_of(root):
+    """-> {source file: [test program's path in a build folder]}, from what the builds say of themselves."""
+    out = collections.defaultdict(list)
+    for build in ("host-release", "host-debug"):
+        file = root / "build" / build / "compile_commands.json"
+        for entry in json.loads(file.read_text()) if file.is_file() else []:
+            found = OUTPUT.search(entry["command"])
+            if found:
+                program = f"{found['folder']}/{found['program']}"
+                source = pathlib.Path(entry["file"])
+                if program not in out[source]:
+                    out[source].append(program)
+    return out
+
+
+def measure(place, program, calls):
+    """Runs the tests of the calls; a test that is skipped measures nothing."""
+    file = place.program(program)
+    names = ":".join(sorted({recorded.gtest_filter(call.suite, call.test) for call in calls}))
+    out = {}
+    with tempfile.TemporaryDirectory() as folder:
+        report = pathlib.Path(folder) / "report.json"
+        place.run(file, f"--gtest_filter={names}", f"--gtest_output=json:{report}")
+        for suite in json.loads(report.read_text())["testsuites"]:
+            for test in [suite] + suite["testsuite"]:
+                out.update({key.removeprefix("figure."): Figure(value) for key, value in test.items()
+                            if key.startswith("figure.")})
+    if not out:
+        raise NotMeasuredHere(f"{program}: its tests are skipped here")
+    return out
+
+
+def is_long(program):
+    """Labels whose programs cost minutes, or need the ARM builds: for the nightly run."""
+    return program.rsplit("/", 1)[-1].startswith(("scenario_", "soak_", "arm_"))
+
+
+def sources(root):
+    programs = programs_of(root)
+    out = []
+    for file, calls in recording_tests(root).items():
+        prefixes = tuple(sorted({call.key.removeprefix("figure.") for call in calls}))
+        for program in programs.get(file, [f"the program of {file.name}"]):
+            out.append(Source(prefixes, lambda place, program=program, calls=calls: measure(place, program, calls),
+                              quick=not is_long(program)))
+    return out
