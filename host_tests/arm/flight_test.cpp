@@ -11,12 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/board_course.h"
 #include "firmware/app/flight_controller.h"
+#include "firmware/app/image/board_course.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "hal/cortex_m/exceptions.h"
-#include "host_tests/sim/emulated_board.h"
-#include "host_tests/sim/world.h"
+#include "host_tests/sim/ports/emulated_board.h"
+#include "host_tests/sim/ports/world.h"
+#include "protocol/order_message.h"
 
 namespace m100::sim {
 namespace {
@@ -145,6 +146,8 @@ TEST_P(TargetFlight, FliesFromTheImage) {
   std::printf("%-10s rms %.3f m, worst %.3f m, farthest %.3f m; cycles a tick: median %u, worst %u; stack %u bytes\n",
               course.name, flight.rms_m, flight.worst_m, flight.largest_way_m, cycles[cycles.size() / 2], cycles.back(),
               flight.stack_bytes);
+  RecordProperty("figure.image_flight." + std::string(course.name), std::to_string(flight.rms_m).substr(0, 5) + " m");
+  RecordProperty("figure.image_stack." + std::string(course.name), std::to_string(flight.stack_bytes));
   EXPECT_LE(flight.rms_m, course.rms_limit_m);
   EXPECT_GE(flight.largest_way_m, course.way_m);
   EXPECT_TRUE(flight.handed_over);
@@ -161,22 +164,67 @@ INSTANTIATE_TEST_SUITE_P(Courses, TargetFlight,
                                            Course{"trajectory", 15.5, 14.8, 0.15, 1.3}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-// Would catch: an assertion that stops the board and leaves the last stick deflection in force.
-TEST(TargetAssertion, LeavesNeutralSticksAndReleasedControl) {
-  ASSERT_TRUE(std::filesystem::exists(image_path())) << "no image: cmake --build --preset mps2";
-  World world(measured_plant(), {.seed = kSeed});
-  EmulatedBoard board(image_path(), "lockstep hover");
-  const auto advance = [&](int ticks, hal::LockstepOrder order) {
+/// The image in lockstep with nobody who gives orders over the lockstep line.
+struct TargetOrders : ::testing::Test {
+  World world{measured_plant(), {.seed = kSeed}};
+  EmulatedBoard board{image_path(), "lockstep hover"};
+
+  static void SetUpTestSuite() {
+    ASSERT_TRUE(std::filesystem::exists(image_path())) << "no image: cmake --build --preset mps2";
+  }
+  void advance(int ticks) {
     for (int tick = 0; tick < ticks; ++tick) {
       world.advance(core::kTickPeriod);
-      board.step(world.now(), order, world.autopilot_uart(), world.pose_uart());
+      board.step(world.now(), hal::LockstepOrder::kNone, world.autopilot_uart(), world.pose_uart());
     }
-  };
-  advance(600, hal::LockstepOrder::kNone);
-  advance(1, hal::LockstepOrder::kEngage);
-  advance(600, hal::LockstepOrder::kNone);
-  ASSERT_TRUE(world.autopilot().client_in_control());
+  }
+  /// Moves the operator's switch, as a sender of poses reports it.
+  void turn_switch(bool program_flies) {
+    ASSERT_EQ(world.pose_line().b().write(protocol::encode_order(program_flies)).value_or(0),
+              protocol::kOrderMessageBytes);
+  }
+  void take_control() {
+    advance(600);
+    turn_switch(false);
+    advance(1);
+    turn_switch(true);
+    advance(600);
+    ASSERT_TRUE(world.autopilot().client_in_control());
+  }
+};
+
+// Would catch: a board that flies off by itself as soon as its link is ready, or because it was switched on with the
+// operator's switch already on.
+TEST_F(TargetOrders, ControlIsTakenWhenTheSwitchIsTurnedOnAndGivenBackWhenItIsTurnedOff) {
+  RecordProperty("promise", "R4");
+  advance(600);
+  turn_switch(true);
+  advance(600);
+  EXPECT_EQ(world.autopilot().record().obtain_requests, 0U) << "it was on from the start";
+  turn_switch(false);
+  advance(10);
+  turn_switch(true);
+  advance(600);
+  EXPECT_TRUE(world.autopilot().client_in_control());
+  turn_switch(false);
+  advance(100);
+  EXPECT_FALSE(world.autopilot().client_in_control());
+}
+
+// Would catch: an assertion that stops the board and leaves the last stick deflection in force.
+TEST_F(TargetOrders, AnAssertionLeavesNeutralSticksAndReleasedControl) {
+  RecordProperty("promise", "R15");
+  take_control();
   EXPECT_EQ(board.break_an_assertion(world.autopilot_uart()), hal::kExitOfAssertion);
+  world.advance(std::chrono::milliseconds(200));
+  EXPECT_FALSE(world.autopilot().client_in_control());
+}
+
+// Would catch: a board that hangs in flight with the autopilot still its own.
+TEST_F(TargetOrders, AHangEndsInTheWatchdogsInterruptWithReleasedControl) {
+  RecordProperty("promise", "R15");
+  take_control();
+  EXPECT_EQ(board.hang(world.autopilot_uart()), hal::kExitOfWatchdog);
   world.advance(std::chrono::milliseconds(200));
   EXPECT_FALSE(world.autopilot().client_in_control());
 }

@@ -19,20 +19,20 @@
 #include "firmware/mpc/delay_predictor.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/mpc/horizontal_mpc.h"
-#include "host_tests/tools/gains/gain_tables.h"
-#include "host_tests/tools/gains/instances.h"
+#include "host_tests/lab/gains/gain_tables.h"
+#include "host_tests/lab/gains/instances.h"
 
 namespace m100 {
 namespace {
 
-using tools::gains::Axis;
+using lab::gains::Axis;
 
 template <typename T>
 mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
   if constexpr (std::is_same_v<T, double>) {
     return problem;
   } else {
-    return tools::gains::to_float(problem);
+    return lab::gains::to_float(problem);
   }
 }
 
@@ -179,15 +179,15 @@ void fly(bool constant_only) {
 template <typename T>
 void cold(const std::string& path) {
   std::ifstream stream(path);
-  const tools::gains::InstanceFile file = tools::gains::read_instances(stream, path);
+  const lab::gains::InstanceFile file = lab::gains::read_instances(stream, path);
   std::vector<mpc::GainTable<T>> tables;
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
   tables.reserve(file.models.size());
-  for (const tools::gains::AxisProblem& model : file.models) {
-    tables.push_back(tools::gains::table_in<T>(tools::gains::make_gain_table(model)));
+  for (const lab::gains::AxisProblem& model : file.models) {
+    tables.push_back(lab::gains::table_in<T>(lab::gains::make_gain_table(model)));
     controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(tables.back()));
   }
-  for (const tools::gains::Instance& instance : file.instances) {
+  for (const lab::gains::Instance& instance : file.instances) {
     mpc::HorizontalMpc<T>& controller = *controllers.at(instance.model);
     controller.reset();
     mpc::Solution<T> solution;

@@ -3,6 +3,7 @@
 
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
+include(CheckCXXSourceCompiles)
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -18,6 +19,12 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 add_library(m100_numerics INTERFACE)
 target_compile_features(m100_numerics INTERFACE cxx_std_20)
 target_compile_options(m100_numerics INTERFACE -ffp-contract=off -fno-fast-math -fno-math-errno)
+# GCC 12 joins a product and a sum in its vectoriser (vfmaddsub) in spite of -ffp-contract=off, wherever x86 has fused
+# multiply-add, which changed a flight's bits. A package may be used with such flags, so it always asks for it.
+check_cxx_source_compiles("#ifndef __FMA__\n#error\n#endif\nint main() {}" M100_X86_HAS_FMA)
+target_compile_options(m100_numerics INTERFACE
+  $<BUILD_INTERFACE:$<$<AND:$<BOOL:${M100_X86_HAS_FMA}>,$<CXX_COMPILER_ID:GNU>>:-fno-tree-vectorize>>
+  $<INSTALL_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-fno-tree-vectorize>>)
 target_compile_definitions(m100_numerics INTERFACE EIGEN_DONT_VECTORIZE EIGEN_NO_IO EIGEN_MPL2_ONLY
                                                    EIGEN_CACHEFRIENDLY_PRODUCT_THRESHOLD=64)
 target_include_directories(m100_numerics INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
@@ -54,16 +61,55 @@ endif()
 
 add_custom_target(installed_modules)  # what the installed package holds
 
-# m100_module(est HEADERS a.h SOURCES a.cpp DEPS m100::core [HOST_ONLY])
+# m100_hide_checkout(target): the folder of the checkout stands nowhere in what this target compiles, neither in the texts
+# of M100_ASSERT nor in debug information, so a build is the same from every folder.
+function(m100_hide_checkout target)
+  target_compile_options(${target} PRIVATE -ffile-prefix-map=${PROJECT_BINARY_DIR}=build
+                                           -ffile-prefix-map=${PROJECT_SOURCE_DIR}=.
+                                           -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # the last that fits counts
+endfunction()
+
+set(M100_HOST_TESTS ${PROJECT_SOURCE_DIR}/host_tests)
+
+# m100_leave_out(name because): says that this build has no library of that name, so that what stands on it is left out
+# too, by name, instead of failing to link.
+function(m100_leave_out name because)
+  message(STATUS "${name} is left out: no ${because} for ${CMAKE_SYSTEM_PROCESSOR}")
+  set_property(GLOBAL APPEND PROPERTY M100_LEFT_OUT m100::${name})
+endfunction()
+
+# m100_left_out(RESULT names...): the first of these libraries that was left out, or nothing.
+function(m100_left_out result)
+  get_property(left_out GLOBAL PROPERTY M100_LEFT_OUT)
+  set(${result} "" PARENT_SCOPE)
+  foreach(name IN LISTS ARGN)
+    if(name IN_LIST left_out)
+      set(${result} ${name} PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+endfunction()
+
+# m100_module(est HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
-# exceptions and are not installed; all others are compiled without exceptions and RTTI on every machine.
+# exceptions and are not installed; all others are compiled without exceptions and RTTI on every machine. A library
+# that stands on one that was left out is left out as well.
 function(m100_module name)
   cmake_parse_arguments(arg "HOST_ONLY" "" "HEADERS;SOURCES;DEPS" ${ARGN})
+  m100_left_out(missing ${arg_DEPS})
+  if(missing)
+    m100_leave_out(${name} ${missing})
+    return()
+  endif()
   if(arg_SOURCES)
     add_library(m100_${name} STATIC ${arg_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(m100_${name} PRIVATE $<BUILD_INTERFACE:m100_warnings>)
+    cmake_path(IS_PREFIX M100_HOST_TESTS ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE is_a_test)
+    if(NOT is_a_test)
+      m100_hide_checkout(m100_${name})  # it may be in a program that ships
+    endif()
     if(NOT arg_HOST_ONLY)
       target_compile_options(m100_${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fno-exceptions -fno-rtti> -Wvla)
     endif()
@@ -85,7 +131,18 @@ function(m100_module name)
   endif()
 endfunction()
 
-# m100_tests(LABEL unit NAME est SOURCES a_test.cpp b_test.cpp DEPS m100::est [TIMEOUT 120] [NATIVE])
+# The headers that nearly every test parses, precompiled once per build: they cost a test more than its own lines do.
+function(m100_test_headers)
+  if(TARGET m100_test_headers)
+    return()
+  endif()
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/test_headers.cpp CONTENT "// Only its precompiled header is wanted.\n")
+  add_library(m100_test_headers OBJECT ${PROJECT_BINARY_DIR}/test_headers.cpp)
+  target_link_libraries(m100_test_headers PRIVATE m100::core m100_warnings GTest::gtest)
+  target_precompile_headers(m100_test_headers PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
+endfunction()
+
+# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE])
 #
 # Makes the program <label>_<name> and registers each of its GoogleTest cases with ctest under the label. In a cross
 # build the whole program is one test, because each start of the emulator costs more than most cases; a program whose
@@ -107,21 +164,26 @@ function(m100_tests)
     endforeach()
   endif()
   add_executable(${program} ${arg_SOURCES})
-  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_numerics m100_warnings GTest::gtest_main)
+  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100::core m100_warnings GTest::gtest_main)
+  if(NOT CMAKE_CROSSCOMPILING)
+    # Deviation: GCC 12 for ARM warns falsely about std::string operator+ where <string> comes precompiled.
+    m100_test_headers()
+    target_precompile_headers(${program} REUSE_FROM m100_test_headers)
+  endif()
   if(NOT TARGET tests_${arg_LABEL})
     add_custom_target(tests_${arg_LABEL})  # all programs of a label, for those who want to build no more
   endif()
   add_dependencies(tests_${arg_LABEL} ${program})
   if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
+    set(arg_TIMEOUT 1200)  # ends what hangs, on a machine as busy as may be; no test is judged by the time it takes
   endif()
   if(CMAKE_CROSSCOMPILING)
     add_test(NAME ${arg_LABEL}.${arg_NAME} COMMAND ${program} --gtest_brief=1 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${arg_LABEL}.${arg_NAME} PROPERTIES LABELS "${arg_LABEL};${arg_NAME}" TIMEOUT 600)
+    set_tests_properties(${arg_LABEL}.${arg_NAME} PROPERTIES LABELS "${arg_LABEL};${arg_NAME}" TIMEOUT 3600)
     return()
   endif()
   gtest_discover_tests(${program} TEST_PREFIX "${arg_LABEL}.${arg_NAME}." DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
-    DISCOVERY_TIMEOUT 60
+    DISCOVERY_TIMEOUT 600
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     TEST_LIST ${program}_cases
     PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
@@ -132,13 +194,55 @@ function(m100_tests)
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels})
 endfunction()
 
+# `cmake --install` after a partial build names the target to build, before it copies anything. Call it before the first
+# install rule.
+function(m100_check_before_install)
+  install(CODE "file(STRINGS \"${CMAKE_CURRENT_BINARY_DIR}/installed_files.txt\" files)
+    foreach(file IN LISTS files)
+      if(NOT EXISTS \"\${file}\")
+        message(FATAL_ERROR \"\${file} is not built: run cmake --build ${CMAKE_BINARY_DIR} --target installed_modules\")
+      endif()
+    endforeach()")
+endfunction()
+
 # Installs what the modules exported, so that find_package(m100) works elsewhere (see host_tests/consumer).
 function(m100_install_package)
+  get_target_property(modules installed_modules MANUALLY_ADDED_DEPENDENCIES)
+  list(TRANSFORM modules REPLACE "(.+)" "$<TARGET_FILE:\\1>")
+  list(JOIN modules "\n" files)
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/installed_files.txt CONTENT "${files}\n")
   install(EXPORT m100Targets NAMESPACE m100:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/m100)
+  set(needs "find_dependency(Eigen3 3.4)\n")
+  set(files ${CMAKE_CURRENT_BINARY_DIR}/m100Config.cmake ${CMAKE_CURRENT_BINARY_DIR}/m100ConfigVersion.cmake)
+  if(TARGET MbedCrypto::mbedcrypto)
+    string(APPEND needs "list(APPEND CMAKE_MODULE_PATH \${CMAKE_CURRENT_LIST_DIR})\nfind_dependency(MbedCrypto)\n"
+                        "list(REMOVE_ITEM CMAKE_MODULE_PATH \${CMAKE_CURRENT_LIST_DIR})\n")
+    list(APPEND files ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/FindMbedCrypto.cmake)
+  endif()
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/m100Config.cmake
-    "include(CMakeFindDependencyMacro)\nfind_dependency(Eigen3 3.4)\n"
-    "include(\${CMAKE_CURRENT_LIST_DIR}/m100Targets.cmake)\n")
+    "include(CMakeFindDependencyMacro)\n${needs}include(\${CMAKE_CURRENT_LIST_DIR}/m100Targets.cmake)\n")
   write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/m100ConfigVersion.cmake COMPATIBILITY SameMajorVersion)
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/m100Config.cmake ${CMAKE_CURRENT_BINARY_DIR}/m100ConfigVersion.cmake
-          DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/m100)
+  install(FILES ${files} DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/m100)
+  m100_install_pkg_config()
+endfunction()
+
+# The same for those who use pkg-config: one package of all libraries, in a group because they refer to each other. Where it
+# was moved to, pkg-config finds out by itself.
+function(m100_install_pkg_config)
+  get_target_property(modules installed_modules MANUALLY_ADDED_DEPENDENCIES)
+  list(REMOVE_ITEM modules m100_aes)  # needs mbedTLS, which has no .pc file everywhere
+  list(TRANSFORM modules REPLACE "(.+)" "-l\\1")
+  list(JOIN modules " " libraries)
+  get_target_property(definitions m100_numerics INTERFACE_COMPILE_DEFINITIONS)
+  list(TRANSFORM definitions PREPEND "-D")
+  list(JOIN definitions " " definitions)
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/m100.pc "prefix=\${pcfiledir}/../..
+Name: m100
+Description: ${PROJECT_DESCRIPTION}
+Version: ${PROJECT_VERSION}
+Requires: eigen3
+Cflags: -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}/m100 ${definitions} -ffp-contract=off -fno-fast-math -fno-math-errno
+Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -Wl,--start-group ${libraries} -Wl,--end-group
+")
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/m100.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()

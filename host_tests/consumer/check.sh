@@ -1,12 +1,49 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs the built package into a scratch prefix and builds and runs the consumer against it.
-# Usage: check.sh BUILD_DIR CONSUMER_SOURCE CXX_FLAGS
-set -eu
+# The package as somebody else gets it: installed from the build into a scratch prefix, moved to another place, and there
+# found, linked and run by a project of its own. No exported file may name a place of this machine. What was not built is
+# named, with the target to build, before anything is copied.
+# Usage: check.sh SOURCE BUILD CXX_FLAGS
+set -euo pipefail
+source=$1 build=$2 flags=${3:-}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-cmake --install "$1" --prefix "$scratch/prefix" >"$scratch/install.log" || { cat "$scratch/install.log"; exit 1; }
-cmake -S "$2" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_BUILD_TYPE=Release \
-  -DCMAKE_CXX_FLAGS="${3:-}" >"$scratch/configure.log" || { cat "$scratch/configure.log"; exit 1; }
-cmake --build "$scratch/build" >"$scratch/build.log" || { cat "$scratch/build.log"; exit 1; }
-"$scratch/build/consumer"
+quietly() { "$@" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }; }
+
+quietly cmake --install "$build" --prefix "$scratch/prefix"
+mv "$scratch/prefix" "$scratch/moved"
+# An absolute path begins with a slash that follows no name, no variable and no other path.
+if grep -rnE '(^|[^A-Za-z0-9_.}/*>])/[A-Za-z0-9_]' --include='*.cmake' "$scratch/moved"; then
+  echo 'an exported file names a place of this machine'
+  exit 1
+fi
+mapfile -t libraries < <(find "$scratch/moved" -name '*.a')
+[ -n "$flags" ] || "$source/host_tests/habit/holds_no_path.sh" "$source" "${libraries[@]}"
+
+quietly cmake -S "$source/host_tests/consumer" -B "$scratch/build" -DCMAKE_PREFIX_PATH="$scratch/moved" \
+  -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS="$flags"
+quietly cmake --build "$scratch/build"
+for example in consumer parser observer mpc; do
+  quietly "$scratch/build/$example"
+done
+
+# The same without CMake.
+export PKG_CONFIG_PATH=$(dirname "$(find "$scratch/moved" -name m100.pc)")
+for example in parser observer mpc; do
+  # shellcheck disable=SC2046
+  quietly c++ -std=c++20 $flags "$source/host_tests/consumer/$example.cpp" -o "$scratch/$example" $(pkg-config --cflags --libs m100)
+  quietly "$scratch/$example"
+done
+
+# A build in which one library is missing.
+mkdir "$scratch/partial"
+cp "$build/cmake_install.cmake" "$scratch/partial"
+sed "1s/.*/${scratch//\//\\/}\/libm100_not_built.a/" "$build/installed_files.txt" >"$scratch/partial/installed_files.txt"
+sed -i "s#$build/installed_files.txt#$scratch/partial/installed_files.txt#" "$scratch/partial/cmake_install.cmake"
+if cmake -DCMAKE_INSTALL_PREFIX="$scratch/nothing" -P "$scratch/partial/cmake_install.cmake" >"$scratch/log" 2>&1; then
+  echo 'a partial build was installed'
+  exit 1
+fi
+grep -q 'libm100_not_built.a is not built: run cmake --build .* --target installed_modules' <(tr -s '\n ' ' ' <"$scratch/log") ||
+  { cat "$scratch/log" && exit 1; }
+[ ! -e "$scratch/nothing" ] || { echo 'something was copied before the check' && exit 1; }

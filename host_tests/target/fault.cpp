@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a program that breaks leaves behind: argument assertion | undefined | address | overflow | interrupt | abort.
+// What a program that breaks leaves behind: argument assertion | undefined | address | overflow | interrupt | abort |
+// hang | fed.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
 
 #include "firmware/core/assert.h"
+#include "hal/cortex_m/cmsdk_watchdog.h"
 #include "hal/cortex_m/exceptions.h"
 #include "hal/cortex_m/mps2.h"
 #include "hal/cortex_m/semihosting.h"
+#include "hal/cortex_m/systick_clock.h"
 
 namespace {
+
+m100::hal::SysTickClock* system_clock = nullptr;
 
 /// Deviation: a recursion without an end, to overflow the stack.
 [[gnu::noinline]] std::uint32_t dig(std::uint32_t depth) {
@@ -19,7 +24,33 @@ namespace {
   return depth == 0xFFFFFFFFU ? 0 : dig(depth + 1) + frame[depth % 64];
 }
 
+/// A watchdog of 20 ms; fed in each of 8 periods of 10 ms, or never.
+void hang(bool fed) {
+  using namespace m100;
+  static hal::SysTickClock clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
+  hal::CmsdkWatchdog watchdog(hal::mps2::watchdog(), hal::mps2::watchdog_lock(), hal::mps2::kClock_hz);
+  system_clock = &clock;
+  clock.start();
+  watchdog.start(std::chrono::milliseconds(20));
+  const core::TimePoint start = clock.now();
+  for (int period = 1; period <= 8; ++period) {
+    clock.sleep_until(start + period * std::chrono::milliseconds(10));
+    if (fed) {
+      watchdog.feed();
+    }
+  }
+  hal::print("never bitten\n");
+}
+
 }  // namespace
+
+extern "C" {
+void SysTick_Handler() { system_clock->on_period(); }
+void NMI_Handler() {
+  m100::hal::print("watchdog\n");
+  m100::hal::exit_emulator(m100::hal::kExitOfWatchdog);
+}
+}
 
 int main() {
   const std::string_view how = m100::hal::argument(1);
@@ -38,6 +69,8 @@ int main() {
     asm volatile("dsb\n isb");
   } else if (how == "abort") {
     std::abort();
+  } else if (how == "hang" || how == "fed") {
+    hang(how == "fed");
   }
   return 0;
 }

@@ -15,7 +15,7 @@
 namespace m100::target {
 
 /// As much of a 921600 baud line as the program takes in one tick.
-inline constexpr std::size_t kHostileBytes = app::SerialLink::kBytesPerTick;
+inline constexpr std::size_t kHostileBytes = link::SerialLink::kBatchBytes;
 
 /// What a line can do to a parser, in turn: only start bytes; headers with a good checksum and the longest length, one
 /// after the other; noise.

@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# A package of host_tests/package as a board gets it: installed by dpkg into a root of its own and started there.
+# Usage: package_test.sh FILE.deb
+set -euo pipefail
+package=$(realpath "$1")
+machine=$(dpkg-deb --field "$package" Architecture)
+root=$(mktemp -d)
+trap 'rm -rf "$root"' EXIT
+fail() { echo "$(basename "$package"): $*" >&2; exit 1; }
+
+mkdir -p "$root/var/lib/dpkg/"{info,updates} "$root/etc"
+: >"$root/var/lib/dpkg/status"
+mkdir -p "$root/var/lib/dpkg" && echo "$machine" >"$root/var/lib/dpkg/arch"
+[ "$machine" = "$(dpkg --print-architecture)" ] || foreign=(--force-architecture)
+dpkg --root="$root" --force-not-root --force-depends "${foreign[@]}" --log=/dev/null --install "$package" >/dev/null 2>"$root/log" ||
+  { cat "$root/log"; fail "cannot be installed"; }
+
+case "$machine" in
+  amd64) run=() ;;
+  arm64) run=(qemu-aarch64) ;;
+  armhf) run=(qemu-arm) ;;
+esac
+m100() { "${run[@]}" "$root/usr/bin/m100" "$@"; }
+file=$root/usr/bin/m100
+[ -z "$(readelf --dynamic "$file" 2>/dev/null | grep NEEDED)" ] || fail "needs libraries"
+[ -z "$(readelf --sections "$file" | grep -w .symtab)" ] || fail "is not stripped"
+
+version=$(dpkg-deb --field "$package" Version)
+m100 --version | grep -q "^m100 $version " || fail "--version says: $(m100 --version)"
+m100 --version | grep -q '^tables: ' || fail "--version says nothing of tables"
+
+# The examples belong together, and the service's files are where the service looks.
+examples=$root/usr/share/doc/m100/examples
+m100 check --vehicle "$examples/vehicle.toml" --gains "$examples/gains.bin" --flight "$examples/flight.toml" >/dev/null ||
+  fail "the examples do not agree"
+code=0
+m100 fly --port "$root/none" --pose-port "$root/none" --vehicle "$examples/vehicle.toml" --gains "$examples/gains.bin" \
+  --flight "$examples/flight.toml" >/dev/null 2>"$root/log" || code=$?
+[ "$code" = 2 ] || fail "fly without a port ends with $code"
+grep -q "$root/none: no such serial port" "$root/log" || fail "fly without a port says: $(cat "$root/log")"
+
+unit=$root/lib/systemd/system/m100.service
+[ -s "$unit" ] || fail "the unit file is missing"
+! grep -v '^#' "$unit" | grep -q -- --take-control || fail "the service takes control by itself"
+grep -q '^Restart=on-failure' "$unit" && grep -q '^WatchdogSec=' "$unit" && grep -q '^KillMode=process' "$unit" ||
+  fail "the service lacks its restart, its watchdog or its way to end"
+# Every name in the unit stands in the environment file, and every option is one of the program's.
+for name in $(grep -o '\$[{]*M100_[A-Z_]*' "$unit" | tr -d '${' | sort -u); do
+  grep -q "^$name=" "$root/etc/m100/m100.env" || fail "$name is set nowhere"
+done
+m100 fly --help >"$root/help"
+for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
+  grep -q -- "$option " "$root/help" || fail "the service uses $option, which fly does not know"
+done
+if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
+  said=$(systemd-analyze verify --man=no --root="$root" m100.service 2>&1 | grep -i 'm100.service:.*\(unknown\|failed to parse\|bad\|invalid\)' || true)
+  [ -z "$said" ] || fail "systemd-analyze: $said"
+fi
+
+# The manual and the completion know every subcommand.
+page=$(zcat -f "$root/usr/share/man/man1/m100.1"*)
+subcommands=$(m100 --help | sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\)  *.*/\1/p')
+[ "$(wc -w <<<"$subcommands")" -ge 6 ] || fail "--help lists: $subcommands"
+for subcommand in $subcommands; do
+  grep -qx ".B $subcommand" <<<"$page" || fail "m100.1 does not know $subcommand"
+done
+courses=$(zcat -f "$root/usr/share/man/man5/m100-course.5"*)
+while read -r word; do
+  grep -qF ".B $word" <<<"$courses" || fail "m100-course.5 does not know $word"
+done < <(sed -n '/A course file has/,$s/^  \([a-z][a-z0-9_,]*\).*/\1/p' "$root/help")
+bash -n "$root/usr/share/bash-completion/completions/m100"
+if [ "$machine" = amd64 ]; then
+  offered=$(PATH=$root/usr/bin:$PATH bash -c '. "$0"; COMP_WORDS=(m100 fly --pose-p); COMP_CWORD=2; _m100; echo "${COMPREPLY[*]}"' \
+    "$root/usr/share/bash-completion/completions/m100")
+  [ "$offered" = --pose-port ] || fail "completion offers '$offered' for --pose-p"
+fi
+[ -s "$root/lib/udev/rules.d/60-m100.rules" ] || fail "the udev rules are missing"
+[ -s "$root/usr/share/doc/m100/CHANGELOG.md" ] || fail "the changelog is missing"
+dpkg --root="$root" --force-not-root --log=/dev/null --purge m100 >/dev/null 2>&1 || fail "cannot be removed"
+[ ! -e "$root/usr/bin/m100" ] || fail "leaves the program behind"
+echo "$(basename "$package"): installed, started and removed in a test root"
