@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/flight_file.h"
 
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <sstream>
+
+#include "firmware/companion/files/toml_text.h"
 
 namespace m100::companion {
 namespace {
@@ -197,10 +197,9 @@ Mode mode_of(std::string_view word, const std::string& where) {
 FlightFile parse_flight(std::string_view text, const std::string& name) {
   toml::table root;
   try {
-    root = toml::parse(text);
-  } catch (const toml::parse_error& wrong) {
-    throw FlightFileError(name + ":" + std::to_string(wrong.source().begin.line) + ": " +
-                          std::string(wrong.description()));
+    root = parse_toml(text);
+  } catch (const TomlTextError& wrong) {
+    throw FlightFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
   }
   FlightFile flight;
   read_section(root, "", name, flight);

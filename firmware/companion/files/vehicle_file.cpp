@@ -2,7 +2,6 @@
 #include "firmware/companion/files/vehicle_file.h"
 
 #define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
-#include <toml++/toml.h>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <type_traits>
 
 #include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/toml_text.h"
 #include "firmware/companion/files/vehicle_keys.h"
 
 namespace m100::companion {
@@ -211,10 +211,9 @@ VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
   VehicleFile file;
   toml::table root;
   try {
-    root = toml::parse(text);
-  } catch (const toml::parse_error& wrong) {
-    throw VehicleFileError(name + ":" + std::to_string(wrong.source().begin.line) + ": " +
-                           std::string(wrong.description()));
+    root = parse_toml(text);
+  } catch (const TomlTextError& wrong) {
+    throw VehicleFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
   }
   if (root.empty()) {
     throw VehicleFileError(name + ": the file is empty");

@@ -2,11 +2,11 @@
 #include "host_tests/lab/logs/column_map.h"
 
 #define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
-#include <toml++/toml.h>
 
 #include <cmath>
 #include <cstdint>
 
+#include "firmware/companion/files/toml_text.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
@@ -107,9 +107,9 @@ void check_quaternion(const ColumnMap& map, Signal first, Signal angle, int angl
 ColumnMap parse_column_map(std::string_view text, const std::string& file) {
   toml::table root;
   try {
-    root = toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    throw InputError(file, static_cast<long>(error.source().begin.line), "", printable(error.description(), 200));
+    root = companion::parse_toml(text);
+  } catch (const companion::TomlTextError& error) {
+    throw InputError(file, error.line, "", printable(error.what(), 200));
   }
   ColumnMap map;
   map.file = file;

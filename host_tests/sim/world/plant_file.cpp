@@ -2,7 +2,6 @@
 #include "host_tests/sim/world/plant_file.h"
 
 #define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
-#include <toml++/toml.h>
 #include <algorithm>
 #include <fstream>
 #include <functional>
@@ -12,6 +11,7 @@
 #include <sstream>
 #include <type_traits>
 
+#include "firmware/companion/files/toml_text.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/sim/world/plant_keys.h"
 
@@ -324,10 +324,9 @@ class Reader {
 Plant parse_plant(std::string_view text, const std::string& name, const Plant& base) {
   toml::table root;
   try {
-    root = toml::parse(text);
-  } catch (const toml::parse_error& wrong) {
-    throw PlantFileError(name + ":" + std::to_string(wrong.source().begin.line) + ": " +
-                         std::string(wrong.description()));
+    root = companion::parse_toml(text);
+  } catch (const companion::TomlTextError& wrong) {
+    throw PlantFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
     throw PlantFileError(name + ": the file is empty; a comment makes it the base plant, on purpose");
