@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/files/vehicle_file.h"
 
-#define TOML_ASSERT(condition) static_cast<void>(0)  // its debug checks abort on damaged input, which we refuse
 #include <array>
 #include <charconv>
 #include <cmath>
