@@ -12,6 +12,7 @@
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/subcommands.h"
+#include "firmware/model/tilt_limit.h"
 
 namespace m100::companion {
 namespace {
@@ -38,8 +39,9 @@ std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<dou
     out.push_back({file.sections.contains(section), std::string("[") + section + "] is in the vehicle file"});
   }
   const double limit = vehicle.translation.tilt_limit_rad;
-  out.push_back({same(tables.x.input_max_rad, limit) && same(tables.y.input_max_rad, limit),
-                 "the tables' input limit is the vehicle's tilt limit"});
+  const double slope = model::slope_at_limit(limit);
+  out.push_back({same(tables.x.input_max_rad, slope) && same(tables.y.input_max_rad, slope),
+                 "the tables' input limit is the tangent of the vehicle's tilt limit"});
   out.push_back({limit <= envelope.tilt_rad + 1e-12, "the tilt limit is inside the supervisor's envelope"});
   out.push_back(
       {vehicle.altitude.climb_limit_m_s <= envelope.climb_m_s, "the climb limit is inside the supervisor's envelope"});

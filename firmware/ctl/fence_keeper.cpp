@@ -2,7 +2,7 @@
 #include "firmware/ctl/fence_keeper.h"
 
 #include "firmware/core/maths.h"
-#include "firmware/model/vehicle.h"
+#include "firmware/model/tilt_limit.h"
 
 namespace m100::ctl {
 namespace {
@@ -13,7 +13,8 @@ constexpr double kLargestMarginShare = 0.25;  // of a box that is narrow
 // an aircraft of that loop, over speeds, tilts and winds.
 constexpr double kReaction_s = 0.35;
 constexpr double kStillGaining_s = 0.3;
-constexpr double kBraking_m_s2 = 0.95 * 4.28;  // of g tan(tilt limit), the limit of 0.4363 being a tangent
+// The law tilts by degrees where it brakes, not at once: a tenth less than the limit gives.
+constexpr double kBraking_m_s2 = 0.89 * model::acceleration_at_limit_m_s2(model::Translation{}.tilt_limit_rad);
 constexpr double kLeastBraking_m_s2 = 1.0;
 constexpr double kGustShare = 0.3;   // of the wind, as an amplitude
 constexpr double kDrag_per_s = 0.3;  // a free rotor aircraft: published 0.2 to 0.5

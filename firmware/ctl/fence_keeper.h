@@ -13,7 +13,7 @@ namespace m100::ctl {
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
 /// where t is the time until the attitude has turned round (transport delay, attitude loop, command period), s < t
 /// until it has passed level, a0 >= 0 what tilt, wind and gusts of the wind class add meanwhile, and
-///   a = 0.95 g tan(tilt limit) - gusts - the wind that blows towards the side now, at least 1 m/s^2.
+///   a = 0.89 g tan(tilt limit) - gusts - the wind that blows towards the side now, at least 1 m/s^2.
 /// A state is admitted if position, stopping distance and three sigmas of position end before the side. Where they do
 /// not, the reference is moved, by degrees, to a place behind the aircraft: the law brakes with all its tilt. The
 /// estimate goes on when the pose is lost, so the same holds while coasting. T is float or double.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "firmware/model/vehicle.h"
+#include "firmware/model/tilt_limit.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -99,7 +99,7 @@ Cell spread_of(const std::vector<Cell>& cells) {
 }
 
 double time_optimal_rms_m(const std::vector<double>& steps_m, double tilt_rad, double window_s) {
-  const double acceleration = model::kGravity_m_s2 * std::tan(tilt_rad);
+  const double acceleration = model::acceleration_at_limit_m_s2(tilt_rad);
   double integral = 0.0;
   for (const double step_m : steps_m) {
     const double half_s = std::sqrt(std::abs(step_m) / acceleration);

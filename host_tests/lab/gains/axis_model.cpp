@@ -6,6 +6,7 @@
 
 #include "firmware/core/assert.h"
 #include "firmware/model/exponential.h"
+#include "firmware/model/tilt_limit.h"
 #include "firmware/mpc/problem.h"
 
 namespace m100::lab::gains {
@@ -83,7 +84,7 @@ AxisProblem axis_problem(const model::Vehicle& vehicle, Axis axis) {
   out.r = vehicle.mpc.input;
   out.rd = vehicle.mpc.input_rate;
   out.p = riccati(out.step.a, out.step.b, out.q.asDiagonal(), out.r);
-  out.u_max = vehicle.translation.tilt_limit_rad;
+  out.u_max = model::slope_at_limit(vehicle.translation.tilt_limit_rad);
   out.u_min = -out.u_max;
   out.input_gain = continuous.input_gain;
   out.tilt_sign = continuous.tilt_sign;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 
@@ -24,6 +25,15 @@ TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
 TEST(GeneratedTable, CarriesTheWholeVehicle) {
   const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
   EXPECT_EQ(companion::to_text(mpc::generated::kVehicle, {}), companion::to_text(file.vehicle, {}));
+}
+
+// The inputs of the program are slopes: a box that ended at the angle would end at 23.6 degrees.
+TEST(GeneratedTable, EndsAtTheTiltLimitInDegrees) {
+  const double limit_rad = mpc::generated::kVehicle.translation.tilt_limit_rad;
+  for (const mpc::GainTable<double>* table : {&mpc::generated::kX<double>, &mpc::generated::kY<double>}) {
+    EXPECT_NEAR(std::atan(table->input_max_rad), limit_rad, 1e-15);
+    EXPECT_NEAR(std::atan(table->input_min_rad), -limit_rad, 1e-15);
+  }
 }
 
 TEST(GeneratedTable, InFloatIsTheDoubleRounded) {

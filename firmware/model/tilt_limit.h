@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/assert.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::model {
+
+/// Tangent of a tilt limit in rad, 0 to 0.7 (the range of the vehicle file's key): the slope of the thrust there. The
+/// controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height is
+/// gravity times the slope; so the box of the MPC ends here, and 25 degrees are 25 degrees.
+///
+/// A constant expression, which core::tan is not: the fence's braking is one. Within 1e-15 of the tangent.
+constexpr double slope_at_limit(double tilt_limit_rad) {
+  M100_ASSERT(tilt_limit_rad >= 0.0 && tilt_limit_rad <= 0.7);
+  double sine = 0.0, cosine = 0.0, term = 1.0;
+  for (int k = 0; k < 20; k += 2) {  // Taylor; 0.7^20 / 20! is 3e-22
+    const double next = term * tilt_limit_rad / (k + 1);
+    cosine += term;
+    sine += next;
+    term = -next * tilt_limit_rad / (k + 2);
+  }
+  return sine / cosine;
+}
+
+/// The largest horizontal acceleration at that tilt, air and tilt gain apart.
+constexpr double acceleration_at_limit_m_s2(double tilt_limit_rad) {
+  return kGravity_m_s2 * slope_at_limit(tilt_limit_rad);
+}
+
+}  // namespace m100::model
