@@ -64,6 +64,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
   timing_.update(measured, estimate_.yaw_rad);                        // times of capture as they were, not as told
   estimate_ = observer_.update(measured, in_force_, elapsed_);        // -> state estimate
+  stand_ready(now);                                                   // a flight that begins in this tick begins here
   trajectory_.fill(reference_, now, law_.lead());                     // -> reference
   fence_.hold(reference_, estimate_);                                 // inside the fence, and where one can stop
   wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
@@ -198,6 +199,15 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
 }
 
 template <typename T, typename S>
+void FlightController<T, S>::stand_ready(core::TimePoint now) {
+  if (safety::passes_law(supervisor_.rung())) {
+    return;
+  }
+  trajectory_.start(now);
+  law_.reset();
+}
+
+template <typename T, typename S>
 void FlightController<T, S>::start_when_nominal(safety::Rung before, core::TimePoint now) {
   const bool flew = before == safety::Rung::kNominal || before == safety::Rung::kCoast;
   if (grant_.rung != safety::Rung::kNominal || flew) {
@@ -205,9 +215,7 @@ void FlightController<T, S>::start_when_nominal(safety::Rung before, core::TimeP
   }
   order_until_ = now;
   started_ = now;
-  trajectory_.start(now);
   excitation_.start(now);
-  law_.reset();
   commands_.reset();
 }
 

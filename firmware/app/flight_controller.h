@@ -98,6 +98,9 @@ class FlightController {
   core::Pose<double> pose(core::TimePoint now);
   safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
+  /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
+  /// known only after the law has computed the command that then leaves.
+  void stand_ready(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
   void excite(core::TimePoint now);
   vrc::Stick excited_stick() const;

@@ -137,10 +137,8 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
 
 template <typename T>
 void FlightLaw<T>::reset() {
-  for (Axis* axis : {&x_, &y_}) {
-    axis->mpc.reset();
-    axis->predictor.reset();
-  }
+  x_.mpc.reset();
+  y_.mpc.reset();
   height_.reset();
 }
 

@@ -59,7 +59,7 @@ class FlightLaw {
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
   const LawReport& report() const { return report_; }
-  /// For a start in the air: integral and active sets forgotten, pipes filled with level.
+  /// For a start in the air: integral and active sets forgotten. The pipes keep what the autopilot was told.
   void reset();
 
  private:

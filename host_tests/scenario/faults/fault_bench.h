@@ -91,6 +91,8 @@ class FaultBench {
   sim::World& world() { return world_; }
   app::FlightController<double>& controller() { return *controller_; }
   log::FlightLog& log() { return log_; }
+  ref::Trajectory<double>& course() { return course_; }  ///< standing at the place of the start
+  const core::Vector<double, 3>& place() const { return start_.position_w_m; }
   Rung rung() const { return controller_->grant().rung; }
   bool commanding() const { return controller_->grant().transmit; }
   const sim::N1Record& noted() { return world_.autopilot().record(); }

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How a flight by the law begins, and which orders begin one.
+#include <gtest/gtest.h>
+
+#include "host_tests/scenario/faults/fault_bench.h"
+
+namespace m100::scenario {
+namespace {
+
+// Catches a course that is started after its first command has left: until then its time counts from the start of the
+// program, so the command is computed for the course's end, 2 m away.
+TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
+  FaultBench bench;
+  ref::Waypoint<double> there;
+  there.position_w_m = bench.place() + core::Vector<double, 3>{2.0, 0.0, 0.5};
+  ASSERT_EQ(bench.course().append_quintic(there, seconds(1)), core::Status::kOk);
+  bench.run(seconds(2));
+  ASSERT_EQ(bench.controller().link().authority().stage, safety::Stage::kReady);
+  for (int flight = 0; flight < 2; ++flight) {
+    bench.controller().engage();
+    ASSERT_TRUE(bench.until(Rung::kNominal, seconds(10)).has_value()) << flight;
+    const ref::Window<double>& reference = bench.controller().reference();
+    // 40 ms of transport delay into a quintic of 1 s are 1.3 mm.
+    EXPECT_NEAR(reference.x[0].position_m, bench.place().x(), 0.01) << flight;
+    EXPECT_NEAR(reference.height.position_m, bench.place().z(), 0.01) << flight;
+    EXPECT_EQ(bench.controller().started(), bench.world().now()) << flight;
+    bench.run(milliseconds(200));
+    bench.controller().release();
+    ASSERT_TRUE(bench.until(Rung::kSilent, seconds(3)).has_value());
+    bench.run(seconds(3));
+  }
+}
+
+}  // namespace
+}  // namespace m100::scenario
