@@ -16,8 +16,16 @@ namespace m100::ctl {
 /// AltitudeGains.
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
-/// Height PID (paper, III-E.2) with velocity feed-forward:
-///   u = w_ref + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]
+/// What the height shall be and do.
+template <typename T>
+struct HeightReference {
+  T height_m{0};
+  T climb_m_s{0};          ///< w_ref
+  T climb_command_m_s{0};  ///< w_cmd: what has to be told for the vehicle to climb with w_ref, ahead of it by the lag
+};
+
+/// Height PID (paper, III-E.2) with feed-forward:
+///   u = w_cmd + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]
 /// The derivative acts on the measured climb speed, so a step of the reference gives no kick. The integral stands still
 /// while the output is at its limit and e would drive it further. Output within +-climb_limit.
 template <typename T>
@@ -25,11 +33,11 @@ class AltitudePid {
  public:
   explicit AltitudePid(const model::AltitudeGains& gains) : gains_(gains) {}
 
-  T update(T reference_m, T reference_climb_m_s, T height_m, T climb_m_s, T step_s) {
-    const T error = reference_m - height_m;
+  T update(const HeightReference<T>& reference, T height_m, T climb_m_s, T step_s) {
+    const T error = reference.height_m - height_m;
     const T limit = static_cast<T>(gains_.climb_limit_m_s);
-    const T steady = reference_climb_m_s + static_cast<T>(gains_.proportional_per_s) * error +
-                     static_cast<T>(gains_.derivative) * (reference_climb_m_s - climb_m_s);
+    const T steady = reference.climb_command_m_s + static_cast<T>(gains_.proportional_per_s) * error +
+                     static_cast<T>(gains_.derivative) * (reference.climb_m_s - climb_m_s);
     const T integral = core::clamp(integral_m_s_ + static_cast<T>(gains_.integral_per_s2) * error * step_s,
                                    static_cast<T>(gains_.integral_min_m_s), static_cast<T>(gains_.integral_max_m_s));
     const bool winds_up = (steady + integral > limit && error > T(0)) || (steady + integral < -limit && error < T(0));

@@ -125,12 +125,13 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
   const core::Euler<T> attitude =
       core::attitude_of(core::Slope<T>{.x = slope_x, .y = slope_y}, estimate.yaw_rad, heading);
   const ref::AxisReference<T>& height = reference.height;
-  const T climb = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2;
+  const HeightReference<T> wanted{.height_m = height.position_m,
+                                  .climb_m_s = height.velocity_m_s,
+                                  .climb_command_m_s = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2};
   Command<T> command;
   command.roll_rad = attitude.roll_rad;
   command.pitch_rad = attitude.pitch_rad;
-  command.climb_m_s =
-      height_.update(height.position_m, climb, estimate.height_m, estimate.climb_m_s, core::seconds<T>(elapsed));
+  command.climb_m_s = height_.update(wanted, estimate.height_m, estimate.climb_m_s, core::seconds<T>(elapsed));
   command.yaw_rate_rad_s = yaw_.update(reference.yaw_rad, reference.yaw_rate_rad_s, estimate.yaw_rad);
   return command;
 }
