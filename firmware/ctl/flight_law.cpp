@@ -21,17 +21,29 @@ model::AltitudeGains altitude_gains(const model::Vehicle& vehicle, const FlightL
 
 }  // namespace
 
+InverseLags inverse_lags(const model::StickAxis& axis) {
+  double first_s = 0.0;
+  double second_s2 = 0.0;
+  if (axis.is_first_order()) {
+    first_s = axis.time_constant_s;
+  } else if (axis.natural_frequency_rad_s > 0.0) {
+    const double w = axis.natural_frequency_rad_s;
+    first_s = 2.0 * axis.damping_ratio / w;
+    second_s2 = 1.0 / (w * w);
+  } else {
+    return {};
+  }
+  const double left_s = first_s - axis.lead_zero_s;
+  return {.first_s = left_s, .second_s2 = second_s2 - axis.lead_zero_s * left_s};
+}
+
 template <typename T>
 typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis,
                                                     mpc::Law law) {
   Axis made{.mpc = mpc::HorizontalMpc<T>(table, law), .predictor = mpc::DelayPredictor<T>(table.delay)};
-  if (axis.is_first_order()) {
-    made.first_lag_s = static_cast<T>(axis.time_constant_s - axis.lead_zero_s);
-  } else if (axis.natural_frequency_rad_s > 0.0) {
-    const double w = axis.natural_frequency_rad_s;
-    made.first_lag_s = static_cast<T>(2.0 * axis.damping_ratio / w - axis.lead_zero_s);
-    made.second_lag_s2 = static_cast<T>(1.0 / (w * w));
-  }
+  const InverseLags lags = inverse_lags(axis);
+  made.first_lag_s = static_cast<T>(lags.first_s);
+  made.second_lag_s2 = static_cast<T>(lags.second_s2);
   return made;
 }
 

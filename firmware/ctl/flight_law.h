@@ -26,6 +26,15 @@ struct FlightLawOptions {
   mpc::Law horizontal = mpc::Law::kMpc;
 };
 
+/// The inverse of an attitude loop up to the second derivative: u = t + first t' + second t'' makes it follow t.
+struct InverseLags {
+  double first_s = 0.0;    ///< T1
+  double second_s2 = 0.0;  ///< T2
+};
+/// (1 + a s + b s^2) / (1 + L s) = 1 + (a - L) s + (b - L (a - L)) s^2 + ..., with a = 2 z / w and b = 1 / w^2, or
+/// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
+InverseLags inverse_lags(const model::StickAxis& axis);
+
 /// How the horizontal commands came about in the last tick, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
@@ -40,7 +49,7 @@ struct LawReport {
 ///  1. The command in force goes into the pipe of the DelayPredictor; the state is predicted to now + delay.
 ///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
 ///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
-///     (T1 = 2 z / w, T2 = 1 / w^2, or T1 = tau: the input that makes the attitude loop follow t_ref).
+///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
 ///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that less m. So neither
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
 /// Then both tilts are limited together, keeping their direction, and turned by yaw into roll and pitch.

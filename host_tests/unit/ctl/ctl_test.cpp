@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "firmware/ctl/altitude_pid.h"
+#include "firmware/ctl/flight_law.h"
 #include "firmware/ctl/yaw_p.h"
 #include "firmware/model/paper.h"
 
@@ -110,6 +111,21 @@ INSTANTIATE_TEST_SUITE_P(
                       Loop{"FastAndLate", first_order(0.05, 0.17), 5.0, 0.0},             // 2 w T - 1 = -0.75
                       Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 1.3256, 0.5730}),  // T = 0.4667, w = 1.6854
     [](const auto& tested) { return tested.param.name; });
+
+// Worked by hand: (1 + 0.2 s + 0.04 s^2) / (1 + 0.05 s) = 1 + 0.15 s + (0.04 - 0.05 * 0.15) s^2 + ...; catches a second
+// term that knows nothing of the lead zero.
+TEST(InverseLags, DivideByTheLeadZero) {
+  model::StickAxis axis = second_order(5.0, 0.5, 0.03);
+  EXPECT_NEAR(inverse_lags(axis).first_s, 0.2, 1e-12);
+  EXPECT_NEAR(inverse_lags(axis).second_s2, 0.04, 1e-12);
+  axis.lead_zero_s = 0.05;
+  EXPECT_NEAR(inverse_lags(axis).first_s, 0.15, 1e-12);
+  EXPECT_NEAR(inverse_lags(axis).second_s2, 0.0325, 1e-12);
+  axis = first_order(0.3, 0.03);
+  axis.lead_zero_s = 0.1;  // (1 + 0.3 s) / (1 + 0.1 s) = 1 + 0.2 s - 0.02 s^2 + ...
+  EXPECT_NEAR(inverse_lags(axis).first_s, 0.2, 1e-12);
+  EXPECT_NEAR(inverse_lags(axis).second_s2, -0.02, 1e-12);
+}
 
 struct Turn {
   const char* name;
