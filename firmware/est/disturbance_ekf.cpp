@@ -333,7 +333,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
   e.pose_age = pose_age_;
   e.refused_poses = refused_in_a_row_;
-  e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? now_ - agreeing_since_ : core::Duration{0};
+  e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? agreeing_until_ - agreeing_since_ : core::Duration{0};
   e.refusal = refusal_;
   e.predicts = started_ && since_start_ >= kSettling && since_attitude_ <= kAttitudeLost;
   e.healthy = e.predicts && since_pose_ <= kPoseLost;

@@ -137,6 +137,7 @@ class DisturbanceEkf {
   core::Duration since_last_{0};  ///< since the moment at which it was true
   core::Duration since_first_{0};
   core::TimePoint agreeing_since_{};  ///< when the first of them came
+  core::TimePoint agreeing_until_{};  ///< when the last of them came: silence refuses nothing
   Real time_sigma_s_{0};              ///< of the newest pose that was used
   EkfCounters counters_;
 };

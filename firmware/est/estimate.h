@@ -44,7 +44,7 @@ struct Estimate {
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  core::Duration refused_for{0};    ///< since the first of those that agree with each other
+  core::Duration refused_for{0};    ///< from the first to the last of those that agree with each other
   Refusal<T> refusal;
   bool predicts = false;  ///< healthy but for the age of the pose: the model's prediction stands
   bool healthy = false;   ///< initialised, finite, covariance inside its limits

@@ -68,6 +68,7 @@ bool DisturbanceEkf<S, Real>::agrees(const core::Pose<Real>& pose) {
   const bool follows = agreeing_ > 0 && moved.squaredNorm() <= way_m * way_m;
   agreeing_ = follows ? agreeing_ + 1 : 1;
   last_pose_ = pose;
+  agreeing_until_ = now_;
   since_last_ = pose.age(now_);
   if (!follows) {
     first_pose_ = pose;

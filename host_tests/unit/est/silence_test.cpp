@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the observer believes while ticks come late, poses stop or telemetry is silent.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/est/disturbance_ekf.h"
+
+namespace m100::est {
+namespace {
+
+using std::chrono::milliseconds;
+
+model::Vehicle vehicle() {
+  model::Vehicle v;
+  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
+    axis->natural_frequency_rad_s = 9.36;
+    axis->damping_ratio = 0.68;
+    axis->transport_delay_s = 0.033;
+  }
+  v.climb.time_constant_s = 0.334;
+  v.yaw_rate.time_constant_s = 0.19;
+  return v;
+}
+
+/// A level aircraft that glides at a constant speed; measured without noise, poses of this moment.
+template <typename Ekf, typename Real>
+struct Glide {
+  Ekf filter{vehicle()};
+  core::TimePoint now{};
+  double speed_m_s = 0.0;
+  double off_m = 0.0;  ///< of the pose
+  double rate_z_rad_s = 0.0;
+  double variance_m2 = 0.0;
+  bool poses = true;
+  bool attitudes = true;
+  double roll_rad = 0.0;
+
+  double x_m() const { return speed_m_s * core::seconds<double>(now.time_since_epoch()); }
+  Estimate<Real> tick(core::Duration elapsed = core::kTickPeriod) {
+    now += elapsed;
+    Measurement<Real> m;
+    m.now = now;
+    m.attitude.is_new = attitudes;
+    m.attitude.roll_rad = static_cast<Real>(roll_rad);
+    m.attitude.rate_b_rad_s.z() = static_cast<Real>(rate_z_rad_s);
+    m.pose.is_new = poses;
+    m.pose.set_captured_at(now);
+    m.pose.position_w_m = {static_cast<Real>(x_m() + off_m), Real(0), Real(1.5)};
+    m.pose.yaw_rad = static_cast<Real>(rate_z_rad_s * core::seconds<double>(now.time_since_epoch()));
+    m.pose.position_variance_m2.setConstant(static_cast<Real>(variance_m2));
+    return filter.update(m, {}, elapsed);
+  }
+  Estimate<Real> run(int ticks) {
+    Estimate<Real> e;
+    for (int i = 0; i < ticks; ++i) {
+      e = tick();
+    }
+    return e;
+  }
+};
+
+template <typename Types>
+class Silence : public ::testing::Test {};
+using Scalars = ::testing::Types<Glide<DoubleEkf, double>, Glide<FloatEkf, float>, Glide<FixedEkf, float>>;
+TYPED_TEST_SUITE(Silence, Scalars);
+
+// Catches a refusal that goes on while nothing comes that could be refused: it would end coasting after 0.3 s.
+TYPED_TEST(Silence, RefusesNothing) {
+  TypeParam glide;
+  glide.run(300);
+  glide.off_m = 0.8;
+  EXPECT_EQ(glide.run(2).refused_poses, 2U);
+  glide.poses = false;
+  const auto e = glide.run(40);
+  EXPECT_EQ(e.refused_poses, 2U);
+  EXPECT_EQ(e.refused_for, milliseconds(10)) << "from the first to the second";
+}
+
+}  // namespace
+}  // namespace m100::est
