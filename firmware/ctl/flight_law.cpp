@@ -66,12 +66,14 @@ FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>&
 
 template <typename T>
 T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant,
-                      T lead_gap_s, T in_force_slope) {
+                      T lead_gap_s, T in_force_slope, int ticks) {
   const mpc::GainTable<T>& table = axis.mpc.table();
   const T offset_rad = estimate.input_offset_rad;
   const T slope = seen(core::tan(estimate.tilt_rad));
   // The pipe holds tangents of what the attitude loop is told, without the offset, which may still change.
-  axis.predictor.sent(in_force_slope);
+  for (; ticks > 0; --ticks) {
+    axis.predictor.sent(in_force_slope);
+  }
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
                                            .tilt_rad = slope,
@@ -122,10 +124,11 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
   M100_ASSERT(elapsed >= core::Duration(0));
   const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
   const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
-  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x));
+  const int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity));
+  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x), ticks);
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
-  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y));
+  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y), ticks);
   report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes};
 
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);

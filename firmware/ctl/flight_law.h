@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "firmware/core/tick_count.h"
 #include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
 #include "firmware/ctl/altitude_pid.h"
@@ -83,13 +84,14 @@ class FlightLaw {
   };
   static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
-          T in_force_slope);
+          T in_force_slope, int ticks);
 
   Axis x_;
   Axis y_;
   AltitudePid<T> height_;
   YawP<T> yaw_;
   core::StandingSlope<T> told_;
+  core::TickCount time_;  ///< of the pipes
   T climb_lag_s_{0};
   T combined_tangent_{0};
   mpc::Problem<T> problem_;

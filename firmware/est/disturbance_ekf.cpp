@@ -109,9 +109,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
                                                core::Duration elapsed) {
   M100_ASSERT(elapsed >= core::Duration(0));
   now_ = measured.now;
-  const auto rounded = (elapsed + core::kTickPeriod / 2) / core::kTickPeriod;
-  const int ticks = rounded < 1 ? 1 : (rounded > kMaxTicks ? kMaxTicks : static_cast<int>(rounded));
-  for (int tick = 0; tick < ticks; ++tick) {
+  for (int ticks = time_.take(elapsed, kMaxTicks); ticks > 0; --ticks) {
     note_command(in_force);
     predict_tick();
   }
@@ -122,7 +120,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
   if (measured.attitude.is_new) {
     use_attitude(measured.attitude);
   }
-  if (measured.pose.is_new) {
+  if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
     use_pose(measured.pose);
   }
   if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {

@@ -8,6 +8,7 @@
 
 #include "firmware/core/assert.h"
 #include "firmware/core/fixed_point.h"
+#include "firmware/core/tick_count.h"
 #include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
 #include "firmware/ctl/command.h"
@@ -57,8 +58,8 @@ struct EkfCounters {
 /// meanwhile (1.5 m/s^2 t^2) is let through. Way back: refused poses that follow from each other for 0.5 s (at most
 /// once in 2 s), or 3 of them after a dropout of more than 0.5 s, are taken as position and, by their difference over
 /// at least 0.1 s, as velocity; disturbance and offset stay. The reason is in the counters. S: double, float or
-/// core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; at most kMaxTicks ticks are caught up
-/// after a stall.
+/// core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; after a stall at most kMaxTicks ticks
+/// are caught up in a call, and no pose is used until the state is of the present.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
@@ -66,7 +67,7 @@ class DisturbanceEkf {
 
   explicit DisturbanceEkf(const model::Vehicle& vehicle);
 
-  /// One tick: from the last call to now, `elapsed` later (rounded to whole ticks, 1 to kMaxTicks).
+  /// One tick: from the last call to now, `elapsed` later. Whole ticks are predicted (core::TickCount), 0 to kMaxTicks.
   Estimate<Real> update(const Measurement<Real>& measured, const ctl::Command<Real>& in_force, core::Duration elapsed);
 
   EkfCounters counters() const;
@@ -126,6 +127,7 @@ class DisturbanceEkf {
   core::Duration since_attitude_{0};
   core::Duration since_pose_{0};  ///< since the last pose that was used
   core::TimePoint now_{};         ///< of this tick, for ages
+  core::TickCount time_;          ///< how far the state is behind it
   core::Duration pose_age_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
   std::uint32_t refused_in_a_row_ = 0;

@@ -39,8 +39,8 @@ class DelayPredictor {
     M100_ASSERT(model.ticks + 1 < kCapacity && model.delay_s >= T(0));
   }
 
-  /// Notes the input that leaves in this tick; once per tick, after predict(). What was really sent, after the
-  /// supervisor, in rad.
+  /// Notes the input that was in force in the tick that has passed, before predict(): what was really sent, after the
+  /// supervisor, in rad. Once for each 10 ms, however late a tick came.
   void sent(T input_rad) {
     newest_ = (newest_ + 1) % kCapacity;
     inputs_rad_[newest_] = input_rad;

@@ -77,5 +77,36 @@ TYPED_TEST(Silence, RefusesNothing) {
   EXPECT_EQ(e.refused_for, milliseconds(10)) << "from the first to the second";
 }
 
+// Catches ticks that are rounded one by one: 17 and 3 ms were predicted as 30.
+TYPED_TEST(Silence, IsPredictedForTheTimeThatHasPassedWhateverTheJitter) {
+  TypeParam glide;
+  glide.speed_m_s = 2.0;
+  glide.run(500);
+  glide.poses = false;
+  for (int i = 0; i < 19; ++i) {
+    glide.tick(milliseconds(17));
+    glide.tick(milliseconds(3));
+  }
+  const auto e = glide.tick();
+  EXPECT_NEAR(static_cast<double>(e.x.position_m), glide.x_m(), 0.03);  // 0.38 s: 0.38 m too far before
+}
+
+// Catches a stall of which only the first 50 ms are predicted, and a pose that is compared with a state of the past.
+TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpOverTheNextTicks) {
+  TypeParam glide;
+  glide.speed_m_s = 2.0;
+  glide.run(500);
+  const std::uint32_t used = glide.filter.counters().poses_used;
+  glide.tick(milliseconds(150));
+  EXPECT_EQ(glide.filter.counters().poses_used, used);
+  glide.poses = false;
+  const auto e = glide.run(3);
+  EXPECT_NEAR(static_cast<double>(e.x.position_m), glide.x_m(), 0.02);
+  glide.poses = true;
+  glide.run(1);
+  EXPECT_EQ(glide.filter.counters().poses_used, used + 1);
+  EXPECT_EQ(glide.filter.counters().poses_refused, 0U);
+}
+
 }  // namespace
 }  // namespace m100::est
