@@ -20,7 +20,9 @@ constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may chang
 constexpr double kLearns_s = 0.15;                // one over the bandwidth by which poses teach the observer a push
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
-constexpr core::Duration kAttitudeLost = milliseconds(100);
+constexpr core::Duration kAttitudeDoubted = milliseconds(100);
+// Longer than telemetry may be old in coast, the model tilting on by the commands; shorter than a silence that ends it.
+constexpr core::Duration kAttitudeSilent = milliseconds(450);
 constexpr core::Duration kPoseLost = milliseconds(1000);
 constexpr core::Duration kLongest = std::chrono::hours(1);
 
@@ -117,7 +119,11 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
        {&since_start_, &since_attitude_, &since_pose_, &pose_age_, &since_recovery_, &since_last_, &since_first_}) {
     *age = older(*age, elapsed);
   }
+  if (since_attitude_ > kAttitudeDoubted) {
+    gyro_yaw_rate_ = S{};  // a turn that nobody sees is not believed to go on
+  }
   if (measured.attitude.is_new) {
+    attitude_refused_ = true;
     use_attitude(measured.attitude);
   }
   if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
@@ -200,6 +206,7 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
   gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
   attitude_known_ = true;
   if (!started_) {
+    attitude_refused_ = false;
     since_attitude_ = attitude.age;
     return;
   }
@@ -212,6 +219,7 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
                                         Number::template number<Real>(tilt_rate.y_rad * kUnit), age);
   if (x == Verdict::kUsed && y == Verdict::kUsed) {
     attitudes_refused_in_a_row_ = 0;
+    attitude_refused_ = false;
     since_attitude_ = attitude.age;
     return;
   }
@@ -333,7 +341,8 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.refused_poses = refused_in_a_row_;
   e.refused_for = refused_in_a_row_ > 0 && agreeing_ > 1 ? agreeing_until_ - agreeing_since_ : core::Duration{0};
   e.refusal = refusal_;
-  e.predicts = started_ && since_start_ >= kSettling && since_attitude_ <= kAttitudeLost;
+  e.predicts = started_ && since_start_ >= kSettling &&
+               since_attitude_ <= (attitude_refused_ ? kAttitudeDoubted : kAttitudeSilent);
   e.healthy = e.predicts && since_pose_ <= kPoseLost;
   return e;
 }

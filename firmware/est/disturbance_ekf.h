@@ -121,6 +121,7 @@ class DisturbanceEkf {
   Real pose_variance_m2_;  ///< of the vehicle file
   S gyro_yaw_rate_{};
   bool attitude_known_ = false;
+  bool attitude_refused_ = false;  ///< the newest one, for whatever reason
   bool started_ = false;
   core::Euler<Real> attitude_{};
   core::Duration since_start_{0};

@@ -31,5 +31,22 @@ TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
   }
 }
 
+// Catches an observer that loses the attitude before telemetry is called old: the flight ended where it had to coast.
+TEST(TelemetryGap, OfATenthToFourTenthsOfASecondIsCoastedThrough) {
+  RecordProperty("promise", "R12");
+  for (const double gap_s : {0.12, 0.2, 0.4}) {
+    FaultBench bench;
+    ASSERT_TRUE(bench.take_off());
+    bench.world().autopilot().happen(sim::N1Happening::kSilence, gap_s);
+    EXPECT_TRUE(bench.until(Rung::kCoast, milliseconds(140)).has_value())
+        << gap_s << " " << static_cast<int>(bench.rung());
+    EXPECT_EQ(bench.controller().supervisor().last_step().cause, safety::Cause::kTelemetryOld) << gap_s;
+    EXPECT_TRUE(bench.until(Rung::kNominal, seconds(1)).has_value()) << gap_s << " " << static_cast<int>(bench.rung());
+    EXPECT_EQ(bench.controller().supervisor().stats().levels, 0U) << gap_s;
+    EXPECT_LT(bench.farthest_m(), 0.3) << gap_s;
+    EXPECT_TRUE(bench.is_sound());
+  }
+}
+
 }  // namespace
 }  // namespace m100::scenario

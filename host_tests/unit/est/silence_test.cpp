@@ -108,5 +108,30 @@ TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpOverTheNextTicks) {
   EXPECT_EQ(glide.filter.counters().poses_refused, 0U);
 }
 
+// Catches an observer that gives up with the first stale telemetry: the ladder coasts from 100 to 500 ms.
+TYPED_TEST(Silence, OfTelemetryIsPredictedThroughWhilePosesCome) {
+  this->RecordProperty("promise", "R12");
+  TypeParam glide;
+  glide.rate_z_rad_s = 0.5;
+  glide.run(300);
+  glide.attitudes = false;
+  glide.poses = false;
+  const auto before = glide.run(1);
+  for (int tick = 2; tick <= 60; ++tick) {
+    const auto e = glide.tick();
+    EXPECT_EQ(e.predicts, tick <= 45) << tick;
+    EXPECT_LT(std::abs(static_cast<double>(e.yaw_rad - before.yaw_rad)), 0.06) << "a turn that nobody sees any more";
+  }
+}
+
+// An attitude that comes and is refused is another matter: nobody knows which of the two is right.
+TYPED_TEST(Silence, IsNotTakenForAnAttitudeThatIsRefused) {
+  TypeParam glide;
+  glide.run(300);
+  glide.roll_rad = 1.3;
+  EXPECT_TRUE(glide.run(9).predicts);
+  EXPECT_FALSE(glide.run(3).predicts);
+}
+
 }  // namespace
 }  // namespace m100::est
