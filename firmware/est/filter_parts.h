@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <type_traits>
 
 #include "firmware/core/fixed_point.h"
 #include "firmware/core/maths.h"
@@ -94,6 +95,8 @@ constexpr double power_of_two(int exponent) {
 }
 
 /// The measurement variance of a position: the vehicle file's, or what the sender of the pose tells where that is more.
+/// Fixed point believes at most 90 scaled units of it, 37 mm on a horizontal axis; a square has to fit beside the
+/// variances.
 /// @param scaled the vehicle file's, scaled @param told_m2 at most 1 m^2 is believed; 0 or not a number: none
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
@@ -104,7 +107,8 @@ S larger_variance(S scaled, float told_m2, int scale) {
   constexpr float kLargestTold_m2 = 1.F;
   constexpr float kLargestScaled = 90.F;
   const float told = core::clamp(told_m2, 0.F, kLargestTold_m2) * static_cast<float>(power_of_two(-2 * scale));
-  const S number = core::Arithmetic<S>::template number<float>(told < kLargestScaled ? told : kLargestScaled);
+  const bool fits = std::is_floating_point_v<S> || told < kLargestScaled;
+  const S number = core::Arithmetic<S>::template number<float>(fits ? told : kLargestScaled);
   return number > scaled ? number : scaled;
 }
 
@@ -115,14 +119,14 @@ inline constexpr double kLargestInnovation_m = 1.0;
 /// @param s scaled variance of the innovation @param scale the unit of the position is 2^scale m
 template <typename S>
 bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_m) {
-  constexpr double kLargestScaled = 90.0;  // its square fits beside the variances
+  constexpr double kLargestScaled = 90.0;  // in fixed point: its square fits beside the variances
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
   const S size = innovation < S{} ? a.narrow(-a.widen(innovation)) : innovation;
   if (!(size <= number(kLargestInnovation_m))) {
     return false;
   }
   bool inside_sigmas = false;
-  if (size < a.narrow(a.scaled(a.widen(number(kLargestScaled)), scale))) {
+  if (std::is_floating_point_v<S> || size < a.narrow(a.scaled(a.widen(number(kLargestScaled)), scale))) {
     const S scaled = a.narrow(a.scaled(a.widen(size), -scale));
     inside_sigmas = a.product(scaled, scaled) <= a.product(s, number(kGateSigmas * kGateSigmas));
   }

@@ -133,5 +133,26 @@ TYPED_TEST(Silence, IsNotTakenForAnAttitudeThatIsRefused) {
   EXPECT_FALSE(glide.run(3).predicts);
 }
 
+// Catches a limit that fixed point needs and the others do not: what a sender tells of its own accuracy was cut to
+// 37 mm.
+TYPED_TEST(Silence, APoseOfAFewDecimetresIsTakenForWhatItIs) {
+  const auto moved_m = [](double off_m, double variance_m2) {
+    TypeParam glide;
+    glide.run(1000);
+    glide.off_m = off_m;
+    glide.variance_m2 = variance_m2;
+    return static_cast<double>(glide.tick().x.position_m);
+  };
+  const bool fixed = std::is_same_v<TypeParam, Glide<FixedEkf, float>>;
+  const double of_37_mm = moved_m(0.1, 0.037 * 0.037);
+  EXPECT_GT(of_37_mm, 2e-5);
+  EXPECT_LT(moved_m(0.1, 0.3 * 0.3), fixed ? 1.1 * of_37_mm : 0.03 * of_37_mm);
+  TypeParam glide;
+  glide.run(1000);
+  glide.off_m = 0.5;  // 2.5 of its sigmas
+  glide.variance_m2 = 0.2 * 0.2;
+  EXPECT_EQ(glide.run(1).refused_poses, fixed ? 1U : 0U);
+}
+
 }  // namespace
 }  // namespace m100::est
