@@ -90,7 +90,7 @@ template <typename T, typename S>
 void FlightController<T, S>::take_orders(core::TimePoint now) {
   tick_orders_ = orders_;
   orders_ = 0;
-  if ((tick_orders_ & log::kOrderEngage) != 0) {
+  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.rung())) {
     link_.request_control(now);
     order_until_ = now + config_.order_lasts;
   }

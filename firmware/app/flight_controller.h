@@ -65,8 +65,8 @@ class FlightController {
   core::Status tick(core::TimePoint now);
 
   /// The operator's two orders. To fly: control is asked for as the protocol wants it, and the ladder is told to go up;
-  /// the trajectory begins when it does. To stop: neutral sticks, then control goes back to the pilot. Both count from
-  /// the next tick on, and stand in its record.
+  /// the trajectory begins when it does; where the law flies already there is nothing to order. To stop: neutral
+  /// sticks, then control goes back to the pilot. Both count from the next tick on, and stand in its record.
   void engage() { orders_ |= log::kOrderEngage; }
   void release() { orders_ |= log::kOrderRelease; }
 

@@ -31,6 +31,31 @@ TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
   }
 }
 
+// Catches an order that was given while the law flew, had nothing to do, and brings the next descent up again by
+// itself.
+TEST(Beginning, AnOrderGivenWhileTheLawFliesIsNotKeptForTheNextDescent) {
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.controller().engage();
+  bench.run(seconds(1));
+  bench.world().pose_source().set_faults({.silent = true});
+  ASSERT_TRUE(bench.until(Rung::kLevel, seconds(2)).has_value());
+  bench.world().pose_source().set_faults({});
+  EXPECT_TRUE(bench.until(Rung::kRelease, milliseconds(1100)).has_value()) << static_cast<int>(bench.rung());
+  EXPECT_EQ(bench.controller().supervisor().descent().to, Rung::kCoast);
+}
+
+// The other side of it: the order counts where the law does not fly.
+TEST(Beginning, AnOrderGivenInLevelGoesUpWhenPosesAreBack) {
+  FaultBench bench;
+  ASSERT_TRUE(bench.take_off());
+  bench.world().pose_source().set_faults({.silent = true});
+  ASSERT_TRUE(bench.until(Rung::kLevel, seconds(2)).has_value());
+  bench.world().pose_source().set_faults({});
+  bench.controller().engage();
+  EXPECT_TRUE(bench.until(Rung::kNominal, milliseconds(900)).has_value()) << static_cast<int>(bench.rung());
+}
+
 // Catches an observer that loses the attitude before telemetry is called old: the flight ended where it had to coast.
 TEST(TelemetryGap, OfATenthToFourTenthsOfASecondIsCoastedThrough) {
   RecordProperty("promise", "R12");
