@@ -103,5 +103,26 @@ TEST(Settle, BrakesThenHoldsTrimAndWind) {
   EXPECT_EQ(settle(estimate).pitch_rad, 0.0);
 }
 
+// Catches a limit of each axis alone: 4 m/s over the diagonal against wind tilted by 35 degrees, and a large wind,
+// beyond 50, was unsound and became no command at all.
+TEST(Settle, TiltsBothAxesTogetherByThirtyDegreesAtMost) {
+  for (const double yaw_rad : {0.0, 0.7, -2.0}) {
+    for (const double wind_m_s2 : {1.0, 3.0, 20.0}) {
+      est::Estimate<double> estimate;
+      estimate.predicts = true;
+      estimate.yaw_rad = yaw_rad;
+      estimate.x = {.velocity_m_s = 4.0, .disturbance_m_s2 = wind_m_s2, .velocity_variance_m2_s2 = 0.01};
+      estimate.y = {.velocity_m_s = 4.0, .disturbance_m_s2 = wind_m_s2, .velocity_variance_m2_s2 = 0.01};
+      const Command<double> command = settle(estimate);
+      const double tilt_rad = std::acos(std::cos(command.roll_rad) * std::cos(command.pitch_rad));
+      EXPECT_NEAR(tilt_rad, core::kPi / 6.0, 1e-9) << yaw_rad << " " << wind_m_s2;
+      if (yaw_rad == 0.0) {
+        EXPECT_LT(command.pitch_rad, 0.0);
+        EXPECT_GT(command.roll_rad, 0.0);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace m100::ctl
