@@ -68,7 +68,10 @@ bool UlogWriter::message(char type, std::span<const std::byte> head, std::span<c
 }
 
 bool UlogWriter::note(const Note& note) {
-  const std::string_view text = note.text.substr(0, 60000);
+  const std::string_view text = note.text;
+  if (text.size() > kLongestNote_bytes) {
+    return false;
+  }
   Head type;
   type.put("char[");
   type.put_decimal(text.size());

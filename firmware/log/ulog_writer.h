@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -11,10 +12,12 @@
 
 namespace m100::log {
 
+inline constexpr std::size_t kLongestNote_bytes = 60000;  ///< a message's size has 16 bits
+
 /// One line of what a reader must know beside the records, for instance the vehicle file.
 struct Note {
   std::string_view key;
-  std::string_view text;  ///< at most 60 000 bytes
+  std::string_view text;  ///< at most kLongestNote_bytes: half a vehicle file would be none
 };
 
 /// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: what leaves the ring, in its
@@ -27,7 +30,7 @@ class UlogWriter {
 
   /// The file's header, formats, notes and subscriptions. Once, before the first append.
   /// @param formats "name:type field;type field;" of each record; its place in the list is the record's id.
-  /// @returns kResourceExhausted where the ring is too small for them.
+  /// @returns kResourceExhausted where the ring is too small for them, or a note is too long: it is left out whole.
   core::Status begin(core::TimePoint now, std::span<const std::string_view> formats, std::span<const Note> notes);
 
   /// A record of the format with this id, as its bytes stand in memory: no padding, the time stamp first.

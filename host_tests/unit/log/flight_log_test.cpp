@@ -2,6 +2,8 @@
 #include "firmware/log/flight_log.h"
 
 #include <gtest/gtest.h>
+
+#include <array>
 #include <cstring>
 #include <map>
 #include <string>
@@ -75,6 +77,26 @@ TEST(FlightLog, BeginsAsUlogDoes) {
   EXPECT_EQ(all[0].body, std::string(40, '\0'));
   EXPECT_EQ(all[4].body, std::string("\x10") + "char[12] vehicle" + "[axis.roll]\n");
   EXPECT_EQ(all[5].body, std::string("\0\0\0tick", 7));
+}
+
+// Catches a note that is cut without a word: a replay would read half a course as a damaged one, or fly it.
+TEST(FlightLog, RefusesANoteThatIsTooLongAndLeavesItOut) {
+  std::vector<std::byte> storage(262144);
+  for (const std::size_t size : {kLongestNote_bytes, kLongestNote_bytes + 1}) {
+    Ring ring(storage);
+    FlightLog log(ring);
+    const std::string text(size, 'x');
+    const std::array notes{Note{"course", text}, Note{"start", "1 2 3"}};
+    const bool fits = size == kLongestNote_bytes;
+    EXPECT_EQ(log.begin(core::TimePoint{}, notes), fits ? core::Status::kOk : core::Status::kResourceExhausted);
+    std::size_t told = 0;
+    for (const Message& message : messages(drained(ring))) {
+      told += message.type == 'I' ? 1U : 0U;
+      EXPECT_TRUE(message.type != 'I' || message.body.find("course") == std::string::npos ||
+                  message.body.size() > size);
+    }
+    EXPECT_EQ(told, fits ? 2U : 1U);
+  }
 }
 
 TEST(FlightLog, KeepsEveryByteOfALongRead) {
