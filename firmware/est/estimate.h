@@ -46,8 +46,8 @@ struct Estimate {
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
   core::Duration refused_for{0};    ///< from the first to the last of those that agree with each other
   Refusal<T> refusal;
-  bool predicts = false;  ///< healthy but for the age of the pose: the model's prediction stands
-  bool healthy = false;   ///< initialised, finite, covariance inside its limits
+  bool predicts = false;  ///< begun and settled, the attitude known: the model's prediction stands
+  bool healthy = false;   ///< and a pose was used in the last second
 };
 
 }  // namespace m100::est

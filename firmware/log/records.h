@@ -41,7 +41,7 @@ struct TickRecord {
   std::uint32_t facts = 0;
   std::uint32_t refused_poses = 0;
   std::uint32_t dropped_messages = 0;  ///< of this log
-  std::uint8_t state = 0;              ///< safety::State
+  std::uint8_t state = 0;              ///< safety::Rung
   std::uint8_t sent = 0;               ///< 1: a control frame left in this tick
   std::uint8_t pose_new = 0;
   std::uint8_t imu_new = 0;

@@ -17,7 +17,7 @@ namespace m100::safety {
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
 ///   holds
 ///             the height
-///   kRelease  the same, and control is about to be given back
+///   kRelease  level and trimmed, and control is about to be given back
 ///   kSilent   nothing: not ours to command
 enum class Rung : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };
 

@@ -22,10 +22,10 @@ struct Observation {
   double error_m = 0.0;              ///< three sigmas of the predicted position, on the axis that is worse
   double reserve_m = 1e6;            ///< between where the aircraft can stop and the nearest side of its fence
   double refused_turn_rad = 0.0;     ///< from the heading that it had to have
-  bool estimate_healthy = false;     ///< initialised, finite, covariance inside its limits
+  bool estimate_healthy = false;     ///< est::Estimate::healthy
   bool authority = false;            ///< the autopilot says that we command
   bool mode_f = false;               ///< the pilot's switch stands at F
-  bool operator_engages = false;     ///< the operator asks (again) for automatic flight, this tick
+  bool operator_engages = false;     ///< the operator's order to fly stands: for FlightConfig::order_lasts at most
   bool operator_releases = false;    ///< the operator gives control back, this tick
   std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: reality left the model
   bool trim_drifted = false;         ///< a balancing point is not where the vehicle file has it

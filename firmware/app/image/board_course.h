@@ -9,8 +9,8 @@
 
 namespace m100::app {
 
-/// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre aside and back) and
-/// "trajectory" (once around a square of one metre).
+/// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre in x and y, 0.2 m up, and
+/// back) and "trajectory" (once around a square of one metre).
 /// @returns kInvalidArgument: no course of that name. Otherwise as Trajectory's append functions.
 template <typename T>
 core::Status lay_board_course(std::string_view name, ref::Trajectory<T>& course) {
