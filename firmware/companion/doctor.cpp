@@ -132,17 +132,20 @@ Check check_adapter(const std::string& path) {
 }
 
 Check check_real_time() {
-  rlimit limit{};
-  getrlimit(RLIMIT_RTPRIO, &limit);
+  constexpr rlim_t kNeeded = 64U << 20U;  // of memory that is locked: the program, its log's ring, a second stack
+  rlimit memory{};
+  getrlimit(RLIMIT_MEMLOCK, &memory);
   const sched_param wanted{.sched_priority = 1};
   const int former = sched_getscheduler(0);
   const sched_param normal{.sched_priority = 0};
   const bool granted = sched_setscheduler(0, SCHED_FIFO, &wanted) == 0;
   if (granted) {
     sched_setscheduler(0, former, &normal);
-    return {"real-time rights", Health::kGood, "SCHED_FIFO is granted", ""};
+    if (geteuid() == 0 || memory.rlim_cur >= kNeeded) {
+      return {"real-time rights", Health::kGood, "SCHED_FIFO is granted", ""};
+    }
   }
-  return {"real-time rights", Health::kDoubtful, "SCHED_FIFO is refused",
+  return {"real-time rights", Health::kDoubtful, granted ? "memory cannot be locked" : "SCHED_FIFO is refused",
           "add '@realtime - rtprio 80' and '@realtime - memlock unlimited' to /etc/security/limits.d/m100.conf, and "
           "yourself to that group"};
 }
@@ -240,6 +243,9 @@ nlohmann::json to_json(const std::vector<Check>& checks) {
 }
 
 void run(const Options& options) {
+  if (std::isnan(options.pose_rate_hz)) {  // passes every comparison of a range
+    throw UsageError("--pose-rate: is not a number");
+  }
   const std::vector<Check> checks = examine(options);
   bool bad = false;
   for (const Check& check : checks) {

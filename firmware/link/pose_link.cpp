@@ -54,7 +54,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   const std::uint64_t end = frame.offset + frame.bytes.size();
   if (mavlink::is<mavlink::Timesync>(frame)) {
     const auto answer = mavlink::decode<mavlink::Timesync>(frame);
-    if (answer.tc1 != 0 && has_last_ && frame.from == sender_ && hears(frame, now)) {
+    if (has_last_ && frame.from == sender_ && hears(frame, now) && answer.tc1 != 0) {
       newest.ts1 = answer.ts1;
       newest.theirs = answer.tc1;
       newest.answer_end = end;
@@ -63,6 +63,9 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   }
   core::Expected<core::Pose<double>> pose = read_pose(frame);
   if (pose.status() == core::Status::kNotReady) {
+    if (has_last_ && frame.from == sender_) {
+      (void)hears(frame, now);  // another message; its number counts, or the next pose would find one missing
+    }
     return;
   }
   if (!hears(frame, now)) {
@@ -124,8 +127,9 @@ void PoseLink::ask_time(core::TimePoint now) {
   }
   const mavlink::Frame question =
       mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.ask(now)}, kOurs, questions_++);
-  if (uart_.write(question.bytes()) && tap_ != nullptr) {
-    tap_->sent(question.bytes(), now);
+  const core::Expected<std::size_t> taken = uart_.write(question.bytes());
+  if (taken && *taken > 0 && tap_ != nullptr) {
+    tap_->sent(question.bytes().first(*taken), now);
   }
 }
 

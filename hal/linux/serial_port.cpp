@@ -156,7 +156,8 @@ bool SerialPort::hung_up() const {
 }
 
 core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
-  if (!ensure_open()) {
+  // Whoever reads must hear of every loss: behind the same name another device may answer now.
+  if (std::exchange(loss_untold_, false) || !ensure_open()) {
     return core::Status::kUnavailable;
   }
   if (destination.empty()) {
@@ -191,6 +192,7 @@ core::Expected<std::size_t> SerialPort::write(std::span<const std::byte> source)
     return std::size_t{0};
   }
   close();
+  loss_untold_ = true;
   return core::Status::kUnavailable;
 }
 

@@ -55,8 +55,9 @@ class SerialPort final : public Uart {
   const SystemCalls* calls_;
   int descriptor_ = -1;
   std::uint32_t openings_ = 0;
-  LineErrors before_;      ///< of earlier openings
-  LineErrors at_opening_;  ///< the driver's counts when the port was opened
+  bool loss_untold_ = false;  ///< write() found the port gone, and read() has not said so yet
+  LineErrors before_;         ///< of earlier openings
+  LineErrors at_opening_;     ///< the driver's counts when the port was opened
   PortClock clock_;
   core::TimePoint next_attempt_{};
 };

@@ -52,6 +52,8 @@ void ServiceWatchdog::start(core::Duration patience) {
   tell(words);
 }
 
+void ServiceWatchdog::stop() { tell("STOPPING=1"); }
+
 void ServiceWatchdog::feed() {
   if (++calls_ % kCallsPerWord == 0) {
     tell("WATCHDOG=1");

@@ -19,6 +19,8 @@ class ServiceWatchdog final : public Watchdog {
   /// Says "ready", and for how long silence may last.
   void start(core::Duration patience) override;
   void feed() override;
+  /// Says that the program is ending: what it still has to write and to say may take longer than the patience.
+  void stop();
 
  private:
   void tell(const char* words) const;

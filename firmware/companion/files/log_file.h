@@ -47,7 +47,9 @@ class LogFile {
     running_ = false;
     if (writer_.joinable()) {
       writer_.join();
-      (void)file_.sync();
+      if (!is_cut_ && file_.sync() != core::Status::kOk) {
+        tell_cut();
+      }
     }
   }
   log::FlightLog& log() { return log_; }
@@ -58,13 +60,16 @@ class LogFile {
  private:
   static constexpr std::size_t kRingBytes = 1U << 20U;
 
+  void tell_cut() {
+    std::cerr << "m100: " << file_.path() << ": " << why_not_written(file_.last_error()) << "; " << when_full_ << "\n";
+    is_cut_ = true;
+  }
+
   bool drain() {
     while (!ring_.front().empty()) {
       const core::Expected<std::size_t> taken = file_.append(ring_.front());
       if (!taken) {
-        std::cerr << "m100: " << file_.path() << ": " << why_not_written(file_.last_error()) << "; " << when_full_
-                  << "\n";
-        is_cut_ = true;
+        tell_cut();
         return false;
       }
       ring_.pop(*taken);

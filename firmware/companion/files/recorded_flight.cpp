@@ -54,14 +54,17 @@ class Reader {
     } else if (type == 'F' && body.starts_with("link_bytes:") && body != log::kBytesFormat) {
       fail(at, "byte record of another version");
     } else if (type == 'I') {
-      note(body);
+      note(body, at);
     } else if (type == 'D' && size >= 2) {
       data(byte(at) + 256U * byte(at + 1), body.substr(2), at);
     }
   }
 
-  void note(std::string_view body) {
-    const std::size_t key_size = static_cast<unsigned char>(body.front());
+  void note(std::string_view body, std::size_t at) {
+    const std::size_t key_size = body.empty() ? 0 : static_cast<unsigned char>(body.front());
+    if (1 + key_size > body.size()) {
+      fail(at, "damaged note");
+    }
     const std::string_view type_and_key = body.substr(1, key_size);
     const std::size_t space = type_and_key.find(' ');
     if (space != std::string_view::npos) {

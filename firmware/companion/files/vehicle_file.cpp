@@ -102,20 +102,21 @@ class Reader {
     }
     for (const NumberKey<T>& known : keys) {
       if (known.key == key) {
-        into.*known.member = number(node, full, known.low, known.high);
+        const bool may_be_absent = T{}.*known.member == 0.0;
+        into.*known.member = number(node, full, known.low, known.high, may_be_absent);
         return;
       }
     }
     fail(file_, &node, full, "unknown key");
   }
 
-  double number(const toml::node& node, const std::string& full, double low, double high) const {
+  double number(const toml::node& node, const std::string& full, double low, double high, bool may_be_absent) const {
     if (!node.is_number()) {
       fail(file_, &node, full, "must be a number");
     }
     const double value = *node.value<double>();
-    // Zero stands for "no such effect" in keys whose range begins above it (time constants and the like).
-    const bool absent = value == 0.0 && low > 0.0 && low < 1.0 && full.find("scale") == std::string::npos;
+    // Zero stands for "no such effect" in keys that have it as their default, though their range begins above it.
+    const bool absent = value == 0.0 && may_be_absent && full.find("scale") == std::string::npos;
     if (!absent && !(value >= low && value <= high)) {
       fail(file_, &node, full, shortest(value) + " is outside [" + shortest(low) + ", " + shortest(high) + "]");
     }

@@ -30,13 +30,17 @@ namespace {
 
 using Controller = app::FlightController<double>;
 constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
+/// From where control is taken: a pilot's hover wanders by a metre; a longer way is a course that nobody asked for.
+constexpr double kReach_m = 1.5;
 
 /// What an assertion handler can reach.
 hal::SerialPort* farewell_port = nullptr;
 const link::Farewell* farewell = nullptr;
+const link::AuthorityView* farewell_authority = nullptr;
 
 void say_farewell(const char* file, int line) {
-  (void)farewell_port->write(farewell->bytes());
+  // The neutral command is one of control: nothing of it leaves where control is the pilot's (promise R4).
+  (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->giving_back());
   std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
   std::_Exit(kAnswerIsNo);
 }
@@ -54,8 +58,10 @@ void give_output_its_buffer() {
 
 void ask_for_real_time() {
   const sched_param priority{.sched_priority = kPriority};
-  if (sched_setscheduler(0, SCHED_FIFO, &priority) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
-    std::cout << "no real-time rights; m100 doctor tells how to get them\n";
+  const bool first = sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
+  const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  if (!first || !locked) {
+    std::cout << (first ? "memory cannot be locked" : "no real-time rights") << "; m100 doctor tells how to get them\n";
   }
 }
 
@@ -145,21 +151,35 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const link::Farewell last_words(neutral, cipher);
   farewell = &last_words;
   farewell_port = &port;
+  farewell_authority = &controller->link().authority();
   const core::AssertionHandler former = core::set_assertion_handler(&say_farewell);
   give_output_its_buffer();
   ask_for_real_time();
   Ears ears(log ? &log->log() : nullptr);
-  Pilotage pilotage({.take_control = options.take_control, .hold_s = options.hold_s, .once = options.once},
+  Pilotage pilotage({.take_control = options.take_control,
+                     .hold_s = options.hold_s,
+                     .once = options.once,
+                     .begins_w_m = start.position_w_m,
+                     .reach_m = kReach_m},
                     config.limits, *controller, ears);
+  forget_words();
   hal::ServiceWatchdog service;
   service.start(kServicePatience);
-  core::TimePoint health_logged_at{};
+  core::TimePoint health_logged_at{}, guard_seen_at{};
+  bool guarded = true;
   HealthText health_text{};
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     keeper.hold(port.descriptor(), port.openings());
     if (!keeper.beat(controller->link().authority().in_control)) {
       controller->release();
       say("this program stood still for too long: control was given back to the transmitter");
+    }
+    if (guarded && now - guard_seen_at >= kHealthPeriod) {
+      guard_seen_at = now;
+      guarded = keeper.alive();
+      if (!guarded) {
+        ears.hear(now, "the second process is dead: nobody gives control back if this program dies. Land");
+      }
     }
     (void)controller->tick(now);  // what became of the command stands in the log
     if (log && now - health_logged_at >= kHealthPeriod) {
@@ -171,6 +191,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     }
   }
   core::set_assertion_handler(former);
+  service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
   print(std::cout, controller->link().health());
   write_result(options.json, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits));

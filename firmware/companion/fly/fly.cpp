@@ -3,6 +3,7 @@
 #include "firmware/companion/fly/fly.h"
 
 #include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -84,6 +85,11 @@ void watch_signals() {
   std::signal(SIGHUP, on_signal);  // the terminal is gone, the aircraft is not
   std::signal(SIGQUIT, on_signal);
   std::signal(SIGUSR1, on_word);
+  // The shell's job control must not stop a program that flies: Ctrl-Z is a wish to end, and whoever is in the
+  // background has no terminal to read.
+  std::signal(SIGTSTP, on_signal);
+  std::signal(SIGTTIN, SIG_IGN);
+  std::signal(SIGTTOU, SIG_IGN);
   // A reader of our output that left, or a log that may not grow, must not end a flight.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
@@ -94,6 +100,11 @@ bool key_pressed() {
   char line[64];
   const bool typed = poll(&input, 1, 0) > 0 && read(STDIN_FILENO, line, sizeof line) > 0;
   return word_signal.exchange(false) || typed;
+}
+
+void forget_words() {
+  word_signal = false;
+  (void)tcflush(STDIN_FILENO, TCIFLUSH);
 }
 
 void say(std::string_view line) {

@@ -64,6 +64,8 @@ void watch_signals();
 /// The operator gave his word since the call before: Enter, or SIGUSR1 where there is no terminal. The end of the
 /// standard input is no word.
 bool key_pressed();
+/// Words that were typed before there was anything to answer are none. What stands in a pipe is kept.
+void forget_words();
 
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);

@@ -54,8 +54,7 @@ class Session {
       case Phase::kHolding:
         return hold(now);
       case Phase::kReleasing:
-        released_ = authority.reason == safety::Reason::kReleased;
-        return authority.stage == safety::Stage::kReleasing || now <= release_at_ + core::kTickPeriod;
+        return give_back(now);
     }
     return false;
   }
@@ -78,6 +77,7 @@ class Session {
 
  private:
   enum class Phase { kStarting, kAsked, kHolding, kReleasing };
+  static constexpr core::Duration kHandBack = std::chrono::seconds(1);  ///< promise R15
 
   static double seconds(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
 
@@ -113,6 +113,25 @@ class Session {
     link_.release(now);
     phase_ = Phase::kReleasing;
     release_at_ = now;
+    stops_at_release_ = stops();
+  }
+  bool give_back(core::TimePoint now) {
+    const link::AuthorityView& authority = link_.authority();
+    if (now <= release_at_ + core::kTickPeriod) {
+      return true;
+    }
+    released_ = authority.heard && !authority.owed && authority.stage != safety::Stage::kReleasing;
+    if (released_) {
+      return false;
+    }
+    if (!told_ && now - release_at_ > kHandBack) {
+      told_ = true;
+      say("the autopilot does not show that the transmitter has control. PILOT: turn the mode switch to P and back to "
+          "F. Ctrl-C again ends the program");
+    }
+    // After a second, the operator may insist. Where nothing is owed, there is nothing to wait for.
+    const bool insists = stops() > stops_at_release_ && now - release_at_ > kHandBack;
+    return !insists && (authority.owed || authority.stage == safety::Stage::kReleasing);
   }
   /// The table has gone back to a stage that waits for the operator.
   bool was_refused(core::TimePoint now) const {
@@ -142,6 +161,8 @@ class Session {
   core::TimePoint held_until_{};
   core::TimePoint asked_at_{};
   core::TimePoint release_at_{};
+  std::uint32_t stops_at_release_ = 0;
+  bool told_ = false;
   std::uint32_t ticks_in_control_ = 0;
   std::vector<Change> changes_;
 };

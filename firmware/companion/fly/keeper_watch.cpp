@@ -35,7 +35,8 @@ class Watch {
  private:
   /// A shared stall of the whole machine is over for both at once: the program gets a few looks to beat again.
   static constexpr int kLooks = 4;
-  static constexpr core::Duration kOneCommand = std::chrono::milliseconds(40);  ///< promise R4: one command period
+  /// Promise R4, 40 ms, less the 20 ms between two looks: a beat is that much older than when it was seen.
+  static constexpr core::Duration kOneCommand = std::chrono::milliseconds(40) - Keeper::kLook;
   static constexpr core::Duration kLineTakes = std::chrono::milliseconds(50);
 
   void stand_apart() const {

@@ -2,6 +2,7 @@
 #include "firmware/companion/fly/pilotage.h"
 
 #include "firmware/companion/fly/words.h"
+#include "firmware/core/maths.h"
 
 namespace m100::companion {
 namespace {
@@ -26,6 +27,7 @@ bool waits_for_the_operator(safety::Stage stage) {
 
 bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   const View& view = controller_.link().authority();
+  port_here_ = view.port_gone ? port_here_ : now;
   tell_stage(now, view);
   tell_ladder(now);
   tell_excitation(now);
@@ -60,8 +62,26 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
     try_to_engage(now);
   }
   // Refused before anybody could ask, for a reason that does not heal by itself.
-  const bool stuck = view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold;
+  const bool stuck = view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_;
   return !(wishes_.once && phase_ == Phase::kWaiting && stuck && !view.asked && !view.owed);
+}
+
+/// What is known of the place counts only while nothing stands against flying by it.
+bool Pilotage::is_out_of_reach() const {
+  const est::Estimate<double>& at = controller_.estimate();
+  const core::Vector<double, 3> away{at.x.position_m - wishes_.begins_w_m.x(), at.y.position_m - wishes_.begins_w_m.y(),
+                                     at.height_m - wishes_.begins_w_m.z()};
+  return obstacle(controller_.observed(), limits_) == safety::Cause::kNone &&
+         away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
+}
+
+void Pilotage::tell_reach(core::TimePoint now) {
+  const est::Estimate<double>& at = controller_.estimate();
+  TextLine line;
+  line.add("control is not taken: the aircraft is at ").add(at.x.position_m, 1).add(", ").add(at.y.position_m, 1);
+  line.add(", ").add(at.height_m, 1).add(" m, and the course begins at ").add(wishes_.begins_w_m.x(), 1).add(", ");
+  line.add(wishes_.begins_w_m.y(), 1).add(", ").add(wishes_.begins_w_m.z(), 1);
+  tell(now, line.add(" m: fly there, or start m100 again here; ").add(kAgain).text());
 }
 
 void Pilotage::try_to_engage(core::TimePoint now) {
@@ -72,6 +92,10 @@ void Pilotage::try_to_engage(core::TimePoint now) {
     line.add("control was not asked for; ");
     describe(line, cause, controller_.observed(), limits_);
     tell(now, line.add(": see to the source of pose; ").add(kAgain).text());
+    return;
+  }
+  if (is_out_of_reach()) {
+    tell_reach(now);
     return;
   }
   controller_.engage();
@@ -93,7 +117,13 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
     return true;
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.word);
-  if (takes_it_back || now - since_ > kPatience) {
+  const bool too_far = is_out_of_reach();
+  if (takes_it_back || too_far || now - since_ > kPatience) {
+    if (too_far) {
+      tell_reach(now);
+    } else if (!takes_it_back) {
+      tell(now, "control was not granted within 20 s");
+    }
     controller_.release();  // what is only asked for may already be granted
     begin_hand_back(now, takes_it_back, input);
   } else if (is_refused(now, view)) {
@@ -156,9 +186,10 @@ bool Pilotage::hand_back(core::TimePoint now, const View& view, const OperatorIn
     controller_.release();  // once more: an answer that was on its way may have granted control meanwhile
   }
   if (now > since_ && !view.owed && !view.in_control && view.stage != safety::Stage::kReleasing) {
-    given_back_ = by_operator_;
+    given_back_ = by_operator_ && view.heard;
     const bool is_certain = controller_.link().health().outages == outages_before_;
-    tell(now, is_certain
+    tell(now, !view.heard ? "control was never ours, and nothing comes from the autopilot"
+              : is_certain
                   ? "the transmitter has the aircraft"
                   : "telemetry at the port shows that the transmitter has control. The port was gone: if another "
                     "autopilot was plugged in, this says nothing of the one that flew");
@@ -167,7 +198,7 @@ bool Pilotage::hand_back(core::TimePoint now, const View& view, const OperatorIn
   }
   // Ending without knowing: only where nothing of ours can arrive any more, or where the operator insists.
   const bool insists = input.stops > stops_before_ + (stops_before_ == 0 ? 1U : 0U);
-  const bool gives_up = view.port_gone && now - since_ > kPortReturns;
+  const bool gives_up = view.port_gone && now - port_here_ > kPortReturns;
   return !(ends_ && (gives_up || (insists && now - since_ > kHandBack)));
 }
 

@@ -16,6 +16,8 @@ struct Wishes {
   bool take_control = false;  ///< ask once, as soon as all is ready
   double hold_s = 5.0;        ///< with take_control: then give back and end
   bool once = false;          ///< for scripts: end where the program would wait for the operator
+  core::Vector<double, 3> begins_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
+  double reach_m = 1e9;  ///< farther from there control is not asked for: the law would fly the rest at once
 };
 
 /// What the operator did since the tick before.
@@ -62,6 +64,8 @@ class Pilotage {
   bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
   bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
   void try_to_engage(core::TimePoint now);
+  bool is_out_of_reach() const;
+  void tell_reach(core::TimePoint now);
   void begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input);
   bool is_refused(core::TimePoint now, const View& view) const;
   void tell_stage(core::TimePoint now, const View& view);
@@ -77,6 +81,7 @@ class Pilotage {
   Listener& listener_;
   Phase phase_ = Phase::kWaiting;
   core::TimePoint since_{};           ///< the phase began
+  core::TimePoint port_here_{};       ///< the port was there
   std::uint32_t outages_before_ = 0;  ///< of the port, when control was asked for
   std::uint32_t stops_before_ = 0;    ///< signals that this hand-back answers
   bool order_given_ = false;          ///< that of take_control

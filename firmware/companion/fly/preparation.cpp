@@ -79,8 +79,13 @@ ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
   if (stop_asked()) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
-  throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) +
-                   " s (m100 expects MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
+  const char* const seen = link.parser_stats().bytes == 0 ? "not one byte came"
+                           : link.parser_stats().frames == 0
+                               ? "bytes came that are no MAVLink 2: is the baud rate right?"
+                           : link.stats().refused > 0 ? "what came is refused: its frame, quaternion or range"
+                                                      : "MAVLink came, and no pose in it";
+  throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " + seen +
+                   " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
 }
 
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
@@ -154,7 +159,7 @@ void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightMod
     notes.push_back({kDryRunNote, "nothing was sent"});
   }
   if (log.begin(now, notes) != core::Status::kOk) {
-    throw UsageError(options.log + ": the gain tables are too large for the log's ring");
+    throw UsageError(options.log + ": vehicle, gain tables, course and flight file are together too large for a log");
   }
 }
 

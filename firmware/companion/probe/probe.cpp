@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -69,7 +70,7 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
     for (std::uint64_t n = packages_before; n < listener.packages(); ++n) {
       meter.package(now);
     }
-    if (listener.packages() > packages_before) {
+    if (listener.packages() > packages_before && listener.telemetry().has(protocol::TelemetryItem::kTime)) {
       const std::int64_t ticks = listener.telemetry().time.ticks;
       meter.timed_package(now, ticks * std::chrono::microseconds(2500));
     }
@@ -109,6 +110,9 @@ int rank(Verdict verdict) {
 }
 
 Finding search(const Options& options) {
+  if (std::isnan(options.seconds)) {  // passes every comparison of a range
+    throw UsageError("--seconds: is not a number");
+  }
   const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
   if (ports.empty()) {
     throw UsageError("no serial port on this machine: name one with --port");

@@ -43,8 +43,7 @@ struct Options {
 /// Both ports, the log, and what comes of them.
 class Session {
  public:
-  explicit Session(const Options& options)
-      : options_(options), port_(options.port, options.baud), log_(options.log, "the recording ends here") {
+  explicit Session(const Options& options) : options_(options), port_(options.port, options.baud) {
     open_or_explain(port_);
     if (!options.pose_port.empty()) {
       pose_port_.emplace(options.pose_port, options.pose_baud);
@@ -55,29 +54,31 @@ class Session {
     if (!options.key_file.empty()) {
       cipher_.emplace(read_key(options.key_file));
     }
-    recorder_.emplace(writer_, options.baud, cipher_ ? &*cipher_ : nullptr);
+    log_.emplace(options.log, "the recording ends here");  // last: what fails before leaves no file behind
+    writer_.emplace(log_->ring());
+    recorder_.emplace(*writer_, options.baud, cipher_ ? &*cipher_ : nullptr);
   }
 
   void run() {
     hal::PortClock clock(options_.port);
     const std::array notes{log::Note{"m100_recording", "listened only; columns: m100_recording.toml"}};
     (void)recorder_->begin(clock.now(), notes);
-    log_.start();
+    log_->start();
     const bool for_ever = options_.hold_s <= 0.0;
     for (core::TimePoint now = clock.now();
-         !stop_asked() && !log_.is_cut() &&
+         !stop_asked() && !log_->is_cut() &&
          (for_ever || core::seconds<double>(now.time_since_epoch()) < options_.hold_s);
          now = clock.now()) {
       visit(now);
       clock.sleep_until(now + kVisit);
       length_s_ = core::seconds<double>(now.time_since_epoch());
     }
-    log_.finish();
+    log_->finish();
   }
 
   const Recorder& recorder() const { return *recorder_; }
-  bool is_cut() const { return log_.is_cut(); }
-  std::uint32_t dropped() const { return writer_.dropped(); }
+  bool is_cut() const { return log_->is_cut(); }
+  std::uint32_t dropped() const { return writer_->dropped(); }
   std::uint32_t outages() const { return outages_; }
   std::uint32_t lost_poses() const { return pose_link_ ? pose_link_->stats().lost_frames : 0; }
   double length_s() const { return length_s_; }
@@ -108,8 +109,8 @@ class Session {
   std::optional<ListeningPort> pose_listener_;
   std::optional<link::PoseLink> pose_link_;
   std::optional<protocol::Aes256> cipher_;
-  LogFile log_;
-  log::UlogWriter writer_{log_.ring()};
+  std::optional<LogFile> log_;
+  std::optional<log::UlogWriter> writer_;
   std::optional<Recorder> recorder_;
   std::array<std::byte, 4096> buffer_{};
   bool port_was_gone_ = false;

@@ -180,7 +180,9 @@ void Recorder::write_rest(std::uint64_t stamp_us) {
 
 void Recorder::take(const core::Pose<double>& pose) {
   const core::Vector<double, 3>& p = pose.position_w_m;
-  write(kPose, recording::Pose{.timestamp = microseconds(pose.captured_at()),
+  const core::TimePoint captured =
+      pose_clock_.lay(core::Duration(pose.captured.time_since_epoch().count()), pose.arrived);
+  write(kPose, recording::Pose{.timestamp = microseconds(captured),
                                .xyz = {p.x(), p.y(), p.z()},
                                .yaw = pose.yaw_rad,
                                .arrived = microseconds(pose.arrived),

@@ -81,6 +81,7 @@ class Recorder {
   protocol::CipherScratch scratch_{};
   protocol::Telemetry telemetry_;
   ClockFit clock_;
+  ClockFit pose_clock_;
   std::array<Came, kStreams> came_{};
   std::array<Moved, 4> sticks_{};
   std::uint32_t packages_ = 0;

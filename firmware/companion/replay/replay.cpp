@@ -143,7 +143,8 @@ class LastRecord {
   }
 
  private:
-  std::array<std::byte, 1U << 16U> storage_{};
+  /// As large as a flight's: the tick that ends the wait for the first pose reads what came in five seconds.
+  std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
   log::Ring ring_;
   log::FlightLog log_;
 };

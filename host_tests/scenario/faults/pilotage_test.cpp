@@ -61,6 +61,7 @@ class PilotageTest : public ::testing::TestWithParam<link::Channel> {
     (void)until([] { return false; }, time);
     return flies();
   }
+  static core::Vector<double, 3> bench_start() { return FaultBench().world().vehicle().state().position_w_m; }
   bool is_pilots() {
     return !bench_->world().autopilot().client_in_control() && !bench_->world().autopilot().virtual_rc_on();
   }
@@ -92,6 +93,23 @@ TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays
   EXPECT_TRUE(is_pilots()) << "nobody flies unasked";
   input_.word = true;
   EXPECT_TRUE(fly_for(seconds(1))) << "and the operator's word counts again\n" << heard_.all();
+}
+
+// Catches a program that is started on the ground or by another place, and flies back there when it is told to fly.
+TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
+  for (const bool once : {false, true}) {
+    ended_ = false;
+    begin({.take_control = true,
+           .hold_s = 1000.0,
+           .once = once,
+           .begins_w_m = bench_start() + core::Vector<double, 3>{2.0, 0.0, 0.0},
+           .reach_m = 1.5});
+    (void)until([] { return false; }, seconds(10));
+    EXPECT_TRUE(is_pilots());
+    EXPECT_FALSE(pilotage_->flew());
+    EXPECT_TRUE(heard_.has("fly there, or start m100 again here")) << heard_.all();
+    EXPECT_EQ(ended_, once) << "a script ends, an operator is waited for";
+  }
 }
 
 TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {

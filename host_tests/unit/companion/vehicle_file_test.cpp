@@ -113,6 +113,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "v.toml:2: 'axis.roll.scale_rad_per_count': must be a number"},
         BadCase{"Nan", "[axis.roll]\nscale_rad_per_count = nan\n",
                 "v.toml:2: 'axis.roll.scale_rad_per_count': nan is outside [1e-05, 0.01]"},
+        BadCase{"NoNoise", "[estimator]\npose_position_sigma_m = 0.0\n",
+                "v.toml:2: 'estimator.pose_position_sigma_m': 0.0 is outside [1e-05, 1.0]"},
         BadCase{"BothOrders",
                 "[axis.roll]\nscale_rad_per_count = 9e-4\ntime_constant_s = 0.1\nnatural_frequency_rad_s = 9.0\n",
                 "v.toml:3: 'axis.roll.time_constant_s': an axis has a time constant or a natural frequency, not both"},

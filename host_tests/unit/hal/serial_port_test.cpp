@@ -299,5 +299,19 @@ TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
   }
 }
 
+// Catches a port that is lost in a write and opened again before anybody has read that it was gone.
+TEST(SerialPort, ALossThatAWriteFoundIsToldToTheNextRead) {
+  FarSide far;
+  std::array<std::byte, 4> destination;
+  SerialPort port(far.name(), 230400, kInterrupted);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  error_to_give = EIO;
+  interruptions_left = 1;
+  EXPECT_EQ(port.write(bytes_of("ab")).status(), core::Status::kUnavailable);
+  interruptions_left = 0;
+  EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
+  EXPECT_EQ(port.read(destination).value_or(9), 0U) << "once; then it is open again";
+}
+
 }  // namespace
 }  // namespace m100::hal

@@ -55,6 +55,15 @@ TEST(ServiceWatchdog, SaysThatItIsReadyAndThenTenTimesASecondThatItLives) {
   EXPECT_EQ(words, 10);
 }
 
+TEST(ServiceWatchdog, SaysThatItIsEndingSoThatWritingTheLogIsNoHang) {
+  const Manager manager;
+  ServiceWatchdog watchdog;
+  watchdog.start(std::chrono::seconds(1));
+  (void)manager.heard();
+  watchdog.stop();
+  EXPECT_EQ(manager.heard(), "STOPPING=1");
+}
+
 // A manager that reads nothing fills the line; the tick must not wait for it.
 TEST(ServiceWatchdog, DoesNotWaitForAManagerThatDoesNotListen) {
   const Manager manager;

@@ -10,6 +10,7 @@
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
 #include "protocol/mavlink/pose_messages.h"
+#include "protocol/mavlink/state_messages.h"
 
 namespace m100::link {
 namespace {
@@ -93,6 +94,14 @@ TEST_F(PoseLinkTest, LostFramesAreCounted) {
   frames += 3;
   EXPECT_TRUE(send(2000));
   EXPECT_EQ(link.stats().lost_frames, 3U);
+}
+
+TEST_F(PoseLinkTest, OtherMessagesOfTheSenderAreNotLostPoses) {
+  EXPECT_TRUE(send(1000));
+  write(mavlink::Heartbeat{});
+  write(mavlink::Timesync{.tc1 = 0, .ts1 = 5});
+  EXPECT_TRUE(send(2000));
+  EXPECT_EQ(link.stats().lost_frames, 0U);
 }
 
 /// A sender whose clock shows kUnix_us more than ours answers a question; `out` and `back` are the ways.
