@@ -14,6 +14,8 @@
 namespace m100::lab::logs {
 namespace {
 
+constexpr std::string_view kEmpty = "'' is not a finite number";
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r";
   const std::size_t first = text.find_first_not_of(kBlank);
@@ -83,15 +85,21 @@ class CsvLog final : public RawLog {
     std::string first_wrong;
     long wrong_line = 0;
     std::size_t wrong = 0;
+    std::size_t numbers = 0;
     for (const Row& row : rows_) {
       std::string complaint;
       column.values.push_back(value(row, index, complaint));
-      if (!complaint.empty() && ++wrong == 1) {
+      if (complaint.empty()) {
+        ++numbers;
+        continue;
+      }
+      if (first_wrong.empty()) {
         first_wrong = complaint;
         wrong_line = row.line;
       }
+      wrong += complaint == kEmpty ? 0U : 1U;  // an empty cell says that nothing was sampled, however many there are
     }
-    if (2 * wrong >= rows_.size()) {
+    if (numbers == 0 || 2 * wrong >= rows_.size()) {
       throw InputError(file(), wrong_line, name, first_wrong);
     }
     return column;
@@ -104,8 +112,8 @@ class CsvLog final : public RawLog {
     std::vector<double> clock(rows_.size(), std::numeric_limits<double>::quiet_NaN());
     for (const char* const name : {"t_s", "time_s", "time", "t", "timestamp", "Time"}) {
       if (const auto found = std::find(names_.begin(), names_.end(), name); found != names_.end()) {
-        std::string ignored;
         for (std::size_t k = 0; k < rows_.size(); ++k) {
+          std::string ignored;
           clock[k] = value(rows_[k], static_cast<std::size_t>(found - names_.begin()), ignored);
         }
         break;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 
@@ -14,17 +15,18 @@ namespace {
 struct Column {
   std::string name;
   const std::vector<double>* values;
+  std::vector<std::uint8_t> gap;  ///< where the value was not sampled; empty: nowhere
 };
 
 std::vector<Column> columns_of(const FlightLog& log) {
   std::vector<Column> out;
   for (std::size_t i = 0; i < kSignals; ++i) {
     if (!log.signals[i].empty()) {
-      out.push_back({std::string(kSignalNames[i]), &log.signals[i]});
+      out.push_back({std::string(kSignalNames[i]), &log.signals[i], log.gap_of({static_cast<Signal>(i)})});
     }
   }
   for (const auto& [name, values] : log.extra) {
-    out.push_back({"extra_" + name, &values});
+    out.push_back({"extra_" + name, &values, {}});
   }
   return out;
 }
@@ -32,6 +34,13 @@ std::vector<Column> columns_of(const FlightLog& log) {
 std::string digits(double value) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
+}
+
+/// A clock may count from 1970: nine digits would leave ten seconds of it.
+std::string stamp(double time_s) {
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.15g", time_s);
   return text.data();
 }
 
@@ -54,9 +63,10 @@ void write_csv(const FlightLog& log, const std::string& file) {
   }
   out << (has_gaps ? ",gap\n" : "\n");
   for (std::size_t k = 0; k < log.size; ++k) {
-    out << digits(log.time_s(k));
+    out << stamp(log.time_s(k));
     for (const Column& column : columns) {
-      out << "," << digits((*column.values)[k]);
+      const bool sampled = k >= column.gap.size() || column.gap[k] == 0;
+      out << "," << (sampled ? digits((*column.values)[k]) : "");
     }
     out << (has_gaps ? (log.gap[k] != 0 ? ",1\n" : ",0\n") : "\n");
   }

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
+#include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/unit/logs/log_files.h"
 
 namespace m100::lab::logs {
@@ -62,6 +66,59 @@ TEST(OpenLog, NamesAFileThatIsNotThere) {
 TEST(OpenLog, RefusesADamagedMatFile) {
   const TemporaryFile file("a.mat", "MATLAB 5.0 MAT-file, cut short");
   EXPECT_EQ(complaint_of([&] { open_log(file.path()); }).rfind(file.path() + ": ", 0), 0U);
+}
+
+// A short row must not silence the clock of all rows that follow it in the list of topics.
+TEST(Csv, OneSpoiltRowDoesNotSpoilTheClockOfTheTopics) {
+  const TemporaryFile file("a.csv", "t,x\n0,1\n0.1\n0.2,2\n0.3,3\n");
+  EXPECT_NEAR(open_log(file.path())->topics().at(0).to_s, 0.3, 1e-12);
+}
+
+// A stream that is slower than its file has empty cells in most rows: that is no column of words.
+TEST(Csv, EmptyCellsAreNotSampled) {
+  const TemporaryFile file("a.csv", "t,x\n0,1\n1,\n2,\n3,\n4,5\n");
+  const std::vector<double> x = open_log(file.path())->column("x", "rate_x").values;
+  ASSERT_EQ(x.size(), 5U);
+  EXPECT_EQ(x[0], 1.0);
+  EXPECT_TRUE(std::isnan(x[2]));
+}
+
+FlightLog with_gaps() {
+  FlightLog log;
+  log.start_s = 1.7e9 + 0.25;  // seconds since 1970
+  log.size = 500;
+  log.gap.assign(log.size, 0);
+  for (const Signal signal : {Signal::kStickRoll, Signal::kAttitudeRoll}) {
+    log.of(signal).resize(log.size);
+    for (std::size_t k = 0; k < log.size; ++k) {
+      log.of(signal)[k] = std::sin(0.05 * static_cast<double>(k));
+    }
+  }
+  std::vector<std::uint8_t>& gap = log.signal_gap[Signal::kAttitudeRoll];
+  gap.assign(log.size, 0);
+  for (std::size_t k = 100; k < 400; ++k) {
+    gap[k] = log.gap[k] = 1;
+  }
+  return log;
+}
+
+// Catches a converted log in which a gap has become data, or whose samples fall on one stamp.
+TEST(WriteCsv, KeepsGapsAndClocks) {
+  const FlightLog log = with_gaps();
+  const TemporaryFile csv("a.csv", "");
+  const TemporaryFile map("a.toml", "");
+  write_csv(log, csv.path());
+  write_column_map(log, map.path());
+  const FlightLog back = load(csv.path(), map.path());
+  EXPECT_NEAR(back.start_s, log.start_s, 1e-5);
+  ASSERT_EQ(back.size, log.size);
+  const std::vector<std::uint8_t> gap = back.gap_of({Signal::kAttitudeRoll});
+  const std::vector<std::uint8_t> stick = back.gap_of({Signal::kStickRoll});
+  for (std::size_t k = 0; k < log.size; ++k) {
+    EXPECT_EQ(gap[k], log.gap[k]) << k;
+    EXPECT_EQ(stick[k], 0) << k;
+    EXPECT_NEAR(back.of(Signal::kStickRoll)[k], log.of(Signal::kStickRoll)[k], 1e-6) << k;
+  }
 }
 
 }  // namespace
