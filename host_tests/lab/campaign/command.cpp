@@ -137,6 +137,13 @@ void run(const Options& options) {
   if (options.worlds.empty() == options.merge.empty()) {
     throw InputError("campaign", 0, "", "give the worlds to fly (plant files), or --merge with the parts to join");
   }
+  std::vector<std::string> inputs = options.merge;
+  inputs.insert(inputs.end(), options.worlds.begin(), options.worlds.end());
+  inputs.insert(inputs.end(), {options.vehicle, options.plant_from});
+  for (const std::string& input : inputs) {
+    refuse_overwriting(input, options.json, "--json");
+  }
+  require_writable(options.json, "--json");
   const Json report = options.merge.empty() ? flown(options) : merged(options.merge);
   print_table(std::cout, report);
   if (!options.json.empty()) {

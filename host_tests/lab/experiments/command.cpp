@@ -11,6 +11,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -59,6 +60,14 @@ void write_json(const std::string& path, const nlohmann::json& json) {
   if (!file) {
     throw InputError(path, 0, "", "cannot be written");
   }
+}
+
+/// Before the flights: they take minutes.
+void check_outputs(const Options& options) {
+  for (const std::string& input : {options.plant, options.plant_from, options.vehicle}) {
+    refuse_overwriting(input, options.json, "--json");
+  }
+  require_writable(options.json, "--json");
 }
 
 std::string about(const Options& options) {
@@ -119,7 +128,10 @@ void add_experiments(CLI::App& lab) {
   command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show it beside");
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
-  command->callback([options] { options->rates ? run_rates(*options) : run(*options); });
+  command->callback([options] {
+    check_outputs(*options);
+    options->rates ? run_rates(*options) : run(*options);
+  });
 }
 
 }  // namespace m100::lab

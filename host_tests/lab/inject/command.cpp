@@ -14,6 +14,7 @@
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
@@ -38,6 +39,12 @@ hidden::Hidden effects_of(const std::string& text) {
 }
 
 void run(const Options& options) {
+  for (const std::string& input : {options.log, options.columns}) {
+    refuse_overwriting(input, options.out, "--out");
+    refuse_overwriting(input, options.map, "--map");
+  }
+  require_writable(options.out, "--out");
+  require_writable(options.map, "--map");
   const logs::FlightLog log = logs::load(options.log, options.columns);
   const hidden::Hidden effects = effects_of(options.effect);
   identify::ModelResult fitted;

@@ -31,6 +31,10 @@ std::string between(const std::string& page, const std::string& html, const std:
 }
 
 void run(const Options& options) {
+  for (const std::string& page : options.pages) {
+    refuse_overwriting(page, options.out, "--out");
+  }
+  require_writable(options.out, "--out");
   plot::Page whole(options.title);
   if (!options.note.empty()) {
     whole.paragraph(options.note);

@@ -10,6 +10,7 @@
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
@@ -19,6 +20,9 @@ struct Options {
 };
 
 void run(const Options& options) {
+  refuse_overwriting(options.pitch_roll, options.json, "--json");
+  refuse_overwriting(options.height, options.json, "--json");
+  require_writable(options.json, "--json");
   const identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
   std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
   nlohmann::ordered_json lines = nlohmann::ordered_json::array();
