@@ -175,10 +175,10 @@ double cut_share(const std::vector<double>& stick, const std::vector<char>& used
 }
 
 std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::string& signal) {
-  double most = 0.0;
-  for (const double value : angle_rad) {
-    most = std::max(most, std::abs(value));
-  }
+  // Not the largest: one broken sample must not rescale a log.
+  std::vector<double> sizes(angle_rad.size());
+  std::transform(angle_rad.begin(), angle_rad.end(), sizes.begin(), [](double value) { return std::abs(value); });
+  const double most = quantile(std::move(sizes), 0.995);
   if (!(most > 1.02 * std::numbers::pi)) {
     return {};
   }
