@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 
 #include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/log_defects.h"
@@ -21,20 +22,34 @@ constexpr double kLittle = 0.25;         // share of the mean square below which
 constexpr double kSwappedOwn = 0.3;      // squared correlation with its own stick below which, and
 constexpr double kSwappedOther = 0.6;    // with the other one above which, the columns are exchanged
 constexpr double kHeld_s = 0.045;
-constexpr double kCutShare = 0.2;  // of the time at the stops
+constexpr double kCutShare = 0.2;      // of the time at the stops
+constexpr double kHardlyMoves = 0.1;   // of the training part's travel of the stick: less tests no model of it
+constexpr double kFullStick = 660.0;   // counts
+constexpr double kFastestTurn = 40.0;  // rad/s at full stick, beyond any gyro's range
+constexpr double kSteepest = 1.6;      // rad at full stick: nobody commands more than a right angle
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
-void check_moved(const AxisPart& part, const char* option) {
+/// Difference of the largest and the smallest stick inside of the blocks.
+double travel(const AxisPart& part) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
-  double largest = 0.0;
-  double response_low = low;
-  double response_high = -low;
   for (std::size_t block = 0; block < part.blocks.size(); ++block) {
     for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i) {
       low = std::min(low, part.signals.data.stick[i]);
       high = std::max(high, part.signals.data.stick[i]);
+    }
+  }
+  return high > low ? high - low : 0.0;
+}
+
+void check_moved(const AxisPart& part, const char* option) {
+  double largest = 0.0;
+  double response_low = std::numeric_limits<double>::infinity();
+  double response_high = -response_low;
+  for (std::size_t block = 0; block < part.blocks.size(); ++block) {
+    for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i) {
       response_low = std::min(response_low, part.signals.data.measured[i]);
       response_high = std::max(response_high, part.signals.data.measured[i]);
     }
@@ -43,7 +58,7 @@ void check_moved(const AxisPart& part, const char* option) {
     largest = std::max(largest, std::abs(value));
   }
   const double least = largest > 5.0 ? 10.0 : 0.01;
-  if (part.blocks.size() > 0 && !(high - low > least)) {
+  if (part.blocks.size() > 0 && !(travel(part) > least)) {
     throw InputError(part.log.file, 0, part.signals.stick_name,
                      std::string("the stick was never moved in the ") + option + " ranges");
   }
@@ -63,6 +78,10 @@ AxisStudy::AxisStudy(const Request& request, double stick_earlier_s)
   check_declared(request.declared, kBases, AxisFamily::knows, "a stick axis");
   check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
   check_moved(training_, "training");
+  if (validation_.signals.stick_name != training_.signals.stick_name) {
+    throw InputError(validation_.log.file, 0, validation_.signals.stick_name,
+                     "is the input here, and " + training_.signals.stick_name + " that of the training part");
+  }
   for (const std::string& name : request.declared) {
     if (model::axis_effect(name)->needs_other_stick && training_.signals.data.other.empty()) {
       throw InputError(request.log->file, 0, name, "needs the other axis' stick, which the column map does not have");
@@ -137,7 +156,9 @@ void AxisStudy::annotate(const Selection&, IdentifyResult& result) const {
     effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
   }
   const logs::Alignment& found = request_.log->alignment;
-  result.alignment = {static_cast<double>(found.stick_shift_samples), found.evidence};
+  // A correlation is that of the rates with the attitude: it says nothing of the sticks.
+  result.alignment = {static_cast<double>(found.stick_shift_samples),
+                      found.evidence == "sequence" ? found.evidence : "none"};
   for (const AxisPart* part : {&training_, &validation_}) {
     if (part == &training_ || &validation_.log != &training_.log) {
       result.findings.insert(result.findings.end(), part->signals.findings.begin(), part->signals.findings.end());
@@ -192,6 +213,9 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
                                  " % of the error; most of it is still unexplained (fit " +
                                  std::to_string(std::lround(fit_percent)) + " %)");
   }
+  if (travel(validation_) < kHardlyMoves * travel(training_)) {
+    result.unexplained.push_back("the validation part hardly moves " + signals.stick_name + ": it tests nothing");
+  }
   const double cut = cut_share(signals.data.stick, signals.data.valid);
   if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
     result.unexplained.push_back(signals.stick_name + " stands at its largest value for " +
@@ -205,24 +229,50 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
                   signals.response_name.c_str(), held_s);
     result.unexplained.emplace_back(text);
   }
-  if (!signals.data.other.empty()) {
-    const double own =
-        share_explained(signals.data.stick, signals.data.measured, signals.data.valid, signals.data.period_s);
-    const double other =
-        share_explained(signals.data.other, signals.data.measured, signals.data.valid, signals.data.period_s);
-    if (own < kSwappedOwn && other > kSwappedOther) {
-      result.findings.push_back({.what = "swapped_axes",
-                                 .signal = signals.stick_name,
-                                 .text = signals.response_name + " follows " + signals.other_name + " and not " +
-                                         signals.stick_name + ": two columns are probably exchanged"});
-    }
+  if (!signals.data.other.empty() && follows_the_other()) {
+    result.findings.push_back({.what = "swapped_axes",
+                               .signal = signals.stick_name,
+                               .text = signals.response_name + " follows " + signals.other_name + " and not " +
+                                       signals.stick_name + ": two columns are probably exchanged"});
   }
-  const double gain = model.scale_per_count;
-  if (fit_percent > kHardlyFollows && (request_.axis == "yaw_rate" ? gain > 0.0 : gain < 0.0)) {
+  if (fit_percent > kHardlyFollows) {
+    misreadings(model.scale_per_count, result);
+  }
+}
+
+bool AxisStudy::follows_the_other() const {
+  const AxisData& data = training_.signals.data;
+  return share_explained(data.stick, data.measured, data.valid, data.period_s) < kSwappedOwn &&
+         share_explained(data.other, data.measured, data.valid, data.period_s) > kSwappedOther;
+}
+
+void AxisStudy::misreadings(double gain, IdentifyResult& result) const {
+  const AxisSignals& signals = training_.signals;
+  // The yaw stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
+  if (signals.stick_name == "stick_yaw" ? gain > 0.0 : gain < 0.0) {
     result.findings.push_back({.what = "sign_reversed",
                                .signal = signals.stick_name,
                                .text = signals.response_name + " moves against " + signals.stick_name +
                                        ": a sign of the column map is probably wrong"});
+  }
+  if (signals.stick_name.rfind("command_", 0) == 0) {
+    if (std::abs(gain) > 0.7 * kDegrees || std::abs(gain) < 1.4 / kDegrees) {
+      result.findings.push_back({.what = "wrong_unit",
+                                 .signal = signals.stick_name,
+                                 .text = signals.response_name + " and " + signals.stick_name +
+                                         " differ by a factor of " + std::to_string(std::abs(gain)) +
+                                         ": one of them is probably in degrees"});
+    }
+    return;
+  }
+  constexpr double kCounts = 5.0;  // a stick that never goes beyond is a share of its travel
+  const double full = std::abs(gain) * (family_->scale().stick > kCounts ? kFullStick : 1.0);
+  const bool turns = request_.axis == "yaw_rate";
+  if (request_.axis != "climb" && full > (turns ? kFastestTurn : kSteepest)) {
+    result.findings.push_back({.what = "wrong_unit",
+                               .signal = signals.response_name,
+                               .text = signals.response_name + " would go to " + std::to_string(full) +
+                                       (turns ? " rad/s" : " rad") + " at full stick: it is probably in degrees"});
   }
 }
 
