@@ -11,8 +11,16 @@ namespace {
 
 constexpr double kSettle_s = 1.0;  // a free run forgets its start within this time
 
+/// Number of the flight in which a sample lies.
+std::size_t flight_of(const AxisData& data, std::size_t sample) {
+  return static_cast<std::size_t>(
+      std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t begin) { return begin <= sample; }));
+}
+
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
-void append_free_run(const AxisPart& part, const model::StickAxis& model, ResidualInput& input) {
+/// @param first_flight  number of the log's first flight, so that two logs have no number in common
+void append_free_run(const AxisPart& part, const model::StickAxis& model, std::size_t first_flight,
+                     ResidualInput& input) {
   const AxisData& data = part.signals.data;
   const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
   const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
@@ -34,6 +42,7 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, Residu
             input.block_begin.push_back(residual.size() + i - begin);
           }
           input.time_s.push_back(data.time_s(i));
+          input.flight.push_back(first_flight + flight_of(data, i));
         }
         residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
         merge(input.groups, axis_regressors(part.log, part.signals, begin, end));
@@ -52,8 +61,9 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
   input.sample_period_s = training.signals.data.period_s;
   input.residuals.resize(1);
   input.noise_floor = request.noise_floor;
-  append_free_run(training, model, input);
-  append_free_run(validation, model, input);
+  append_free_run(training, model, 0, input);
+  const bool one_log = &validation.log == &training.log;
+  append_free_run(validation, model, one_log ? 0 : training.signals.data.flights.size() + 1, input);
   return test_residual(input, ResidualOptions{}).unexplained;
 }
 

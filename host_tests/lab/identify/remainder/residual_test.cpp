@@ -24,38 +24,112 @@ struct Line {
   double peak = 0.0;  // over the mean of its neighbourhood
 };
 
-// Periodogram over the thinned residual by plain sums: a few hundred frequencies, a few hundred samples per minute.
-Line strongest_line(const Vector& target, const Thinned& thinned, double period_s) {
-  const Eigen::Index rows = target.size();
-  const double duration_s = period_s * static_cast<double>(thinned.end.back() - thinned.begin.front());
-  const double lowest_hz = 6.0 / duration_s;  // fewer periods cannot be told from slow air
-  const auto bins = std::min<std::size_t>(600, static_cast<std::size_t>(4.0 * duration_s));
-  std::vector<double> power(bins, 0.0);
+constexpr double kLongestPiece_s = 120.0;  // longer ones need more frequencies than a residual is worth
+constexpr double kLongestHole_s = 10.0;    // pieces with a longer one between them show a line many times beside itself
+constexpr double kHighest_hz = 4.0;        // of means at 10 Hz
+constexpr double kPerBin = 2.0;            // frequencies for each independent one: a line between two keeps its power
+
+/// One mean of the residual with the moment that it belongs to.
+struct Moment {
+  std::size_t flight;
+  double t_s;
+  double value;
+};
+
+/// Consecutive moments [first, last) of one flight without a long hole.
+struct Piece {
+  std::size_t first;
+  std::size_t last;
+};
+
+/// In the order of time, whatever order training and validation ranges have.
+std::vector<Moment> moments_of(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
   const double mean = target.mean();
-  const double total = (target.array() - mean).square().sum();
-  for (std::size_t bin = 0; bin < bins; ++bin) {
-    const double hz = static_cast<double>(bin + 1) * 4.0 / static_cast<double>(bins);
-    double c = 0.0;
-    double s = 0.0;
-    for (Eigen::Index row = 0; row < rows; ++row) {
-      const double t_s = period_s * static_cast<double>(thinned.begin[static_cast<std::size_t>(row)]);
-      const double angle = 2.0 * std::numbers::pi * hz * t_s;
-      c += (target(row) - mean) * std::cos(angle);
-      s += (target(row) - mean) * std::sin(angle);
-    }
-    power[bin] = 2.0 * (c * c + s * s) / static_cast<double>(rows);
+  std::vector<Moment> out;
+  for (std::size_t row = 0; row < thinned.begin.size(); ++row) {
+    const std::size_t at = thinned.begin[row];
+    out.push_back({at < input.flight.size() ? input.flight[at] : 0,
+                   at < input.time_s.size() ? input.time_s[at] : input.sample_period_s * static_cast<double>(at),
+                   target(static_cast<Eigen::Index>(row)) - mean});
   }
+  std::sort(out.begin(), out.end(), [](const Moment& a, const Moment& b) {
+    return a.flight != b.flight ? a.flight < b.flight : a.t_s < b.t_s;
+  });
+  return out;
+}
+
+/// Pieces in which a line keeps its phase; what is longer than 120 s is cut into equal ones.
+std::vector<Piece> pieces_of(const std::vector<Moment>& moments) {
+  std::vector<Piece> out;
+  std::size_t first = 0;
+  for (std::size_t k = 1; k <= moments.size(); ++k) {
+    const bool goes_on = k < moments.size() && moments[k].flight == moments[first].flight &&
+                         moments[k].t_s - moments[k - 1].t_s <= kLongestHole_s;
+    if (goes_on) {
+      continue;
+    }
+    const double span_s = moments[k - 1].t_s - moments[first].t_s;
+    const double each_s = span_s / std::max(1.0, std::ceil(span_s / kLongestPiece_s));
+    std::size_t begin = first;
+    for (std::size_t i = first + 1; i < k; ++i) {
+      if (moments[i].t_s - moments[begin].t_s > each_s) {
+        out.push_back({begin, i});
+        begin = i;
+      }
+    }
+    out.push_back({begin, k});
+    first = k;
+  }
+  return out;
+}
+
+/// Power of a piece at one frequency.
+double power_at(const std::vector<Moment>& moments, const Piece& piece, double hz) {
+  double c = 0.0;
+  double s = 0.0;
+  for (std::size_t k = piece.first; k < piece.last; ++k) {
+    const double angle = 2.0 * std::numbers::pi * hz * (moments[k].t_s - moments[piece.first].t_s);
+    c += moments[k].value * std::cos(angle);
+    s += moments[k].value * std::sin(angle);
+  }
+  return 2.0 * (c * c + s * s) / static_cast<double>(piece.last - piece.first);
+}
+
+// Periodogram over the thinned residual by plain sums: a thousand frequencies, a few hundred samples per minute. A line
+// keeps its phase within a piece, and its power from piece to piece.
+Line strongest_line(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
+  const std::vector<Moment> moments = moments_of(target, input, thinned);
+  const std::vector<Piece> pieces = pieces_of(moments);
+  double span_s = 0.0;
+  double total = 0.0;
+  for (const Piece& piece : pieces) {
+    span_s = std::max(span_s, moments[piece.last - 1].t_s - moments[piece.first].t_s);
+  }
+  for (const Moment& moment : moments) {
+    total += moment.value * moment.value;
+  }
+  const double lowest_hz = 6.0 / span_s;  // fewer periods cannot be told from slow air
+  const auto bins = static_cast<std::size_t>(kPerBin * kHighest_hz * span_s);
+  std::vector<double> power(bins, 0.0);
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    const double hz = static_cast<double>(bin + 1) * kHighest_hz / static_cast<double>(bins);
+    for (const Piece& piece : pieces) {
+      power[bin] += power_at(moments, piece, hz);
+    }
+  }
+  constexpr std::size_t kAround = 32;  // frequencies on both sides, without the line's own
+  constexpr std::size_t kOwn = 7;
   Line line;
   for (std::size_t bin = 0; bin < bins; ++bin) {
-    const double hz = static_cast<double>(bin + 1) * 4.0 / static_cast<double>(bins);
+    const double hz = static_cast<double>(bin + 1) * kHighest_hz / static_cast<double>(bins);
     if (hz < lowest_hz || total <= 0.0 || power[bin] / total <= line.share) {
       continue;
     }
     double around = 0.0;
     double count = 0.0;
-    const std::size_t from = bin > 16 ? bin - 16 : 0;
-    for (std::size_t other = from; other < std::min(bins, bin + 17); ++other) {
-      if (other + 4 < bin + 1 || other > bin + 3) {
+    const std::size_t from = bin > kAround ? bin - kAround : 0;
+    for (std::size_t other = from; other < std::min(bins, bin + kAround + 1); ++other) {
+      if (other + kOwn < bin || other > bin + kOwn) {
         around += power[other];
         count += 1.0;
       }
@@ -124,7 +198,7 @@ void report_lines(const ResidualInput& input, const std::vector<Vector>& targets
     }
   }
   for (const Vector& target : targets) {
-    const Line line = strongest_line(target, thinned, input.sample_period_s);
+    const Line line = strongest_line(target, input, thinned);
     if (line.share > finding.line_share) {
       finding.line_hz = line.hz;
       finding.line_share = line.share;
@@ -162,12 +236,20 @@ void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) 
     into = std::move(more);
     return;
   }
-  for (std::size_t group = 0; group < std::min(into.size(), more.size()); ++group) {
-    for (std::size_t k = 0; k < into[group].columns.size(); ++k) {
-      std::vector<double>& column = into[group].columns[k];
-      column.insert(column.end(), more[group].columns[k].begin(), more[group].columns[k].end());
+  std::vector<RegressorGroup> both;
+  for (RegressorGroup& group : into) {
+    const auto same = std::find_if(more.begin(), more.end(), [&](const RegressorGroup& other) {
+      return other.source == group.source && other.columns.size() == group.columns.size();
+    });
+    if (same == more.end()) {
+      continue;
     }
+    for (std::size_t k = 0; k < group.columns.size(); ++k) {
+      group.columns[k].insert(group.columns[k].end(), same->columns[k].begin(), same->columns[k].end());
+    }
+    both.push_back(std::move(group));
   }
+  into = std::move(both);
 }
 
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean) {
@@ -187,6 +269,7 @@ double autocorrelation(const std::vector<double>& values, std::size_t lag, bool 
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options) {
   ResidualFinding finding;
   if (input.residuals.empty() || input.residuals.front().empty() || input.block_begin.size() < kResidualFolds) {
+    finding.unexplained.emplace_back("what is left was not tested: it has fewer than five stretches without a gap");
     return finding;
   }
   const Thinned thinned = thin(input, input.residuals.front().size());

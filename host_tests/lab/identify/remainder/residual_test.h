@@ -20,7 +20,8 @@ struct ResidualInput {
   std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
   std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
                                                ///< what cross validation leaves out
-  std::vector<double> time_s;                  ///< of each sample, for messages; may be empty
+  std::vector<double> time_s;                  ///< of each sample on the clock of its flight; empty: all in one row
+  std::vector<std::size_t> flight;             ///< in which each sample lies: one clock each; empty: all in one
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
   double noise_floor = 0.0;                    ///< declared root mean square; 0: not declared
@@ -54,12 +55,15 @@ struct ResidualFinding {
 };
 
 /// Ridge regression of the residual on each group, cross-validated over blocks and held against circular shifts of the
-/// residual; the same for its size; the strongest spectral line; the declared floor.
-/// Preconditions: at least one residual, all of one length; every column and time_s (unless empty) has that length too;
-/// block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
+/// residual; the same for its size; the strongest spectral line; the declared floor. Fewer than five blocks cannot be
+/// tested, and the finding says so.
+/// Preconditions: at least one residual, all of one length; every column, time_s and flight (unless empty) have that
+/// length; block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 
-/// Appends the samples of another stretch to groups of the same sources in the same order; into nothing: takes them.
+/// Appends the samples of another stretch to the groups of the same source and number of columns; into nothing: takes
+/// them. A group that one of both lacks is dropped: its columns would be too short. Precondition: at least one group is
+/// common to all that is merged.
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
 
 /// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 where it has no power.

@@ -152,7 +152,8 @@ std::vector<RegressorGroup> activity(const Part& part) {
   return out;
 }
 
-void append(const Request& request, const Part& part, const Fit& fit, ResidualInput& input) {
+/// @param first_flight  number of the log's first flight, so that two logs have no number in common
+void append(const Request& request, const Part& part, const Fit& fit, std::size_t first_flight, ResidualInput& input) {
   const std::vector<double> predicted = TranslationFamily::prediction(part.blocks, fit);
   std::vector<double> error(predicted.size());
   std::transform(part.measured.begin(), part.measured.end(), predicted.begin(), error.begin(), std::minus<>{});
@@ -160,6 +161,9 @@ void append(const Request& request, const Part& part, const Fit& fit, ResidualIn
     input.block_begin.push_back(input.time_s.size());
     for (const std::size_t i : block.samples) {
       input.time_s.push_back(part.data.time_s(i));
+      const auto begun = std::count_if(part.log.flights.begin(), part.log.flights.end(),
+                                       [&](const logs::Flight& flight) { return flight.begin <= i; });
+      input.flight.push_back(first_flight + static_cast<std::size_t>(begun));
     }
   }
   for (std::size_t c = 0; c < part.data.axes; ++c) {
@@ -178,8 +182,9 @@ std::vector<std::string> remainder_of(const Request& request, const Part& traini
   input.sample_period_s = training.blocks.sample_period_s;
   input.noise_floor = request.noise_floor;
   input.residuals.resize(training.data.axes);
-  append(request, training, fit, input);
-  append(request, validation, fit, input);
+  append(request, training, fit, 0, input);
+  const bool one_log = &validation.log == &training.log;
+  append(request, validation, fit, one_log ? 0 : training.log.flights.size() + 1, input);
   ResidualOptions options;
   options.minimum_share = kMinimumShare;
   // What the residual itself moves is tested apart, and has to show more.
