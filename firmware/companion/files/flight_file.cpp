@@ -12,63 +12,52 @@
 namespace m100::companion {
 namespace {
 
-/// One key: where it stands, what it fills, what it may be. Exactly one of the three places is set.
-struct Key {
-  std::string_view section;  ///< empty: the top of the file
-  std::string_view key;
-  double FlightFile::*number = nullptr;
-  Range FlightFile::*range = nullptr;
-  Mode FlightFile::*mode = nullptr;
-  double low = 0.0;
-  double high = 0.0;
-  bool required = false;
-};
-
 constexpr double kFarthest_m = 1000.0;
 constexpr double kRounding_m = 1e-3;  ///< a pose has millimetres; a course along the fence is inside
 constexpr std::array kKeys{
-    Key{.section = "", .key = "mode", .mode = &FlightFile::mode},
-    Key{.section = "fence",
-        .key = "x_m",
-        .range = &FlightFile::fence_x_m,
-        .low = -kFarthest_m,
-        .high = kFarthest_m,
-        .required = true},
-    Key{.section = "fence",
-        .key = "y_m",
-        .range = &FlightFile::fence_y_m,
-        .low = -kFarthest_m,
-        .high = kFarthest_m,
-        .required = true},
-    Key{.section = "fence",
-        .key = "z_m",
-        .range = &FlightFile::fence_z_m,
-        .low = -kFarthest_m,
-        .high = kFarthest_m,
-        .required = true},
-    Key{.section = "fence",
-        .key = "ground_z_m",
-        .number = &FlightFile::ground_z_m,
-        .low = -kFarthest_m,
-        .high = kFarthest_m},
-    Key{.section = "wind", .key = "class_m_s", .number = &FlightFile::wind_m_s, .low = 0.0, .high = 20.0},
+    FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
+    FlightKey{.section = "fence",
+              .key = "x_m",
+              .range = &FlightFile::fence_x_m,
+              .low = -kFarthest_m,
+              .high = kFarthest_m,
+              .required = true},
+    FlightKey{.section = "fence",
+              .key = "y_m",
+              .range = &FlightFile::fence_y_m,
+              .low = -kFarthest_m,
+              .high = kFarthest_m,
+              .required = true},
+    FlightKey{.section = "fence",
+              .key = "z_m",
+              .range = &FlightFile::fence_z_m,
+              .low = -kFarthest_m,
+              .high = kFarthest_m,
+              .required = true},
+    FlightKey{.section = "fence",
+              .key = "ground_z_m",
+              .number = &FlightFile::ground_z_m,
+              .low = -kFarthest_m,
+              .high = kFarthest_m},
+    FlightKey{.section = "wind", .key = "class_m_s", .number = &FlightFile::wind_m_s, .low = 0.0, .high = 20.0},
     // Promise R3: a pose is never taken for fresh for longer than 250 ms.
-    Key{.section = "pose", .key = "fresh_s", .number = &FlightFile::pose_fresh_s, .low = 0.02, .high = 0.25},
+    FlightKey{.section = "pose", .key = "fresh_s", .number = &FlightFile::pose_fresh_s, .low = 0.02, .high = 0.25},
     // The observer gives a prediction up 1 s after its last pose, which may have been fresh for 0.25 s of it.
-    Key{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 0.75},
-    Key{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
-    Key{.section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
-    Key{.section = "limits",
-        .key = "acceleration_m_s2",
-        .number = &FlightFile::course_acceleration_m_s2,
-        .low = 0.1,
-        .high = 20.0},
-    Key{.section = "limits", .key = "tilt_deg", .number = &FlightFile::course_tilt_deg, .low = 1.0, .high = 25.0},
-    Key{.section = "limits",
-        .key = "yaw_rate_deg_s",
-        .number = &FlightFile::course_yaw_rate_deg_s,
-        .low = 1.0,
-        .high = 100.0},
+    FlightKey{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 0.75},
+    FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
+    FlightKey{
+        .section = "limits", .key = "speed_m_s", .number = &FlightFile::course_speed_m_s, .low = 0.1, .high = 20.0},
+    FlightKey{.section = "limits",
+              .key = "acceleration_m_s2",
+              .number = &FlightFile::course_acceleration_m_s2,
+              .low = 0.1,
+              .high = 20.0},
+    FlightKey{.section = "limits", .key = "tilt_deg", .number = &FlightFile::course_tilt_deg, .low = 1.0, .high = 25.0},
+    FlightKey{.section = "limits",
+              .key = "yaw_rate_deg_s",
+              .number = &FlightFile::course_yaw_rate_deg_s,
+              .low = 1.0,
+              .high = 100.0},
 };
 
 std::string full_name(std::string_view section, std::string_view key) {
@@ -93,7 +82,7 @@ std::string place(const std::string& file, const toml::node* node) {
   throw FlightFileError(place(file, node) + ": '" + key + "': " + what);
 }
 
-double number(const toml::node& node, const Key& key, const std::string& file) {
+double number(const toml::node& node, const FlightKey& key, const std::string& file) {
   const std::string full = full_name(key.section, key.key);
   if (!node.is_number()) {
     fail(file, &node, full, key.range != nullptr ? "must be two numbers, the lower one first" : "must be a number");
@@ -105,7 +94,7 @@ double number(const toml::node& node, const Key& key, const std::string& file) {
   return value;
 }
 
-Range range(const toml::node& node, const Key& key, const std::string& file) {
+Range range(const toml::node& node, const FlightKey& key, const std::string& file) {
   const toml::array* const pair = node.as_array();
   const std::string full = full_name(key.section, key.key);
   if (pair == nullptr || pair->size() != 2) {
@@ -118,7 +107,7 @@ Range range(const toml::node& node, const Key& key, const std::string& file) {
   return value;
 }
 
-void take(const toml::node& node, const Key& key, const std::string& file, FlightFile& into) {
+void take(const toml::node& node, const FlightKey& key, const std::string& file, FlightFile& into) {
   if (key.number != nullptr) {
     into.*key.number = number(node, key, file);
   } else if (key.range != nullptr) {
@@ -129,13 +118,13 @@ void take(const toml::node& node, const Key& key, const std::string& file, Fligh
 }
 
 bool is_section(std::string_view word) {
-  return std::any_of(kKeys.begin(), kKeys.end(), [&](const Key& key) { return key.section == word; });
+  return std::any_of(kKeys.begin(), kKeys.end(), [&](const FlightKey& key) { return key.section == word; });
 }
 
 /// Every key of one table of the file has a row, or is refused.
 void read_section(const toml::table& table, std::string_view section, const std::string& file, FlightFile& into) {
   for (const auto& [word, node] : table) {
-    const Key* const key = std::find_if(kKeys.begin(), kKeys.end(), [&, &name = word](const Key& row) {
+    const FlightKey* const key = std::find_if(kKeys.begin(), kKeys.end(), [&, &name = word](const FlightKey& row) {
       return row.section == section && row.key == name.str();
     });
     if (key != kKeys.end()) {
@@ -150,7 +139,7 @@ void read_section(const toml::table& table, std::string_view section, const std:
 }
 
 void check_together(const toml::table& root, const std::string& file, const FlightFile& flight) {
-  for (const Key& key : kKeys) {
+  for (const FlightKey& key : kKeys) {
     const toml::node* const section = root.get(key.section);
     if (key.required && !root[key.section][key.key]) {
       fail(file, section, full_name(key.section, key.key), "is missing: without a box nothing flies");
@@ -194,6 +183,8 @@ Mode mode_of(std::string_view word, const std::string& where) {
   }
   throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
 }
+
+std::span<const FlightKey> flight_keys() { return kKeys; }
 
 FlightFile parse_flight(std::string_view text, const std::string& name) {
   toml::table root;

@@ -49,6 +49,20 @@ struct FlightFile {
   double course_yaw_rate_deg_s = 0.0;
 };
 
+/// One key of a flight file: where it stands, what it fills, what it may be. Exactly one of the three places is set.
+struct FlightKey {
+  std::string_view section;  ///< empty: the top of the file
+  std::string_view key;
+  double FlightFile::*number = nullptr;
+  Range FlightFile::*range = nullptr;
+  Mode FlightFile::*mode = nullptr;
+  double low = 0.0;
+  double high = 0.0;
+  bool required = false;
+};
+/// All of them, in the order of the file.
+std::span<const FlightKey> flight_keys();
+
 /// Reads and checks a flight file. The three ranges of the fence must be there; unknown sections or keys, wrong types,
 /// values outside their range, a fence without the start in it and a coast that is over before a pose is old are
 /// errors. Errors: FlightFileError with file, line and key.
