@@ -21,6 +21,8 @@ th{background:#f3f6f9}td.n{text-align:right;font-variant-numeric:tabular-nums}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
+p,li,h1,h2,.box{overflow-wrap:anywhere}
+@media(max-width:900px){body{margin:1em auto}figure{overflow-x:auto}figure svg{max-width:none}}
 </style>)";
 
 bool looks_like_a_number(const std::string& cell) {
@@ -70,8 +72,10 @@ void Page::figure(const std::string& svg, const std::string& caption) {
 }
 
 std::string Page::html() const {
-  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + escape(title_) + "</title>" +
-         kStyle + "</head><body>\n<h1>" + escape(title_) + "</h1>\n" + body_ + "</body></html>\n";
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
+         escape(title_) + "</title>" + kStyle + "</head><body>\n<h1>" + escape(title_) + "</h1>\n" + body_ +
+         "</body></html>\n";
 }
 
 void Page::write(const std::string& path) const {

@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The pages of m100-lab in a browser, 400 px wide: no console error, no sideways scroll, no text below 12 px.
+
+Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task, and both joined.
+Ends with 77 (skipped) where no Chromium is installed. Each page is copied with a few lines of script that measure it,
+and opened in a frame of 400 px, because a window of a browser may refuse to be that narrow.
+"""
+import html
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+WIDTH_PX, LEAST_TEXT_PX, SKIPPED = 400, 12.0, 77
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+MEASURE = """<script>addEventListener('load',()=>{
+ let least=1e9,words='';
+ const walk=document.createTreeWalker(document.body,NodeFilter.SHOW_TEXT);
+ for(let node;node=walk.nextNode();){
+  const at=node.parentElement;
+  if(!node.textContent.trim()||/^(script|style|title)$/i.test(at.tagName))continue;
+  let px=parseFloat(getComputedStyle(at).fontSize);
+  if(at.ownerSVGElement){const m=at.getScreenCTM();px*=Math.hypot(m.a,m.b);}
+  if(px<least){least=px;words=node.textContent.trim().slice(0,60);}
+ }
+ parent.postMessage({scroll:document.documentElement.scrollWidth,width:document.documentElement.clientWidth,
+                     least,words},'*');
+});</script>"""
+FRAME = """<!DOCTYPE html><html><body style="margin:0"><iframe width="{width}" height="1200" style="border:0"
+src="page.html"></iframe><script>addEventListener('message',e=>document.body.setAttribute('data-measured',
+JSON.stringify(e.data)))</script></body></html>"""
+
+
+def measured(browser, page):
+    """What the browser says of a page: {scroll, width, least, words}, and its console's lines."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        (folder / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
+        (folder / "frame.html").write_text(FRAME.format(width=WIDTH_PX))
+        run = subprocess.run(
+            [browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr",
+             f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=5000", "--dump-dom",
+             (folder / "frame.html").as_uri()], capture_output=True, text=True, check=False)
+    found = re.search(r'data-measured="(.*?)"', run.stdout)
+    said = [line.split("CONSOLE", 1)[1] for line in run.stderr.splitlines() if ":CONSOLE" in line]
+    return (json.loads(html.unescape(found[1])) if found else None), said
+
+
+def offences(browser, page):
+    numbers, said = measured(browser, page)
+    if numbers is None:
+        yield "the browser measured nothing"
+        return
+    yield from (f"console: {line}" for line in said)
+    if numbers["scroll"] > numbers["width"]:
+        yield f"scrolls sideways: {numbers['scroll']} px in {numbers['width']} px"
+    if numbers["least"] < LEAST_TEXT_PX - 0.01:
+        yield f"text of {numbers['least']:.1f} px: '{numbers['words']}'"
+    if 'name="viewport"' not in page:
+        yield "no viewport: a telephone would shrink it"
+
+
+def write_log(path):
+    """A minute of roll: second order with a dead zone, moved by pairs of kicks."""
+    roll, rate, noise = 0.0, 0.0, 12345
+    lines = ["t,stick,roll"]
+    for k in range(6000):
+        t = 0.01 * k
+        phase = t % 6.0
+        stick = 0.0 if phase > 3.0 else (1 if phase < 1.0 else -1 if phase < 2.0 else 0.4) * (60 + 20 * (int(t / 6) % 5))
+        felt = 0.0 if abs(stick) < 30 else stick
+        rate += 0.01 * (49.0 * (9e-4 * felt - roll) - 2 * 0.7 * 7.0 * rate)
+        roll += 0.01 * rate
+        noise = (1103515245 * noise + 12345) % 2**31
+        lines.append(f"{t:.2f},{stick:.1f},{roll + 1e-3 * (noise / 2**31 - 0.5):.6f}")
+    path.write_text("\n".join(lines) + "\n")
+    path.with_suffix(".toml").write_text('time = "t"\n[signals]\nstick_roll = "stick"\nattitude_roll = "roll"\n')
+
+
+def make_pages(lab, folder):
+    write_log(folder / "roll.csv")
+    for code, arguments in (
+            (1, ["identify", "--log", "roll.csv", "--columns", "roll.toml", "--axis", "roll", "--declare", "first_order",
+                 "--train", "0:40", "--validate", "40:60", "--draws", "20", "--report", "pages"]),
+            (0, ["experiments", "--only", "hover", "--report", "pages"])):
+        run = subprocess.run([lab, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+        if run.returncode > code:
+            raise SystemExit(f"{arguments[0]} ended with {run.returncode}: {run.stderr}")
+    made = sorted((folder / "pages").glob("*.html"))
+    whole = folder / "pages" / "report.html"
+    subprocess.run([lab, "report", "--out", str(whole), *map(str, made)], capture_output=True, check=True)
+    return [*made, whole]
+
+
+def self_test(browser):
+    """Each of these must be found on one bad page, or the browser looked at nothing."""
+    bad = ("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script>"
+           '<div style="width:900px;font-size:9px">words</div></body></html>')
+    found = list(offences(browser, bad))
+    return [f"self-test: '{what}' was not found" for what in ("console", "scrolls", "text of", "no viewport")
+            if not any(what in one for one in found)]
+
+
+def main():
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        print("skipped: no Chromium is installed (apt install chromium)")
+        return SKIPPED
+    found = self_test(browser)
+    with tempfile.TemporaryDirectory() as folder:
+        pages = [pathlib.Path(page) for page in sys.argv[2:]] or make_pages(sys.argv[1], pathlib.Path(folder))
+        for page in pages:
+            found += [f"{page.name}: {offence}" for offence in offences(browser, page.read_text())]
+    for one in found:
+        print(one)
+    print(f"{len(pages)} pages, {len(found)} offences")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
