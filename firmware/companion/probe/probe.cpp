@@ -17,7 +17,6 @@
 #include "firmware/companion/probe/probe_verdict.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/link_meter.h"
-#include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
 
 namespace m100::companion {
@@ -55,7 +54,7 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
   if (port.open() != core::Status::kOk) {
     return finding;
   }
-  hal::MonotonicClock clock;
+  hal::PortClock clock(path);
   Listener listener;
   link::LinkMeter meter(baud);
   std::array<std::byte, 1024> buffer;
