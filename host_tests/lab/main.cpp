@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   m100::lab::add_gains(lab);
   m100::lab::add_mpc(lab);
   m100::lab::add_reference(lab);
+  m100::lab::add_evening(lab);
   if (argc > 1 && argv[1][0] != '-' &&
       lab.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
     std::cerr << "m100-lab: no subcommand '" << m100::lab::printable(argv[1], 60) << "'; --help lists them\n";

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/folder.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "firmware/core/sha256.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::evening {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kStateFile = "evening.json";
+constexpr const char* kFormat = "m100-evening-1";
+
+json to_json(const Settings& settings) {
+  return {{"port", settings.port},     {"pose_port", settings.pose_port},
+          {"baud", settings.baud},     {"pose_baud", settings.pose_baud},
+          {"app_id", settings.app_id}, {"key_file", settings.key_file},
+          {"m100", settings.m100}};
+}
+
+Settings settings_of(const json& from) {
+  Settings out;
+  from.at("port").get_to(out.port);
+  from.at("pose_port").get_to(out.pose_port);
+  from.at("baud").get_to(out.baud);
+  from.at("pose_baud").get_to(out.pose_baud);
+  from.at("app_id").get_to(out.app_id);
+  from.at("key_file").get_to(out.key_file);
+  from.at("m100").get_to(out.m100);
+  return out;
+}
+
+}  // namespace
+
+std::string sha256_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in || !std::filesystem::is_regular_file(path)) {
+    return "";
+  }
+  core::Sha256 hash;
+  std::vector<char> piece(1U << 16U);
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())) || in.gcount() > 0) {
+    hash.update(std::as_bytes(std::span(piece).first(static_cast<std::size_t>(in.gcount()))));
+  }
+  const std::array<char, 64> digits = core::hex(hash.finish());
+  return {digits.begin(), digits.end()};
+}
+
+Folder::Folder(std::string path) : path_(std::move(path)) {
+  std::error_code error;
+  std::filesystem::create_directories(path_, error);
+  if (!std::filesystem::is_directory(path_)) {
+    throw InputError(path_, 0, "", "is no folder and cannot be made");
+  }
+  is_new_ = !has(kStateFile);
+  if (is_new_) {
+    return;
+  }
+  try {
+    const json state = json::parse(whole_file(file(kStateFile)));
+    if (state.at("format") != kFormat) {
+      throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
+    }
+    settings_ = settings_of(state.at("settings"));
+    state.at("done").get_to(done_);
+    state.at("numbers").get_to(numbers_);
+    for (const auto& [name, made] : state.at("files").items()) {
+      files_[name] = {made.at("sha256"), made.at("made_by"), made.at("from")};
+    }
+  } catch (const json::exception& wrong) {
+    throw InputError(file(kStateFile), 0, "", std::string("is no state of an evening: ") + wrong.what());
+  }
+}
+
+std::string Folder::file(const std::string& name) const { return (std::filesystem::path(path_) / name).string(); }
+
+bool Folder::has(const std::string& name) const { return std::filesystem::exists(file(name)); }
+
+bool Folder::is_done(const std::string& step) const {
+  return std::find(done_.begin(), done_.end(), step) != done_.end();
+}
+
+void Folder::done(const std::string& step, const std::vector<std::string>& makes,
+                  const std::vector<std::string>& reads) {
+  for (const std::string& name : makes) {
+    MadeFile& made = files_[name] = {sha256_of(file(name)), step, {}};
+    for (const std::string& source : reads) {
+      made.from[source] = sha256_of(file(source));
+    }
+  }
+  for (const std::string& source : reads) {
+    if (!files_.contains(source)) {
+      files_[source] = {sha256_of(file(source)), "", {}};  // a person put it there
+    }
+  }
+  if (!is_done(step)) {
+    done_.push_back(step);
+  }
+}
+
+void Folder::again(const std::string& step) {
+  if (!is_done(step)) {
+    return;
+  }
+  std::erase(done_, step);
+  for (const auto& [name, made] : std::map(files_)) {
+    if (made.made_by == step) {
+      for (const auto& [other, later] : std::map(files_)) {
+        if (later.from.contains(name) && later.made_by != step) {
+          again(later.made_by);
+        }
+      }
+    }
+  }
+}
+
+std::vector<std::string> Folder::look_for_changes() {
+  std::vector<std::string> said;
+  for (auto& [name, made] : files_) {
+    const std::string now = sha256_of(file(name));
+    if (now == made.sha256) {
+      continue;
+    }
+    const bool was_done = made.made_by.empty() || is_done(made.made_by);
+    if (now.empty() && !made.made_by.empty()) {
+      if (was_done) {
+        said.push_back(name + " is gone: the step '" + made.made_by + "' is to be done again");
+      }
+      again(made.made_by);
+      continue;
+    }
+    made.sha256 = now;
+    std::string later;
+    for (const auto& [other, from] : std::map(files_)) {
+      if (from.from.contains(name) && from.from.at(name) != now && is_done(from.made_by)) {
+        later += (later.empty() ? "'" : ", '") + from.made_by + "'";
+        again(from.made_by);
+      }
+    }
+    if (was_done && !later.empty()) {
+      said.push_back(name + " changed after it was used: to be done again with it: " + later +
+                     ", and what was made from that");
+    }
+  }
+  return said;
+}
+
+void Folder::save(const json& next) const {
+  json made = json::object();
+  for (const auto& [name, one] : files_) {
+    made[name] = {{"sha256", one.sha256}, {"made_by", one.made_by}, {"from", one.from}};
+  }
+  const json state{{"format", kFormat},   {"settings", to_json(settings_)},
+                   {"done", done_},       {"files", made},
+                   {"numbers", numbers_}, {"next", next}};
+  const std::string partial = file(std::string(kStateFile) + ".partial");
+  std::ofstream out(partial, std::ios::trunc);
+  out << state.dump(1) << "\n";
+  out.close();
+  std::error_code error;
+  if (out) {
+    std::filesystem::rename(partial, file(kStateFile), error);
+  }
+  if (!out || error) {
+    throw InputError(file(kStateFile), 0, "", "cannot be written");
+  }
+}
+
+}  // namespace m100::lab::evening

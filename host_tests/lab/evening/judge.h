@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/evening/folder.h"
+
+// What must hold after a step. Each function reads the step's result in the folder and returns why the evening does not
+// go on, in one sentence; empty: it goes on.
+namespace m100::lab::evening {
+
+std::string judge_probe(const Folder& folder, const std::string& result);
+std::string judge_recording(const Folder& folder, const std::string& result);
+/// The answers of identification, one for each axis: the model must explain the validation part.
+/// Notes the error of each axis under `name`.
+std::string judge_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name);
+std::string judge_margins(const Folder& folder, const std::string& result);
+std::string judge_handshake(const Folder& folder, const std::string& result);
+std::string judge_flight(const Folder& folder, const std::string& result);
+/// The same for NAME.json and NAME.ulg, and notes "pose_m.NAME": the root mean square of the distance between the pose
+/// and where the course was at that time.
+/// @param vehicle file that flew.
+std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle);
+std::string judge_excitation(const Folder& folder, const std::string& result);
+
+}  // namespace m100::lab::evening

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/evening/page.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/svg.h"
+
+namespace m100::lab::evening {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// The number of that name; "-" where the evening did not get that far.
+std::string number(const Folder& folder, const std::string& name) {
+  const auto found = folder.numbers().find(name);
+  return found == folder.numbers().end() ? "-" : plot::number(found->second);
+}
+
+void flights(const Folder& folder, plot::Page& page) {
+  const auto before = folder.numbers().find("pose_m.course");
+  const auto after = folder.numbers().find("pose_m.corrected");
+  if (before == folder.numbers().end() || after == folder.numbers().end()) {
+    page.verdict("The corrected flight was not flown yet.", "warn");
+    return;
+  }
+  const double change = 100.0 * (after->second / before->second - 1.0);
+  page.verdict("Distance from the reference on the same course, root mean square: " + plot::number(before->second) +
+                   " m before, " + plot::number(after->second) + " m after (" + plot::number(change) + " %).",
+               change < 0.0   ? "good"
+               : change < 5.0 ? "warn"
+                              : "bad");
+}
+
+void found(const Folder& folder, plot::Page& page) {
+  page.heading("What was found");
+  Rows rows{{"axis", "quantity", "flown by hand", "excited flight"}};
+  const std::array<std::array<const char*, 2>, 3> quantities{{{"rmse_rad", "error on unseen data [rad]"},
+                                                              {"transport_delay_s", "transport delay [s]"},
+                                                              {"trim_counts", "trim [counts]"}}};
+  for (const std::string axis : {"roll", "pitch"}) {
+    for (const auto& [key, words] : quantities) {
+      const std::string name = std::string(key) + "." + axis;
+      rows.push_back({axis, words, number(folder, name + ".before"), number(folder, name + ".after")});
+    }
+  }
+  page.table(rows);
+  page.paragraph("A delay or trim of 0 was not named: the log shows none beyond what is declared.");
+}
+
+void files(const Folder& folder, plot::Page& page) {
+  page.heading("Which file was made from which");
+  Rows rows{{"file", "made by", "from", "SHA-256 begins"}};
+  for (const auto& [name, made] : folder.files()) {
+    std::string from;
+    for (const auto& [source, hash] : made.from) {
+      from += (from.empty() ? "" : ", ") + source;
+    }
+    rows.push_back({name, made.made_by.empty() ? "a person" : made.made_by, from.empty() ? "the aircraft" : from,
+                    "h:" + made.sha256.substr(0, 12)});
+  }
+  page.table(rows);
+}
+
+}  // namespace
+
+void write_summary(const Folder& folder, const std::string& version) {
+  plot::Page page("One evening: from the first byte to the corrected flight");
+  flights(folder, page);
+  page.paragraph(
+      "Asked: what does the vehicle file that was identified by hand lack in flight, and does its correction fly "
+      "better?");
+  if (folder.settings().port.starts_with("sim:")) {
+    page.paragraph("The aircraft is emulated: every number of a flight on this page is simulated.");
+  }
+  found(folder, page);
+  files(folder, page);
+  page.paragraph("m100-lab " + version + ".");
+  page.write(folder.file("summary.html"));
+}
+
+}  // namespace m100::lab::evening

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "host_tests/lab/evening/folder.h"
+
+namespace m100::lab::evening {
+
+/// Writes summary.html: what was asked, what was found, before and after, which file was made from which.
+/// @param version of this program, for the page's foot.
+void write_summary(const Folder& folder, const std::string& version);
+
+}  // namespace m100::lab::evening

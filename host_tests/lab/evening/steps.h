@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host_tests/lab/evening/folder.h"
+
+namespace m100::lab::evening {
+
+/// The files that every folder begins with, as shipped.
+extern const std::string_view kFlightMap;
+extern const std::string_view kHandMap;
+extern const std::string_view kFlightFile;
+
+using Command = std::vector<std::string>;
+
+/// One step of the evening.
+struct Step {
+  std::string name;
+  bool on_board = false;  ///< a person runs it where the aircraft is; else this program does
+  std::string sentence;   ///< what is to be done, in one sentence
+  std::vector<std::string> reads;
+  std::vector<std::string> makes;
+  std::vector<Command> commands;  ///< run inside the folder; "m100-lab" is this program
+  /// Looks at what was made and notes its numbers. @returns why the evening does not go on; empty: it does.
+  std::function<std::string(Folder&)> judge;
+};
+
+/// The whole evening, in its order, with the commands as the settings make them.
+std::vector<Step> steps(const Folder& folder);
+
+/// Puts the files there that a person may change before they are used: flight file, course, column maps, first vehicle.
+/// What is there already stays.
+void lay_out(const Folder& folder);
+
+}  // namespace m100::lab::evening
