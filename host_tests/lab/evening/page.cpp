@@ -11,6 +11,8 @@
 namespace m100::lab::evening {
 namespace {
 
+constexpr double kNoticed_percent = 5.0;  ///< a smaller change of the error is none
+
 using Rows = std::vector<std::vector<std::string>>;
 
 /// The number of that name; "-" where the evening did not get that far.
@@ -29,9 +31,9 @@ void flights(const Folder& folder, plot::Page& page) {
   const double change = 100.0 * (after->second / before->second - 1.0);
   page.verdict("Distance from the reference on the same course, root mean square: " + plot::number(before->second) +
                    " m before, " + plot::number(after->second) + " m after (" + plot::number(change) + " %).",
-               change < 0.0   ? "good"
-               : change < 5.0 ? "warn"
-                              : "bad");
+               change < -kNoticed_percent  ? "good"
+               : change < kNoticed_percent ? "warn"
+                                           : "bad");
 }
 
 void found(const Folder& folder, plot::Page& page) {
@@ -58,7 +60,7 @@ void files(const Folder& folder, plot::Page& page) {
     for (const auto& [source, hash] : made.from) {
       from += (from.empty() ? "" : ", ") + source;
     }
-    rows.push_back({name, made.made_by.empty() ? "a person" : made.made_by, from.empty() ? "the aircraft" : from,
+    rows.push_back({name, made.made_by.empty() ? "shipped, or a person" : made.made_by, from.empty() ? "-" : from,
                     "h:" + made.sha256.substr(0, 12)});
   }
   page.table(rows);
