@@ -73,24 +73,29 @@ bool is_signed_with(const FrameView& frame, const Key& key) {
 
 core::Status ReplayGuard::accept(Address from, const SignatureView& signature, SignatureTime now) {
   newest_ = std::max(newest_, now);
-  const auto streams = std::span(streams_).first(count_);
-  const auto known = std::find_if(streams.begin(), streams.end(), [&](const Stream& stream) {
+  const auto streams = std::span(memory_.streams).first(memory_.count);
+  const auto known = std::find_if(streams.begin(), streams.end(), [&](const ReplayStream& stream) {
     return stream.from == from && stream.link == signature.link;
   });
-  if (known != streams.end()) {
-    if (signature.time <= known->last) {
-      return core::Status::kRefused;
-    }
-    known->last = signature.time;
-  } else {
-    if (signature.time + kLatestStart < newest_) {
-      return core::Status::kRefused;
-    }
-    if (count_ == streams_.size()) {
+  std::size_t at = static_cast<std::size_t>(known - streams.begin());
+  if (known != streams.end() && signature.time <= known->last) {
+    return core::Status::kRefused;
+  }
+  const auto is_old = [&](SignatureTime time) { return time + kLatestStart < newest_; };
+  if ((known == streams.end() || !heard_[at]) && is_old(signature.time)) {
+    return core::Status::kTimeout;
+  }
+  if (known == streams.end() && at == kStreams) {
+    const auto gone = std::find_if(streams.begin(), streams.end(), [&](const auto& one) { return is_old(one.last); });
+    if (gone == streams.end()) {
       return core::Status::kResourceExhausted;
     }
-    streams_[count_++] = {.from = from, .link = signature.link, .last = signature.time};
+    at = static_cast<std::size_t>(gone - streams.begin());
   }
+  memory_.count = std::max(memory_.count, at + 1);
+  memory_.streams[at] = {.from = from, .link = signature.link, .last = signature.time};
+  heard_[at] = true;
+  memory_.newest = std::max(memory_.newest, signature.time);
   newest_ = std::max(newest_, signature.time);
   return core::Status::kOk;
 }

@@ -21,6 +21,7 @@ struct Seen {
   bool telemetry = false;
   std::optional<bool> pose;  ///< no value: nobody looked
   link::LinkHealth health;
+  nlohmann::json pose_link{};
   std::uint32_t stalls = 0;
 };
 
@@ -45,13 +46,12 @@ Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal:
 /// The whole program but its voice.
 Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightModel& model,
                   const link::LinkConfig& link, hal::Uart& port) {
-  hal::SerialPort pose_port(options.pose_port, options.pose_baud);
-  open_or_explain(pose_port);
-  const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
+  PosePort pose_port(options.pose, options.port);
+  const ref::Waypoint<double> start = first_pose(pose_port);
   const auto course = std::make_unique<ref::Trajectory<double>>();
   lay_and_check(orders, start, *course);
   const app::FlightConfig config = flight_config(options, orders, start, link);
-  ListeningPort silent_pose_port(pose_port);
+  ListeningPort silent_pose_port(pose_port.line());
   std::optional<LogFile> log;
   if (!options.log.empty()) {
     log.emplace(options.log);
@@ -60,12 +60,16 @@ Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightM
   }
   const auto controller = std::make_unique<app::FlightController<double>>(
       model.vehicle(), model.tables(), config, port, silent_pose_port, *course, log ? &log->log() : nullptr);
-  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { (void)controller->tick(now); });
+  const std::uint32_t stalls = listen(options, [&](core::TimePoint now) {
+    pose_port.tick();
+    (void)controller->tick(now);
+  });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,
           .pose = estimate.healthy &&
                   controller->observed().pose_age <= fresh_limit(config.limits, controller->observed().pose_latency),
           .health = controller->link().health(),
+          .pose_link = to_json(controller->pose_link().stats(), pose_port.signatures()),
           .stalls = stalls};
 }
 
@@ -87,6 +91,7 @@ void tell(const FlyOptions& options, const Seen& seen) {
                      {"health", to_json(seen.health)}};
   if (seen.pose) {
     out["pose"] = *seen.pose;
+    out["pose_link"] = seen.pose_link;
   }
   write_result(options.json, out);
 }
@@ -100,7 +105,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   if (options.vehicle.empty() != options.gains.empty()) {
     throw UsageError("fly: --vehicle and --gains belong together");
   }
-  if (!options.log.empty() && (!has_model || options.pose_port.empty())) {
+  if (!options.log.empty() && (!has_model || options.pose.port.empty())) {
     throw UsageError("fly: --log needs --pose-port, --vehicle and --gains");
   }
   std::optional<FlightModel> model;
@@ -109,7 +114,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   }
   ListeningPort port(autopilot);
   Seen seen;
-  if (model && !options.pose_port.empty()) {
+  if (model && !options.pose.port.empty()) {
     seen = fly_silently(options, orders, *model, link, port);
   } else {
     check_offsets(orders);

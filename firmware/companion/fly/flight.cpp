@@ -124,7 +124,7 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
 }  // namespace
 
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
-  if (options.pose_port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
+  if (options.pose.port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
     throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
   }
   const FlightModel model(options.vehicle, options.gains);
@@ -133,9 +133,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
   keeper.hold(port.descriptor(), port.openings());
-  hal::SerialPort pose_port(options.pose_port, options.pose_baud);
-  open_or_explain(pose_port);
-  const ref::Waypoint<double> start = first_pose(pose_port, options.pose_baud);
+  PosePort pose_port(options.pose, options.port);
+  const ref::Waypoint<double> start = first_pose(pose_port);
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   lay_and_check(orders, start, *trajectory);
   const app::FlightConfig config = flight_config(options, orders, start, link);
@@ -146,7 +145,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     write_notes(log->log(), options, model, orders, start, config, clock.now());
     log->start();
   }
-  const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port,
+  const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port.line(),
                                                        *trajectory, log ? &log->log() : nullptr);
   const link::Farewell last_words(neutral, cipher);
   farewell = &last_words;
@@ -174,6 +173,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
       controller->release();
       say("this program stood still for too long: control was given back to the transmitter");
     }
+    pose_port.tick();
     if (guarded && now - guard_seen_at >= kHealthPeriod) {
       guard_seen_at = now;
       guarded = keeper.alive();
@@ -194,7 +194,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
   print(std::cout, controller->link().health());
-  write_result(options.json, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits));
+  print(std::cout, controller->pose_link().stats(), pose_port.signatures());
+  nlohmann::json result = to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits);
+  result["pose_link"] = companion::to_json(controller->pose_link().stats(), pose_port.signatures());
+  write_result(options.json, result);
   const bool excited = !orders.excitation || controller->excitation().state() == ctl::Excitation<double>::State::kOver;
   return pilotage.given_back() && excited;
 }

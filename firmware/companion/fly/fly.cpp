@@ -46,9 +46,7 @@ link::LinkConfig link_config(const FlyOptions& options) {
 }
 
 void run(const FlyOptions& options) {
-  if (!options.pose_port.empty() && hal::is_simulated(options.port) != hal::is_simulated(options.pose_port)) {
-    throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
-  }
+  check(options.pose, options.port);
   if (!options.excite.empty() && options.channel != "virtual_rc") {
     throw UsageError("--excite: is made of sticks, and needs --channel virtual_rc");
   }
@@ -176,10 +174,7 @@ void add_fly(CLI::App& m100) {
                 "for scripts: end (exit code 1) where the program would wait for the operator");
   app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; of a dry run")
       ->check(CLI::Range(0.0, 3600.0));
-  app->add_option("--pose-port", options->pose_port,
-                  "serial port of the pose (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
-  app->add_option("--pose-baud", options->pose_baud, "its baud rate")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  add_pose_options(*app, options->pose);
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
   app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
   app->add_option("--flight", options->flight, "flight file (TOML): the fence, and what else the flight may do");

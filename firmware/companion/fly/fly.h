@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "firmware/companion/fly/pose_port.h"
 #include "firmware/link/serial_link.h"
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"
@@ -32,8 +33,7 @@ struct FlyOptions {
   double patience_s = 30.0;
   std::string json;
   // Not of the handshake.
-  std::string pose_port;
-  std::uint32_t pose_baud = 115200;
+  PoseOptions pose;
   std::string vehicle;
   std::string gains;
   std::string flight;

@@ -65,10 +65,11 @@ Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_
   }
 }
 
-ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
-  link::PoseLink link(port, baud);
-  TickClock clock(port.path());
+ref::Waypoint<double> first_pose(PosePort& port) {
+  link::PoseLink link(port.line(), port.baud());
+  TickClock clock(port.clock_port());
   for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_asked(); now = clock.next()) {
+    port.tick();
     if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
       ref::Waypoint<double> start;
       start.position_w_m = pose->position_w_m;
@@ -84,8 +85,10 @@ ref::Waypoint<double> first_pose(hal::SerialPort& port, std::uint32_t baud) {
                                ? "bytes came that are no MAVLink 2: is the baud rate right?"
                            : link.stats().refused > 0 ? "what came is refused: its frame, quaternion or range"
                                                       : "MAVLink came, and no pose in it";
-  throw UsageError(port.path() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " + seen +
-                   " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)");
+  const link::SignedLineStats* const signatures = port.signatures();
+  throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " + seen +
+                   " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)" +
+                   (signatures != nullptr ? "; " + describe(*signatures) : ""));
 }
 
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
@@ -117,7 +120,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders,
                                 const link::LinkConfig& link) {
   app::FlightConfig config;
   config.link = link;
-  config.pose_baud = options.pose_baud;
+  config.pose_baud = hal::is_udp(options.pose.port) ? 0 : options.pose.baud;
   config.law = mpc::law_of(options.law).value_or(mpc::Law::kMpc);
   if (orders.flight) {
     config.limits = limits_of(*orders.flight);

@@ -33,8 +33,7 @@ struct Options {
   std::string port;
   std::uint32_t baud = 230400;
   std::string key_file;
-  std::string pose_port;
-  std::uint32_t pose_baud = 115200;
+  PoseOptions pose;
   std::string log;
   double hold_s = 0.0;
   std::string json;
@@ -45,11 +44,10 @@ class Session {
  public:
   explicit Session(const Options& options) : options_(options), port_(options.port, options.baud) {
     open_or_explain(port_);
-    if (!options.pose_port.empty()) {
-      pose_port_.emplace(options.pose_port, options.pose_baud);
-      open_or_explain(*pose_port_);
-      pose_listener_.emplace(*pose_port_);
-      pose_link_.emplace(*pose_listener_, options.pose_baud);
+    if (!options.pose.port.empty()) {
+      pose_port_.emplace(options.pose, options.port);
+      pose_listener_.emplace(pose_port_->line());
+      pose_link_.emplace(*pose_listener_, pose_port_->baud());
     }
     if (!options.key_file.empty()) {
       cipher_.emplace(read_key(options.key_file));
@@ -81,6 +79,8 @@ class Session {
   std::uint32_t dropped() const { return writer_->dropped(); }
   std::uint32_t outages() const { return outages_; }
   std::uint32_t lost_poses() const { return pose_link_ ? pose_link_->stats().lost_frames : 0; }
+  /// Null: there is no pose port, or no key.
+  const link::SignedLineStats* signatures() const { return pose_port_ ? pose_port_->signatures() : nullptr; }
   double length_s() const { return length_s_; }
 
  private:
@@ -96,6 +96,7 @@ class Session {
     }
     recorder_->look_for_false_frames(now);
     if (pose_link_) {
+      pose_port_->tick();
       if (const core::Expected<core::Pose<double>> pose = pose_link_->receive(now)) {
         recorder_->take(*pose);
       }
@@ -105,7 +106,7 @@ class Session {
   const Options& options_;
   hal::SerialPort port_;
   ListeningPort listener_{port_};
-  std::optional<hal::SerialPort> pose_port_;
+  std::optional<PosePort> pose_port_;
   std::optional<ListeningPort> pose_listener_;
   std::optional<link::PoseLink> pose_link_;
   std::optional<protocol::Aes256> cipher_;
@@ -137,25 +138,27 @@ nlohmann::json to_json(const Options& options, const Session& session, const std
                               {"most_counts", recorder.sticks()[stick].most_counts}};
   }
   const protocol::ParserStats& parser = recorder.parser();
-  return {{"recorded", trouble.empty()},
-          {"trouble", trouble},
-          {"log", options.log},
-          {"seconds", session.length_s()},
-          {"packages", recorder.packages()},
-          {"streams", streams},
-          {"sticks", sticks},
-          {"packages_of_a_computer", recorder.packages_of_a_computer()},
-          {"autopilot_restarts", recorder.restarts()},
-          {"outages", session.outages()},
-          {"poses_lost", session.lost_poses()},
-          {"bad_packages", recorder.bad_packages()},
-          {"undecipherable", recorder.undecipherable()},
-          {"frames", parser.frames},
-          {"crc16_errors", parser.crc16_errors},
-          {"crc32_errors", parser.crc32_errors},
-          {"bytes_dropped", parser.bytes_dropped},
-          {"messages_dropped", session.dropped()},
-          {"log_cut", session.is_cut()}};
+  return {
+      {"recorded", trouble.empty()},
+      {"trouble", trouble},
+      {"log", options.log},
+      {"seconds", session.length_s()},
+      {"packages", recorder.packages()},
+      {"streams", streams},
+      {"sticks", sticks},
+      {"packages_of_a_computer", recorder.packages_of_a_computer()},
+      {"autopilot_restarts", recorder.restarts()},
+      {"outages", session.outages()},
+      {"poses_lost", session.lost_poses()},
+      {"signatures", session.signatures() != nullptr ? companion::to_json(*session.signatures()) : nlohmann::json{}},
+      {"bad_packages", recorder.bad_packages()},
+      {"undecipherable", recorder.undecipherable()},
+      {"frames", parser.frames},
+      {"crc16_errors", parser.crc16_errors},
+      {"crc32_errors", parser.crc32_errors},
+      {"bytes_dropped", parser.bytes_dropped},
+      {"messages_dropped", session.dropped()},
+      {"log_cut", session.is_cut()}};
 }
 
 /// Why the log is of no use for identification; empty: it is.
@@ -175,8 +178,9 @@ std::string trouble_of(const Options& options, const Session& session) {
     return options.port + ": the telemetry holds no " + (none(Recorder::kRc) ? "sticks" : "attitude") +
            "; switch the item on in DJI's assistant";
   }
-  if (!options.pose_port.empty() && none(Recorder::kPose)) {
-    return options.pose_port + ": no pose came";
+  if (!options.pose.port.empty() && none(Recorder::kPose)) {
+    return options.pose.port + ": no pose came" +
+           (session.signatures() != nullptr ? "; " + describe(*session.signatures()) : "");
   }
   return "";
 }
@@ -205,6 +209,9 @@ void print(const Session& session) {
     std::cout << "  a computer had control in " << recorder.packages_of_a_computer()
               << " packages: there the sticks in the log need not be the pilot's\n";
   }
+  if (session.signatures() != nullptr) {
+    std::cout << "  pose port: " << describe(*session.signatures()) << "\n";
+  }
   if (session.dropped() > 0) {
     std::cout << "  " << session.dropped() << " records were lost: the disk was too slow\n";
   }
@@ -215,9 +222,7 @@ void run(const Options& options) {
   if (std::isnan(options.hold_s)) {  // passes every comparison of a range
     throw UsageError("--hold: is not a number");
   }
-  if (!options.pose_port.empty() && hal::is_simulated(options.port) != hal::is_simulated(options.pose_port)) {
-    throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
-  }
+  check(options.pose, options.port);
   expect_writable(options.json);
   watch_signals();
   Session session(options);
@@ -243,9 +248,7 @@ void add_record(CLI::App& m100) {
   app->add_option("--baud", options->baud, "as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
   app->add_option("--key-file", options->key_file, "the app's key, where the autopilot encrypts its telemetry");
-  app->add_option("--pose-port", options->pose_port, "serial port of the pose; none: telemetry only");
-  app->add_option("--pose-baud", options->pose_baud, "its baud rate")
-      ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
+  add_pose_options(*app, options->pose);
   app->add_option(
          "--log", options->log,
          "log to write (ULog); must not exist. Its columns: m100_recording.toml, or m100_recording_with_pose.toml")

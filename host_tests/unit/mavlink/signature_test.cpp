@@ -77,7 +77,7 @@ TEST(ReplayGuard, AnOldRecordingBeginsNoStream) {
   ReplayGuard guard;
   constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
   constexpr SignatureTime kMinute = 60 * kSignatureTicksPerSecond;
-  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - kMinute - 1}, kNow), core::Status::kRefused);
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - kMinute - 1}, kNow), core::Status::kTimeout);
   EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = kNow - kMinute}, kNow), core::Status::kOk);
 }
 
@@ -88,6 +88,45 @@ TEST(ReplayGuard, TheNumberOfStreamsIsBounded) {
   }
   EXPECT_EQ(guard.accept({99, 1}, {.link = 0, .time = 6}, 5), core::Status::kResourceExhausted);
   EXPECT_EQ(guard.accept({3, 1}, {.link = 0, .time = 6}, 5), core::Status::kOk) << "a known one goes on";
+}
+
+// A forgotten stream must not come back with what it sent before: it may be forgotten only when that is too old anyway.
+TEST(ReplayGuard, AStreamThatFellSilentMakesRoomAndItsRecordingStaysRefused) {
+  constexpr SignatureTime kMinute = ReplayGuard::kLatestStart;
+  ReplayGuard guard;
+  for (std::uint8_t system = 0; system < ReplayGuard::kStreams; ++system) {
+    EXPECT_EQ(guard.accept({system, 1}, {.link = 0, .time = 5}, 5), core::Status::kOk);
+  }
+  EXPECT_EQ(guard.accept({99, 1}, {.link = 0, .time = 5 + kMinute}, 5), core::Status::kResourceExhausted);
+  EXPECT_EQ(guard.accept({99, 1}, {.link = 0, .time = 6 + kMinute}, 6 + kMinute), core::Status::kOk);
+  EXPECT_EQ(guard.accept({0, 1}, {.link = 0, .time = 5}, 5), core::Status::kTimeout)
+      << "the forgotten one, played back";
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = 5}, 5), core::Status::kRefused) << "one that is still known";
+}
+
+// Would catch a guard that forgets with the program what it had accepted: the last minute of a flight could be played
+// back to the next one.
+TEST(ReplayGuard, RemembersWhatAnEarlierLifeAccepted) {
+  constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
+  ReplayGuard before;
+  EXPECT_EQ(before.accept({1, 1}, {.link = 0, .time = kNow}, 0), core::Status::kOk);
+  ReplayGuard after(before.memory());
+  EXPECT_EQ(after.accept({1, 1}, {.link = 0, .time = kNow}, 0), core::Status::kRefused);
+  EXPECT_EQ(after.accept({2, 1}, {.link = 0, .time = kNow - ReplayGuard::kLatestStart - 1}, 0), core::Status::kTimeout);
+  EXPECT_EQ(after.accept({1, 1}, {.link = 0, .time = kNow + 1}, 0), core::Status::kOk);
+  ReplayGuard later(after.memory());
+  EXPECT_EQ(later.accept({1, 1}, {.link = 0, .time = kNow + 2}, kNow + 2 * ReplayGuard::kLatestStart),
+            core::Status::kTimeout)
+      << "held back for longer than a minute, and then delivered to the next flight";
+}
+
+// A clock of ours that was wrong once must not shut everybody out for ever.
+TEST(ReplayGuard, OurOwnClockIsNotRemembered) {
+  ReplayGuard guard;
+  EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = 50}, 40), core::Status::kOk);
+  (void)guard.accept({1, 1}, {.link = 0, .time = 51}, 1U << 30U);
+  EXPECT_EQ(guard.newest(), 1U << 30U);
+  EXPECT_EQ(guard.memory().newest, 51U);
 }
 
 }  // namespace

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/replay_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <sstream>
+
+#include "firmware/companion/files/text_file.h"
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr const char* kFirstLine =
+    "# Newest MAVLink signatures accepted with this key. Whoever removes it lets them be played back.";
+
+UsageError damaged(const std::string& name, std::size_t line) {
+  return UsageError(name + ":" + std::to_string(line) +
+                    ": not as m100 wrote it; make a new key, or remove the file if nobody recorded earlier flights");
+}
+
+bool write_all(int file, const std::string& text) {
+  std::size_t done = 0;
+  while (done < text.size()) {
+    const ssize_t count = ::write(file, text.data() + done, text.size() - done);
+    if (count <= 0) {
+      return false;
+    }
+    done += static_cast<std::size_t>(count);
+  }
+  return ::fsync(file) == 0;
+}
+
+}  // namespace
+
+mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name) {
+  mavlink::ReplayMemory memory;
+  std::istringstream lines(text);
+  std::string line;
+  bool has_newest = false;
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    if (line.empty() || line.front() == '#') {
+      continue;
+    }
+    std::istringstream words(line);
+    std::string kind;
+    unsigned system = 0, component = 0, link = 0;
+    mavlink::SignatureTime time = 0;
+    words >> kind;
+    if (kind == "stream") {
+      words >> system >> component >> link;
+    }
+    words >> time;
+    const bool is_whole = words && (words >> std::ws).eof() && time <= mavlink::kSignatureTimeMask;
+    const bool fits = system <= 255 && component <= 255 && link <= 255 && memory.count < memory.streams.size();
+    if (!is_whole || !fits || (kind != "stream" && (kind != "newest" || has_newest))) {
+      throw damaged(name, number);
+    }
+    if (kind == "newest") {
+      memory.newest = time;
+      has_newest = true;
+    } else {
+      memory.streams[memory.count++] = {
+          .from = {static_cast<std::uint8_t>(system), static_cast<std::uint8_t>(component)},
+          .link = static_cast<std::uint8_t>(link),
+          .last = time};
+    }
+  }
+  if (!has_newest) {
+    throw damaged(name, 1);
+  }
+  return memory;
+}
+
+std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead) {
+  std::ostringstream text;
+  text << kFirstLine << "\nnewest " << memory.newest << "\n";
+  for (const mavlink::ReplayStream& stream : std::span(memory.streams).first(memory.count)) {
+    text << "stream " << unsigned{stream.from.system} << " " << unsigned{stream.from.component} << " "
+         << unsigned{stream.link} << " " << std::min(stream.last + ahead, mavlink::kSignatureTimeMask) << "\n";
+  }
+  return text.str();
+}
+
+ReplayFile::ReplayFile(const std::string& key_file) : path_(key_file + ".accepted") {
+  if (std::filesystem::exists(path_)) {
+    before_ = parse_replay_memory(read_file(path_), path_);
+  }
+  if (!write(before_, 0)) {
+    throw UsageError(path_ + ": cannot be written: " + why_not_written(errno) +
+                     "; it must remember the newest signatures");
+  }
+}
+
+bool ReplayFile::write(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead) {
+  const std::string whole = path_ + ".new";
+  const int file = ::open(whole.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (file < 0) {
+    return false;
+  }
+  const bool written = write_all(file, text_of(memory, ahead));
+  const int why = errno;
+  ::close(file);
+  errno = why;
+  return written && std::rename(whole.c_str(), path_.c_str()) == 0;
+}
+
+void ReplayFile::start() {
+  writer_ = std::thread([this] {
+    constexpr auto kLook = std::chrono::milliseconds(20);  // the longest that the end of the program waits
+    constexpr int kLooksPerWrite = 50;
+    mavlink::ReplayMemory memory;
+    bool has_news = false;
+    for (int look = 0; running_; look = (look + 1) % kLooksPerWrite) {
+      while (ring_.pop(memory)) {
+        has_news = true;
+      }
+      if (has_news && look == 0) {
+        has_news = !write(memory, kAhead);  // the end says so, if it still fails then
+      }
+      std::this_thread::sleep_for(kLook);
+    }
+  });
+}
+
+void ReplayFile::finish() {
+  running_ = false;
+  if (writer_.joinable()) {
+    writer_.join();
+  }
+}
+
+void ReplayFile::finish(const mavlink::ReplayMemory& memory) {
+  finish();
+  if (!write(memory, 0)) {
+    std::cerr << "m100: " << path_ << ": " << why_not_written(errno)
+              << "; signatures of this flight could be played back to the next one\n";
+  }
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "firmware/companion/files/replay_file.h"
+#include "firmware/link/pose_link.h"
+#include "firmware/link/signed_line.h"
+#include "hal/linux/serial_port.h"
+#include "hal/linux/udp_port.h"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace m100::companion {
+
+/// Where the pose comes from, as the operator names it.
+struct PoseOptions {
+  std::string port;             ///< a serial port, or "udp:PORT"; empty: none
+  std::uint32_t baud = 115200;  ///< of a serial port
+  std::string key_file;         ///< of the signatures; empty: none are asked for
+};
+
+void add_pose_options(CLI::App& app, PoseOptions& options);
+
+/// Refuses what cannot be: a network without a key, a port that is none, a simulated port beside a real one, a key
+/// without a port. @param autopilot its port. Errors: UsageError.
+void check(const PoseOptions& options, const std::string& autopilot);
+
+/// The port of the pose: a wire, which may be unsigned, or a network, which may not. With a key only what is signed and
+/// new passes, on either.
+class PosePort {
+ public:
+  /// Opens it. @param clock_port whose time it is. @param options checked. Errors: UsageError.
+  PosePort(const PoseOptions& options, const std::string& clock_port);
+  ~PosePort();
+  PosePort(const PosePort&) = delete;
+  PosePort& operator=(const PosePort&) = delete;
+
+  /// Before the reads of a tick: renews what they may cost, and hands over what a later life must know.
+  void tick();
+  hal::Uart& line() { return *line_; }
+  /// For the time that a byte spends on the line; 0: none.
+  std::uint32_t baud() const { return udp_ ? 0 : options_.baud; }
+  const std::string& name() const { return options_.port; }
+  const std::string& clock_port() const { return clock_port_; }
+  /// Null: without a key.
+  const link::SignedLineStats* signatures() const { return signed_ ? &signed_->stats() : nullptr; }
+
+ private:
+  PoseOptions options_;
+  std::string clock_port_;
+  hal::PortClock clock_;
+  mavlink::SignatureTime start_;  ///< the time of a signature when clock_ shows zero
+  std::optional<hal::SerialPort> serial_;
+  std::optional<hal::UdpPort> udp_;
+  std::unique_ptr<ReplayFile> replay_file_;
+  std::optional<link::SignedLine> signed_;
+  hal::Uart* line_ = nullptr;
+  std::uint32_t ticks_ = 0;
+};
+
+/// "0 frames signed with the key; refused: 12 unsigned, 3 with a wrong signature, ...".
+std::string describe(const link::SignedLineStats& signatures);
+nlohmann::json to_json(const link::SignedLineStats& signatures);
+/// What became of the poses and of the signatures. @param signatures may be null.
+nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
+void print(std::ostream& out, const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
+
+}  // namespace m100::companion

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/udp_port.h"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+
+namespace m100::hal {
+namespace {
+
+/// Empty and overlong packets, and interruptions, that one call passes over.
+constexpr int kPassedOver = 16;
+
+}  // namespace
+
+std::optional<std::uint16_t> udp_port_of(std::string_view name) {
+  if (!is_udp(name)) {
+    return {};
+  }
+  const std::string_view digits = name.substr(4);
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
+  return is_number && port > 0 ? std::optional(port) : std::nullopt;
+}
+
+UdpPort::~UdpPort() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
+}
+
+core::Status UdpPort::open() {
+  descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (descriptor_ < 0) {
+    return core::Status::kUnavailable;
+  }
+  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port_);
+  address.sin_addr.s_addr = htonl(INADDR_ANY);
+  if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    const bool not_ours = errno == EADDRINUSE || errno == EACCES;
+    ::close(descriptor_);
+    descriptor_ = -1;
+    return not_ours ? core::Status::kRefused : core::Status::kUnavailable;
+  }
+  return core::Status::kOk;
+}
+
+bool UdpPort::receive() {
+  for (int packet = 0; packet < kPassedOver; ++packet) {
+    socklen_t size = sizeof(last_);
+    const ssize_t count =
+        ::recvfrom(descriptor_, packet_.data(), packet_.size(), MSG_TRUNC, reinterpret_cast<sockaddr*>(&last_), &size);
+    if (count < 0 && errno != EINTR) {
+      return false;
+    }
+    if (count > 0 && static_cast<std::size_t>(count) <= packet_.size()) {
+      rest_ = std::span(packet_).first(static_cast<std::size_t>(count));
+      return true;
+    }
+  }
+  return false;
+}
+
+core::Expected<std::size_t> UdpPort::read(std::span<std::byte> destination) {
+  if (descriptor_ < 0) {
+    return core::Status::kUnavailable;
+  }
+  at_begin_ = rest_.empty();
+  if (destination.empty() || (rest_.empty() && !receive())) {
+    return std::size_t{0};
+  }
+  const std::span<const std::byte> now = rest_.first(std::min(rest_.size(), destination.size()));
+  std::copy(now.begin(), now.end(), destination.begin());
+  rest_ = rest_.subspan(now.size());
+  return now.size();
+}
+
+void UdpPort::answer_last() { peer_ = (static_cast<std::uint64_t>(last_.sin_addr.s_addr) << 16U) | last_.sin_port; }
+
+bool UdpPort::send(std::span<const std::byte> packet) const {
+  const std::uint64_t peer = peer_;
+  if (peer == 0 || descriptor_ < 0) {
+    return false;
+  }
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = static_cast<in_port_t>(peer & 0xFFFFU);
+  address.sin_addr.s_addr = static_cast<in_addr_t>(peer >> 16U);
+  return ::sendto(descriptor_, packet.data(), packet.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
+                  sizeof(address)) == static_cast<ssize_t>(packet.size());
+}
+
+core::Expected<std::size_t> UdpPort::write(std::span<const std::byte> source) {
+  if (descriptor_ < 0) {
+    return core::Status::kUnavailable;
+  }
+  (void)send(source);  // what does not leave is lost, as in the air
+  return source.size();
+}
+
+}  // namespace m100::hal

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <netinet/in.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "hal/packet_uart.h"
+
+namespace m100::hal {
+
+/// The port in "udp:PORT", 1 to 65535. @returns nothing: the name begins so and goes on otherwise, or does not.
+std::optional<std::uint16_t> udp_port_of(std::string_view name);
+constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:"; }
+
+/// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in the order in
+/// which they came; a packet that is longer than kMostPacketBytes, or empty, is passed over.
+///
+/// What waits unread is bounded by kWaitingBytes of the kernel's memory: a flood loses packets, and what is read is not
+/// much older than when it came. Nothing is written before answer_last(): until then nobody is there, and bytes
+/// vanish as they do at the end of a wire. Allocates nothing.
+class UdpPort final : public PacketUart {
+ public:
+  static constexpr std::size_t kMostPacketBytes = 1500;
+  static constexpr int kWaitingBytes = 1 << 16;
+
+  explicit UdpPort(std::uint16_t port) : port_(port) {}
+  ~UdpPort();
+
+  /// @returns kOk; kRefused: no right, or another program has it; kUnavailable: the machine has no network.
+  core::Status open();
+
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override;
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override;
+  bool begins_packet() const override { return at_begin_; }
+  void answer_last() override;
+
+  /// To the peer, from any thread: one packet. @returns false: nobody is there, or it did not leave.
+  bool send(std::span<const std::byte> packet) const;
+
+ private:
+  /// The next packet that is worth reading. @returns false: none waits, or too many in a row were passed over.
+  bool receive();
+
+  std::uint16_t port_;
+  int descriptor_ = -1;
+  std::array<std::byte, kMostPacketBytes> packet_{};
+  std::span<const std::byte> rest_;
+  bool at_begin_ = false;
+  sockaddr_in last_{};
+  std::atomic<std::uint64_t> peer_{0};  ///< address and port in the network's order; 0: nobody
+};
+
+}  // namespace m100::hal

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 with its pose over UDP: what is not signed with the key, or was sent before, moves nothing.
+#include <sys/stat.h>
+
+#include <cmath>
+
+#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/room/room.h"
+#include "protocol/mavlink/messages.h"
+
+namespace m100::room {
+namespace {
+
+using mavlink::AttPosMocap;
+using scenario::json;
+
+constexpr double kStartAndFlight_s = 60.0;
+
+struct SignedPose : scenario::ProgramTest {
+  std::unique_ptr<Room> room;
+  std::string key;
+
+  void SetUp() override {
+    ProgramTest::SetUp();
+    room = std::make_unique<Room>(folder, 1);
+    key = key_file(Room::key_text()).string();
+  }
+  void TearDown() override {
+    room.reset();
+    ProgramTest::TearDown();
+  }
+
+  std::vector<std::string> words(const std::string& subcommand, std::vector<std::string> more) const {
+    std::vector<std::string> all{subcommand,        "--port",        room->port(), "--pose-port",
+                                 room->pose_port(), "--mavlink-key", key};
+    if (subcommand == "fly") {
+      all.insert(all.end(), {"--vehicle", vehicle.string(), "--gains", table.string(), "--flight", flight_file.string(),
+                             "--json", result.string()});
+    }
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  json reported() const { return json::parse(std::ifstream(result)); }
+};
+
+/// A pose far from the true one, from somebody who does not have the key.
+struct Stranger {
+  explicit Stranger(Room& of) : room(of) {
+    room.on_pose = [this](const AttPosMocap& pose) { speak(pose); };
+  }
+  void speak(AttPosMocap lie) {
+    lie.x += 2.F;
+    ++lie.time_usec;
+    mavlink::Frame frame = mavlink::encode(lie, Room::kSender, room.frames);
+    switch (turn++ % 8) {
+      case 0:
+        room.send_as_stranger(frame.bytes());
+        break;
+      case 2: {
+        mavlink::Key other = Room::kKey;
+        other.back() ^= std::byte{1};
+        mavlink::sign(frame, other, Room::kLink, room.stamp());
+        room.send_as_stranger(frame.bytes());
+        break;
+      }
+      case 4:
+        if (room.recorded.size() > 100) {
+          room.send_as_stranger(room.recorded[room.recorded.size() - 100]);
+          ++replayed;
+        }
+        break;
+      case 6: {  // a good packet, changed on its way
+        if (!room.recorded.empty()) {
+          Packet changed = room.recorded.back();
+          changed[20] ^= std::byte{4};
+          room.send_as_stranger(changed);
+        }
+        break;
+      }
+      default:
+        break;
+    }
+  }
+  Room& room;
+  std::uint64_t turn = 0;
+  std::uint64_t replayed = 0;
+};
+
+// 5 % of the packets lost, doubled and overtaken, and somebody who lies about the pose all the time.
+TEST_F(SignedPose, FliesThroughABadNetworkAndBelievesNobodyElse) {
+  room->network.lost = room->network.doubled = room->network.swapped = 0.05;
+  Stranger liar(*room);
+  room->start_autopilot(events);
+  std::uint64_t questions = 0;
+  room->on_frame = [&](const mavlink::FrameView& frame) {
+    questions += mavlink::is<mavlink::Timesync>(frame) ? 1U : 0U;
+  };
+  ASSERT_TRUE(room->start(words("fly", {"--take-control", "--once", "--hold", "8", "--log", log.string()}), errors))
+      << error();
+  const std::optional<int> code = room->run_to_end(kStartAndFlight_s);
+  ASSERT_EQ(code, 0) << error();
+  const json flown = reported();
+  EXPECT_TRUE(flown["obtained"]);
+  EXPECT_NEAR(flown["position_m"][0].get<double>(), 0.0, 0.5) << "it hovered, and did not follow the liar";
+  const json counts = flown["pose_link"]["signatures"];
+  EXPECT_GT(counts["accepted"], 800);
+  // All that came was read, but for what came after the last tick.
+  constexpr std::uint64_t kLastWords = 10;
+  EXPECT_NEAR(counts["accepted"].get<double>(), static_cast<double>(room->network.newer), kLastWords);
+  EXPECT_NEAR(counts["replayed"].get<double>(), static_cast<double>(room->network.not_newer + liar.replayed),
+              kLastWords);
+  EXPECT_NEAR(counts["unsigned"].get<double>(), static_cast<double>(liar.turn) / 8.0, kLastWords);
+  EXPECT_NEAR(counts["wrong"].get<double>(), static_cast<double>(liar.turn) / 8.0, kLastWords);
+  EXPECT_EQ(counts["full_ticks"], 0);
+  EXPECT_EQ(flown["pose_link"]["refused_senders"], 0);
+  EXPECT_GT(questions, 20U) << "what it asks comes to whom it believes";
+  EXPECT_EQ(room->wrongly_signed, 0U);
+  EXPECT_FALSE(room->stranger().receive()) << "and to nobody else";
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log is the flight, without the key: " << error();
+  EXPECT_EQ(scenario::text_of(log).find(Room::key_text()), std::string::npos);
+}
+
+// Would catch a program whose memory ends with it: what was recorded in one flight would be the pose of the next.
+TEST_F(SignedPose, WhatAnEarlierFlightAcceptedIsRefusedByTheNext) {
+  room->start_autopilot(events);
+  ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
+  ASSERT_EQ(room->run_to_end(kStartAndFlight_s), 0) << error();
+  const std::vector<Packet> recorded = room->recorded;
+  ASSERT_GT(recorded.size(), 100U);
+  // The sender is off, and somebody plays his flight again.
+  room->sends_poses = false;
+  std::size_t next = 0;
+  room->on_pose = [&](const AttPosMocap&) {
+    if (next < recorded.size()) {
+      room->send_as_stranger(recorded[next++]);
+    }
+  };
+  ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
+  EXPECT_EQ(room->run_to_end(kStartAndFlight_s), 2);
+  EXPECT_NE(error().find("no pose within 5 s"), std::string::npos) << error();
+  EXPECT_NE(error().find("0 frames signed with the key"), std::string::npos) << error();
+  EXPECT_EQ(error().find(" 0 sent before"), std::string::npos) << error();
+  // The true sender is heard at once: his stamps go on.
+  room->sends_poses = true;
+  room->on_pose = {};
+  ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
+  EXPECT_EQ(room->run_to_end(kStartAndFlight_s), 0) << error();
+}
+
+TEST_F(SignedPose, IsRecorded) {
+  room->start_autopilot(events);
+  ASSERT_TRUE(room->start(words("record", {"--hold", "2", "--log", log.string(), "--json", result.string()}), errors))
+      << error();
+  ASSERT_EQ(room->run_to_end(kStartAndFlight_s), 0) << error();
+  EXPECT_GT(reported()["streams"]["pose"]["samples"], 150);
+  EXPECT_GT(reported()["signatures"]["accepted"], 150);
+  EXPECT_EQ(reported()["signatures"]["unsigned"], 0);
+}
+
+TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
+  const std::vector<std::string> bare{"--port", room->port(), "--pose-port", room->pose_port()};
+  for (const char* const subcommand : {"fly", "record"}) {
+    std::vector<std::string> line{subcommand};
+    line.insert(line.end(), bare.begin(), bare.end());
+    line.insert(line.end(), {"--log", log.string()});
+    EXPECT_EQ(run(line), 2);
+    EXPECT_EQ(error(), "m100: --pose-port: " + room->pose_port() +
+                           ": what comes over a network must be signed; name the key with --mavlink-key\n");
+  }
+  const auto refused = [&](const std::string& pose_port, const std::string& with_key, const std::string& because) {
+    EXPECT_EQ(run({"fly", "--port", room->port(), "--pose-port", pose_port, "--mavlink-key", with_key, "--vehicle",
+                   vehicle.string(), "--gains", table.string(), "--flight", flight_file.string(), "--dry-run"}),
+              2);
+    EXPECT_NE(error().find(because), std::string::npos) << error();
+    EXPECT_EQ(std::count(error().begin(), error().end(), '\n'), 1) << error();
+  };
+  refused("udp:0", key, "a UDP port is written udp:PORT");
+  refused("udp:14550x", key, "a UDP port is written udp:PORT");
+  EXPECT_EQ(run({"fly", "--dry-run", "--port", room->port(), "--mavlink-key", key}), 2);
+  EXPECT_NE(error().find("--mavlink-key: is of the pose port"), std::string::npos) << error();
+  room->start_autopilot(events);  // the port of the autopilot must open before the key is looked at
+  refused(room->pose_port(), key + "s", "cannot be read");
+  ASSERT_EQ(::chmod(key.c_str(), 0640), 0);
+  refused(room->pose_port(), key, "holds a key that others can read: chmod 600");
+}
+
+}  // namespace
+}  // namespace m100::room

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/replay_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "firmware/companion/files/text_file.h"
+
+namespace m100::companion {
+namespace {
+
+namespace fs = std::filesystem;
+
+mavlink::ReplayMemory two_streams() {
+  mavlink::ReplayMemory memory;
+  memory.streams[0] = {.from = {9, 197}, .link = 2, .last = 1000};
+  memory.streams[1] = {.from = {255, 190}, .link = 0, .last = mavlink::kSignatureTimeMask};
+  memory.count = 2;
+  memory.newest = mavlink::kSignatureTimeMask;
+  return memory;
+}
+
+void expect_same(const mavlink::ReplayMemory& a, const mavlink::ReplayMemory& b) {
+  EXPECT_EQ(text_of(a, 0), text_of(b, 0));
+}
+
+TEST(ReplayMemoryText, IsReadAsItWasWritten) {
+  const mavlink::ReplayMemory memory = two_streams();
+  const std::string text = text_of(memory, 0);
+  EXPECT_NE(text.find("\nstream 9 197 2 1000\n"), std::string::npos) << text;
+  expect_same(parse_replay_memory(text, "f"), memory);
+  EXPECT_EQ(parse_replay_memory(text_of(memory, 7), "f").streams[0].last, 1007U);
+  EXPECT_EQ(parse_replay_memory(text_of(memory, 7), "f").streams[1].last, mavlink::kSignatureTimeMask);
+}
+
+// Would catch a program that takes a damaged memory for an empty one: whoever can cut the file could play back.
+TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
+  for (const char* const text :
+       {"", "newest\n", "newest 5 6\n", "newest -1x\n", "newest 5\nnewest 5\n", "newest 281474976710656\n",
+        "newest 5\nstream 1 1 1\n", "newest 5\nstream 256 1 1 1\n", "newest 5\nrubbish 1\n", "stream 1 1 1 1\n"}) {
+    EXPECT_THROW((void)parse_replay_memory(text, "key.accepted"), UsageError) << text;
+  }
+  std::string many = "newest 5\n";
+  for (int i = 0; i < 17; ++i) {
+    many += "stream 1 " + std::to_string(i) + " 1 1\n";
+  }
+  try {
+    (void)parse_replay_memory(many, "key.accepted");
+    FAIL();
+  } catch (const UsageError& wrong) {
+    EXPECT_EQ(std::string(wrong.what()).find("key.accepted:18: "), 0U) << wrong.what();
+  }
+}
+
+struct ReplayFileTest : ::testing::Test {
+  const fs::path folder = fs::temp_directory_path() / ("m100_replay_file_" + std::to_string(getpid()));
+  const std::string key = (folder / "key").string();
+  const std::string beside = key + ".accepted";
+  void SetUp() override { fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+};
+
+TEST_F(ReplayFileTest, OutlivesTheProgram) {
+  {
+    ReplayFile file(key);
+    EXPECT_EQ(file.before().count, 0U);
+    file.start();
+    file.finish(two_streams());
+  }
+  const ReplayFile again(key);
+  expect_same(again.before(), two_streams());
+  struct stat status {};
+  ASSERT_EQ(stat(beside.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0600U);
+  EXPECT_FALSE(fs::exists(beside + ".new"));
+}
+
+// A program that is killed writes no last word: what its thread wrote must reach beyond what was accepted meanwhile.
+TEST_F(ReplayFileTest, AProgramThatIsKilledIsRememberedFurtherThanItWas) {
+  ReplayFile file(key);
+  file.start();
+  file.offer(two_streams());
+  while (parse_replay_memory(read_file(beside), beside).count == 0) {  // ctest's time limit ends it if none comes
+    usleep(1000);
+  }
+  EXPECT_EQ(parse_replay_memory(read_file(beside), beside).streams[0].last, 1000U + ReplayFile::kAhead);
+}
+
+TEST_F(ReplayFileTest, WhatCannotBeWrittenIsRefusedBeforeAnythingFlies) {
+  EXPECT_THROW(ReplayFile((folder / "none" / "key").string()), UsageError);
+  std::ofstream(beside) << "rubbish\n";
+  EXPECT_THROW(ReplayFile{key}, UsageError);
+}
+
+}  // namespace
+}  // namespace m100::companion

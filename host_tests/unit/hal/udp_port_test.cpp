@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hal/linux/udp_port.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <string>
+#include <vector>
+
+namespace m100::hal {
+namespace {
+
+/// Somebody else on this machine's loopback.
+class Peer {
+ public:
+  Peer() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address = at(0);
+    EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    socklen_t size = sizeof(address);
+    EXPECT_EQ(::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    port_ = ntohs(address.sin_port);
+  }
+  ~Peer() { ::close(descriptor_); }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  std::uint16_t port() const { return port_; }
+  void send(std::uint16_t port, const std::string& text) const {
+    const sockaddr_in address = at(port);
+    EXPECT_EQ(::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                       sizeof(address)),
+              static_cast<ssize_t>(text.size()));
+  }
+  /// The next packet; waits for it if need be. ctest's time limit ends a test for which none comes.
+  std::string receive() const {
+    std::string text(2000, '\0');
+    text.resize(static_cast<std::size_t>(::recv(descriptor_, text.data(), text.size(), 0)));
+    return text;
+  }
+  bool is_empty() const {
+    char byte = 0;
+    return ::recv(descriptor_, &byte, 1, MSG_DONTWAIT | MSG_PEEK) < 0;
+  }
+
+ private:
+  static sockaddr_in at(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return address;
+  }
+  int descriptor_;
+  std::uint16_t port_ = 0;
+};
+
+/// A port that nobody holds: one that was held a moment ago.
+std::uint16_t free_port() { return Peer().port(); }
+
+struct UdpPortTest : ::testing::Test {
+  const std::uint16_t number = free_port();
+  UdpPort port{number};
+  Peer peer;
+  void SetUp() override { ASSERT_EQ(port.open(), core::Status::kOk); }
+
+  /// Reads until something comes.
+  std::string read(std::size_t at_most) {
+    std::vector<std::byte> bytes(at_most);
+    std::size_t count = 0;
+    while (count == 0) {
+      count = port.read(bytes).value_or(0);
+    }
+    std::string text;
+    for (std::size_t i = 0; i < count; ++i) {
+      text += static_cast<char>(bytes[i]);
+    }
+    return text;
+  }
+};
+
+TEST_F(UdpPortTest, GivesTheBytesOfPacketsInOrderAndSaysWhereOneBegins) {
+  std::vector<std::byte> nothing(10);
+  EXPECT_EQ(port.read(nothing).value_or(99), 0U) << "nothing has come, and nobody waits";
+  peer.send(number, "abcdef");
+  peer.send(number, "gh");
+  EXPECT_EQ(read(4), "abcd");
+  EXPECT_TRUE(port.begins_packet());
+  EXPECT_EQ(read(4), "ef") << "a packet is not joined to the next";
+  EXPECT_FALSE(port.begins_packet());
+  EXPECT_EQ(read(4), "gh");
+  EXPECT_TRUE(port.begins_packet());
+}
+
+// Would catch a port that gives the beginning of what it cannot hold, or that takes an empty packet for the end.
+TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
+  peer.send(number, "");
+  peer.send(number, std::string(UdpPort::kMostPacketBytes + 1, 'x'));
+  peer.send(number, std::string(UdpPort::kMostPacketBytes, 'y'));
+  EXPECT_EQ(read(2000), std::string(UdpPort::kMostPacketBytes, 'y'));
+}
+
+// Would catch a port that answers whoever sent last: anybody could draw the answers to himself.
+TEST_F(UdpPortTest, AnswersWhomItIsToldToAndNobodyBefore) {
+  const std::array greeting{std::byte{'h'}, std::byte{'i'}};
+  Peer stranger;
+  peer.send(number, "p");
+  EXPECT_EQ(read(10), "p");
+  EXPECT_FALSE(port.send(greeting));
+  EXPECT_EQ(port.write(greeting).value_or(0), 2U) << "a line with nobody at its end takes bytes as well";
+  port.answer_last();
+  stranger.send(number, "s");
+  EXPECT_EQ(read(10), "s");
+  EXPECT_EQ(port.write(greeting).value_or(0), 2U);
+  EXPECT_EQ(peer.receive(), "hi") << "one packet, and none from before";
+  EXPECT_TRUE(peer.is_empty());
+  EXPECT_TRUE(stranger.is_empty());
+}
+
+TEST_F(UdpPortTest, TwoProgramsCannotHaveOnePort) {
+  UdpPort second(number);
+  EXPECT_EQ(second.open(), core::Status::kRefused);
+  std::array<std::byte, 4> bytes{};
+  EXPECT_EQ(second.read(bytes).status(), core::Status::kUnavailable);
+  EXPECT_EQ(second.write(bytes).status(), core::Status::kUnavailable);
+}
+
+TEST(UdpPortName, IsAPortNumberBehindUdp) {
+  EXPECT_EQ(udp_port_of("udp:14550"), 14550);
+  EXPECT_EQ(udp_port_of("udp:65535"), 65535);
+  for (const char* const wrong :
+       {"udp:", "udp:0", "udp:65536", "udp:-1", "udp:1x", "udp: 1", "14550", "/dev/ttyUSB0"}) {
+    EXPECT_FALSE(udp_port_of(wrong)) << wrong;
+  }
+  EXPECT_TRUE(is_udp("udp:rubbish"));
+  EXPECT_FALSE(is_udp("sim:udp:1"));
+}
+
+}  // namespace
+}  // namespace m100::hal
