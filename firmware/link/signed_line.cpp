@@ -103,7 +103,7 @@ core::Expected<std::size_t> SignedLine::write(std::span<const std::byte> source)
   }
   std::copy(source.begin(), source.end(), frame.space.begin());
   frame.size = source.size();
-  last_signed_ = std::max({time_, guard_.newest(), last_signed_ + 1});
+  last_signed_ = std::max(least_time(), last_signed_ + 1);
   mavlink::sign(frame, key_, link_, last_signed_);
   const core::Expected<std::size_t> sent = line_.write(frame.bytes());
   return sent && *sent == frame.size ? source.size() : sent;

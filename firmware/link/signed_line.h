@@ -59,6 +59,8 @@ class SignedLine final : public hal::Uart {
   const SignedLineStats& stats() const { return stats_; }
   const mavlink::ParserStats& parser_stats() const { return parser_.stats(); }
   const mavlink::ReplayMemory& memory() const { return guard_.memory(); }
+  /// The least time of a signature made now: not behind what was heard, or who heard that would refuse it.
+  mavlink::SignatureTime least_time() const { return time_ > guard_.newest() ? time_ : guard_.newest(); }
 
  private:
   SignedLine(hal::Uart& line, hal::PacketUart* packets, const mavlink::Key& key, const mavlink::ReplayMemory& known,

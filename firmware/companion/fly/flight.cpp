@@ -20,6 +20,7 @@
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/fly/words.h"
+#include "firmware/companion/room/room_orders.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/farewell.h"
 #include "firmware/vrc/command_map.h"
@@ -43,6 +44,15 @@ void say_farewell(const char* file, int line) {
   (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->giving_back());
   std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
   std::_Exit(kAnswerIsNo);
+}
+
+/// What a broken invariant says from now on. @returns the handler of before.
+core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::SerialPort& port,
+                                       const link::AuthorityView& authority) {
+  farewell = &last_words;
+  farewell_port = &port;
+  farewell_authority = &authority;
+  return core::set_assertion_handler(&say_farewell);
 }
 
 link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
@@ -72,7 +82,8 @@ constexpr core::Duration kServicePatience = std::chrono::seconds(1);
 /// Lines for the terminal and the log.
 class Ears final : public Listener {
  public:
-  explicit Ears(log::FlightLog* log) : log_(log) {}
+  /// @param speaker who tells the room; may be null.
+  Ears(log::FlightLog* log, Speaker* speaker) : log_(log), speaker_(speaker) {}
   void hear(core::TimePoint now, std::string_view line) override {
     TextLine timed;
     timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
@@ -80,10 +91,52 @@ class Ears final : public Listener {
     if (log_ != nullptr) {
       log_->append(now, line);
     }
+    if (speaker_ != nullptr) {
+      speaker_->tell(line);
+    }
   }
 
  private:
   log::FlightLog* log_;
+  Speaker* speaker_;
+};
+
+/// A line a second of what the link is like.
+class HealthLog {
+ public:
+  explicit HealthLog(log::FlightLog* log) : log_(log) {}
+  void tick(core::TimePoint now, const link::LinkHealth& health) {
+    if (log_ != nullptr && now - logged_at_ >= kHealthPeriod) {
+      log_->append(now, health_line(health, text_));
+      logged_at_ = now;
+    }
+  }
+
+ private:
+  log::FlightLog* log_;
+  core::TimePoint logged_at_{};
+  HealthText text_{};
+};
+
+/// Looks once a second whether there is still somebody who gives control back if this program dies.
+class GuardWatch {
+ public:
+  GuardWatch(Keeper& keeper, Listener& listener) : keeper_(keeper), listener_(listener) {}
+  void tick(core::TimePoint now) {
+    if (alive_ && now - seen_at_ >= kHealthPeriod) {
+      seen_at_ = now;
+      alive_ = keeper_.alive();
+      if (!alive_) {
+        listener_.hear(now, "the second process is dead: nobody gives control back if this program dies. Land");
+      }
+    }
+  }
+
+ private:
+  Keeper& keeper_;
+  Listener& listener_;
+  core::TimePoint seen_at_{};
+  bool alive_ = true;
 };
 
 nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits) {
@@ -121,6 +174,14 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
   return out;
 }
 
+/// The closing words, and the result.
+void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose) {
+  print(std::cout, controller.link().health());
+  print(std::cout, controller.pose_link().stats(), pose.signatures());
+  result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
+  write_result(options.json, result);
+}
+
 }  // namespace
 
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
@@ -139,22 +200,23 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   lay_and_check(orders, start, *trajectory);
   const app::FlightConfig config = flight_config(options, orders, start, link);
   TickClock clock(options.port);
-  std::optional<LogFile> log;
+  std::optional<LogFile> log_file;
   if (!options.log.empty()) {
-    log.emplace(options.log);
-    write_notes(log->log(), options, model, orders, start, config, clock.now());
-    log->start();
+    log_file.emplace(options.log);
+    write_notes(log_file->log(), options, model, orders, start, config, clock.now());
+    log_file->start();
   }
-  const auto controller = std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_port.line(),
-                                                       *trajectory, log ? &log->log() : nullptr);
+  log::FlightLog* const log = log_file ? &log_file->log() : nullptr;
+  OverheardLine pose_line(pose_port.line());
+  const auto controller =
+      std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::Farewell last_words(neutral, cipher);
-  farewell = &last_words;
-  farewell_port = &port;
-  farewell_authority = &controller->link().authority();
-  const core::AssertionHandler former = core::set_assertion_handler(&say_farewell);
+  const core::AssertionHandler former = say_when_broken(last_words, port, controller->link().authority());
   give_output_its_buffer();
+  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
   ask_for_real_time();
-  Ears ears(log ? &log->log() : nullptr);
+  Ears ears(log, speaker);
+  RoomOrders room(goal_limits(options, orders), *trajectory, config.fence, pose_line, speaker, ears);
   Pilotage pilotage({.take_control = options.take_control,
                      .hold_s = options.hold_s,
                      .once = options.once,
@@ -164,9 +226,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   forget_words();
   hal::ServiceWatchdog service;
   service.start(kServicePatience);
-  core::TimePoint health_logged_at{}, guard_seen_at{};
-  bool guarded = true;
-  HealthText health_text{};
+  HealthLog health(log);
+  GuardWatch guard(keeper, ears);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     keeper.hold(port.descriptor(), port.openings());
     if (!keeper.beat(controller->link().authority().in_control)) {
@@ -174,30 +235,20 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
       say("this program stood still for too long: control was given back to the transmitter");
     }
     pose_port.tick();
-    if (guarded && now - guard_seen_at >= kHealthPeriod) {
-      guard_seen_at = now;
-      guarded = keeper.alive();
-      if (!guarded) {
-        ears.hear(now, "the second process is dead: nobody gives control back if this program dies. Land");
-      }
-    }
+    guard.tick(now);
     (void)controller->tick(now);  // what became of the command stands in the log
-    if (log && now - health_logged_at >= kHealthPeriod) {
-      log->log().append(now, health_line(controller->link().health(), health_text));
-      health_logged_at = now;
-    }
-    if (!pilotage.tick(now, {.word = key_pressed(), .stops = stops()})) {
+    pose_port.tell(*controller, now);
+    health.tick(now, controller->link().health());
+    const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, pilotage.waits());
+    if (!pilotage.tick(now, {.word = key_pressed() || word, .stops = stops()})) {
       break;
     }
   }
   core::set_assertion_handler(former);
   service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
-  print(std::cout, controller->link().health());
-  print(std::cout, controller->pose_link().stats(), pose_port.signatures());
-  nlohmann::json result = to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits);
-  result["pose_link"] = companion::to_json(controller->pose_link().stats(), pose_port.signatures());
-  write_result(options.json, result);
+  conclude(options, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits), *controller,
+           pose_port);
   const bool excited = !orders.excitation || controller->excitation().state() == ctl::Excitation<double>::State::kOver;
   return pilotage.given_back() && excited;
 }

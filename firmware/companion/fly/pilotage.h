@@ -51,6 +51,8 @@ class Pilotage {
   bool tick(core::TimePoint now, const OperatorInput& input);
 
   bool flew() const { return flew_; }
+  /// Nothing was asked for: a word would ask.
+  bool waits() const { return phase_ == Phase::kWaiting; }
   /// The last flight was ended by the operator, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }

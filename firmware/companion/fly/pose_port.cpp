@@ -83,12 +83,12 @@ PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)
     open_or_explain(*serial_);
   }
   if (!options.key_file.empty()) {
-    const mavlink::Key key = mavlink_key(options.key_file);
+    key_ = mavlink_key(options.key_file);
     replay_file_ = std::make_unique<ReplayFile>(options.key_file);
     if (udp_) {
-      signed_.emplace(*udp_, key, replay_file_->before(), kLinkOfTheTick);
+      signed_.emplace(*udp_, key_, replay_file_->before(), kLinkOfTheTick);
     } else {
-      signed_.emplace(*serial_, key, replay_file_->before(), kLinkOfTheTick);
+      signed_.emplace(*serial_, key_, replay_file_->before(), kLinkOfTheTick);
     }
     line_ = &*signed_;
     replay_file_->start();
@@ -99,6 +99,14 @@ PosePort::~PosePort() {
   if (replay_file_) {
     replay_file_->finish(signed_->memory());
   }
+}
+
+Speaker* PosePort::start_speaker() {
+  if (udp_ && signed_) {
+    speaker_ = std::make_unique<Speaker>(*udp_, key_);
+    speaker_->start();
+  }
+  return speaker_.get();
 }
 
 void PosePort::tick() {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "firmware/companion/files/replay_file.h"
+#include "firmware/companion/room/speaker.h"
 #include "firmware/link/pose_link.h"
 #include "firmware/link/signed_line.h"
 #include "hal/linux/serial_port.h"
@@ -46,6 +47,14 @@ class PosePort {
   /// Before the reads of a tick: renews what they may cost, and hands over what a later life must know.
   void tick();
   hal::Uart& line() { return *line_; }
+  /// Begins to speak with the room. @returns null: the port is a wire, or there is no key.
+  Speaker* start_speaker();
+  /// With start_speaker(): after each tick.
+  void tell(const app::FlightController<double>& controller, core::TimePoint now) {
+    if (speaker_) {
+      speaker_->tell(controller, now, signed_->least_time());
+    }
+  }
   /// For the time that a byte spends on the line; 0: none.
   std::uint32_t baud() const { return udp_ ? 0 : options_.baud; }
   const std::string& name() const { return options_.port; }
@@ -61,7 +70,9 @@ class PosePort {
   std::optional<hal::SerialPort> serial_;
   std::optional<hal::UdpPort> udp_;
   std::unique_ptr<ReplayFile> replay_file_;
+  mavlink::Key key_{};
   std::optional<link::SignedLine> signed_;
+  std::unique_ptr<Speaker> speaker_;
   hal::Uart* line_ = nullptr;
   std::uint32_t ticks_ = 0;
 };

@@ -9,6 +9,7 @@
 
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/replay/replay.h"
+#include "firmware/companion/room/follow.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"
 #include "firmware/link/pose_link.h"
@@ -116,6 +117,18 @@ Range check_offsets(const Orders& orders) {
   return {start.position_w_m.z(), fence_m.high - heights_m.high};
 }
 
+std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Orders& orders) {
+  if (options.pose.key_file.empty() || !orders.flight || orders.excitation) {
+    return {};
+  }
+  const CourseLimits course = course_limits_of(*orders.flight);
+  ref::SpeedLimits limits;
+  limits.speed_m_s = std::min({limits.speed_m_s, course.speed_m_s, course.climb_m_s});
+  limits.acceleration_m_s2 = std::min(limits.acceleration_m_s2, course.acceleration_m_s2);
+  limits.yaw_rate_rad_s = std::min(limits.yaw_rate_rad_s, course.yaw_rate_rad_s);
+  return limits;
+}
+
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link) {
   app::FlightConfig config;
@@ -157,6 +170,11 @@ void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightMod
   const std::string excitation = orders.excitation ? note_of(*orders.excitation, orders.excitation_name) : "";
   if (orders.excitation) {
     notes.push_back({kExcitationNote, excitation});
+  }
+  const std::optional<ref::SpeedLimits> to_goals = goal_limits(options, orders);
+  const std::string goals = to_goals ? goals_note(*to_goals) : "";
+  if (to_goals && !options.dry_run) {
+    notes.push_back({kGoalsNote, goals});
   }
   if (options.dry_run) {
     notes.push_back({kDryRunNote, "nothing was sent"});

@@ -39,6 +39,9 @@ void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref
 /// file.
 Range check_offsets(const Orders& orders);
 
+/// How fast the ways to goals are; nothing: this flight takes none, because nobody has a key or an excitation flies.
+std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Orders& orders);
+
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link);
 

@@ -14,6 +14,7 @@
 #include "firmware/companion/files/excitation_file.h"
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "firmware/companion/room/follow.h"
 #include "firmware/mpc/table_file.h"
 
 namespace m100::companion {
@@ -126,6 +127,19 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
   return config;
 }
 
+template <typename T>
+std::optional<Goals<T>> goals_of(const RecordedFlight& flight, const app::FlightConfig& config,
+                                 ref::Trajectory<T>& course) {
+  if (!flight.notes.contains(kGoalsNote)) {
+    return {};
+  }
+  const std::optional<ref::SpeedLimits> limits = limits_of_note(note(flight, kGoalsNote));
+  if (!limits) {
+    throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
+  }
+  return std::optional<Goals<T>>(std::in_place, course, config.fence, *limits);
+}
+
 /// The record of a tick as the replayed flight would have logged it: the last message of its ring.
 class LastRecord {
  public:
@@ -191,9 +205,11 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   }
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
   RecordedUart pose(false);
+  OverheardLine overheard(pose);
+  std::optional<Goals<T>> goals = goals_of(flight, config, course);
   const auto last = std::make_unique<LastRecord>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
-                                                                        autopilot, pose, course, &last->log());
+                                                                        autopilot, overheard, course, &last->log());
   if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
     throw FlightLogError("the times of the log's ticks go backwards: it is damaged");
   }
@@ -209,6 +225,9 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
+    if (goals) {
+      (void)follow(*goals, overheard, *controller, time_of(tick));
+    }
     const log::TickRecord record = last->take();
     hash.update(autopilot.written());
     hash.update(std::as_bytes(std::span(&record, 1)));

@@ -38,6 +38,7 @@ inline constexpr const char* kDryRunNote = "m100_dry_run";   ///< there: no byte
 inline constexpr const char* kStartNote = "m100_start";      ///< "x y z yaw" of the course's start
 inline constexpr const char* kChannelNote = "m100_channel";  ///< "virtual_rc" or "movement", then "paper_100_hz" or not
 inline constexpr const char* kExcitationNote = "m100_excitation";  ///< excitation_of_note()
+inline constexpr const char* kGoalsNote = "m100_goals";  ///< goals_note(); there: goals over the pose port counted
 /// link_note(); a log without it was flown with app id 1, the channel's own rate, the default pose baud, in plain.
 inline constexpr const char* kLinkNote = "m100_link";
 

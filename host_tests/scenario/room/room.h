@@ -66,6 +66,7 @@ class Room {
   std::optional<int> run_to_end(double at_most_s);
   bool run_until(const std::function<bool()>& condition, double at_most_s);
   double now_s() const { return core::seconds<double>(host_.now().time_since_epoch()); }
+  bool ended() const { return ending_.has_value(); }
   void signal(int number) const { program_->send(number); }
 
   std::string port() const { return "sim:" + (folder_ / "port").string(); }

@@ -125,8 +125,9 @@ TEST_F(SignedPose, WhatAnEarlierFlightAcceptedIsRefusedByTheNext) {
   room->start_autopilot(events);
   ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
   ASSERT_EQ(room->run_to_end(kStartAndFlight_s), 0) << error();
-  const std::vector<Packet> recorded = room->recorded;
-  ASSERT_GT(recorded.size(), 100U);
+  ASSERT_GT(room->recorded.size(), 60U);
+  // What came after its last tick was never accepted, and is no replay.
+  const std::vector<Packet> recorded(room->recorded.begin(), room->recorded.end() - 10);
   // The sender is off, and somebody plays his flight again.
   room->sends_poses = false;
   std::size_t next = 0;
@@ -172,16 +173,24 @@ TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
                    vehicle.string(), "--gains", table.string(), "--flight", flight_file.string(), "--dry-run"}),
               2);
     EXPECT_NE(error().find(because), std::string::npos) << error();
-    EXPECT_EQ(std::count(error().begin(), error().end(), '\n'), 1) << error();
+    const std::string said = error();
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
   };
   refused("udp:0", key, "a UDP port is written udp:PORT");
   refused("udp:14550x", key, "a UDP port is written udp:PORT");
   EXPECT_EQ(run({"fly", "--dry-run", "--port", room->port(), "--mavlink-key", key}), 2);
   EXPECT_NE(error().find("--mavlink-key: is of the pose port"), std::string::npos) << error();
-  room->start_autopilot(events);  // the port of the autopilot must open before the key is looked at
-  refused(room->pose_port(), key + "s", "cannot be read");
+  // The autopilot's port is opened before the key is looked at.
+  room->start_autopilot(events);
+  key += "s";
+  (void)room->start(words("fly", {"--dry-run"}), errors);
+  EXPECT_EQ(room->run_to_end(kStartAndFlight_s), 2);
+  EXPECT_NE(error().find("cannot be read"), std::string::npos) << error();
+  key.pop_back();
   ASSERT_EQ(::chmod(key.c_str(), 0640), 0);
-  refused(room->pose_port(), key, "holds a key that others can read: chmod 600");
+  (void)room->start(words("fly", {"--dry-run"}), errors);
+  EXPECT_EQ(room->run_to_end(kStartAndFlight_s), 2);
+  EXPECT_NE(error().find("holds a key that others can read: chmod 600"), std::string::npos) << error();
 }
 
 }  // namespace

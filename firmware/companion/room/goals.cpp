@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/room/goals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::companion {
+namespace {
+
+// Bits of type_mask: set, the field is to be ignored. POSITION_TARGET_TYPEMASK of MAVLink.
+constexpr unsigned kIgnorePosition = 0b111;
+constexpr unsigned kIgnoreMotion = 0b111111000;  // velocity and acceleration
+constexpr unsigned kForce = 1U << 9U;
+constexpr unsigned kIgnoreYaw = 1U << 10U;
+constexpr unsigned kIgnoreYawRate = 1U << 11U;
+constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
+
+constexpr double kShortestBrake_s = 0.5;
+/// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, also where it begins
+/// speeding up.
+constexpr double kBrakePeak = 2.5;
+constexpr double kSamePlace_m = 1e-3;
+constexpr double kSameYaw_rad = 1e-3;
+
+bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
+
+/// At rest after a time, half of the way on that the speed would go.
+ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
+  return ref::through({.start = {position, speed * time_s, acceleration * time_s * time_s, 0.0},
+                       .end = {position + speed * time_s / 2.0, 0.0, 0.0, 0.0}});
+}
+
+template <typename T>
+double as_double(T value) {
+  return static_cast<double>(value);
+}
+
+}  // namespace
+
+std::string_view name(GoalAnswer answer) {
+  switch (answer) {
+    case GoalAnswer::kFlies:
+      return "it flies there";
+    case GoalAnswer::kSame:
+      return "it flies there already";
+    case GoalAnswer::kNotFlying:
+      return "refused: it does not fly";
+    case GoalAnswer::kFrame:
+      return "refused: only the frame LOCAL_NED counts";
+    case GoalAnswer::kMask:
+      return "refused: only a position and a yaw count; set the bits of velocity, acceleration and yaw rate";
+    case GoalAnswer::kNoNumber:
+      return "refused: not finite, or farther than 1 km";
+  }
+  return "";
+}
+
+template <typename T>
+ref::Waypoint<T> Goals<T>::inside(ref::Waypoint<T> place) const {
+  for (std::size_t axis = 0; axis < fence_.side.size(); ++axis) {
+    T& at = place.position_w_m[static_cast<Eigen::Index>(axis)];
+    at = static_cast<T>(std::clamp(as_double(at), fence_.side[axis].low_m, fence_.side[axis].high_m));
+  }
+  return place;
+}
+
+template <typename T>
+void Goals<T>::watch(core::TimePoint now, core::TimePoint started, const est::Estimate<T>& estimate) {
+  if (started == started_) {
+    return;
+  }
+  started_ = started;
+  if (goal_) {  // the way to it began somewhere else
+    ref::Waypoint<T> here;
+    here.position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m};
+    here.yaw_rad = estimate.yaw_rad;
+    goal_ = inside(here);
+    trajectory_.hold(*goal_);
+    trajectory_.start(now);
+  }
+}
+
+template <typename T>
+ref::Waypoint<T> Goals<T>::brake(core::TimePoint now) {
+  const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
+  const std::array<ref::AxisReference<T>, 3> axes{window.x[0], window.y[0], window.height};
+  double speed = 0.0;
+  ref::Waypoint<T> here;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    here.position_w_m[static_cast<Eigen::Index>(axis)] = axes[axis].position_m;
+    speed += as_double(axes[axis].velocity_m_s) * as_double(axes[axis].velocity_m_s);
+  }
+  speed = core::sqrt(speed);
+  here.yaw_rad = window.yaw_rad;
+  trajectory_.hold(here);
+  trajectory_.start(now);
+  const double turns_rad_s = as_double(window.yaw_rate_rad_s);
+  if (speed == 0.0 && turns_rad_s == 0.0) {
+    return here;
+  }
+  const double time_s = std::max({kShortestBrake_s, kBrakePeak * speed / limits_.acceleration_m_s2});
+  std::array<ref::Polynomial<double>, ref::kDimensions> way{};
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    way[axis] = to_rest(as_double(axes[axis].position_m), as_double(axes[axis].velocity_m_s),
+                        as_double(axes[axis].acceleration_m_s2), time_s);
+  }
+  way[3] = to_rest(as_double(here.yaw_rad), turns_rad_s, 0.0, time_s);
+  (void)trajectory_.append_polynomial(way, core::Duration(std::llround(time_s * 1e6)));
+  return trajectory_.end();
+}
+
+template <typename T>
+bool Goals<T>::hold(core::TimePoint now, bool flies) {
+  if (flies) {
+    goal_ = brake(now);
+  }
+  return flies;
+}
+
+template <typename T>
+GoalAnswer Goals<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies) {
+  const unsigned mask = goal.type_mask;
+  const bool has_yaw = (mask & kIgnoreYaw) == 0;
+  if (goal.coordinate_frame != kLocalNed) {
+    return GoalAnswer::kFrame;
+  }
+  const bool only_places = (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 &&
+                           (mask & kIgnoreYawRate) != 0 && ((mask & kIgnorePosition) != kIgnorePosition || has_yaw);
+  if (!only_places) {
+    return GoalAnswer::kMask;
+  }
+  const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
+  ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
+  for (unsigned axis = 0; axis < world.size(); ++axis) {
+    if ((mask & (1U << axis)) == 0) {
+      if (!is_number(world[axis])) {
+        return GoalAnswer::kNoNumber;
+      }
+      place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
+    }
+  }
+  if (has_yaw) {
+    if (!is_number(goal.yaw)) {
+      return GoalAnswer::kNoNumber;
+    }
+    place.yaw_rad = core::wrap_pi(static_cast<T>(-goal.yaw));
+  }
+  if (!flies) {
+    return GoalAnswer::kNotFlying;
+  }
+  place = inside(place);
+  if (goal_ && as_double((place.position_w_m - goal_->position_w_m).norm()) < kSamePlace_m &&
+      std::abs(core::wrap_pi(as_double(place.yaw_rad) - as_double(goal_->yaw_rad))) < kSameYaw_rad) {
+    return GoalAnswer::kSame;
+  }
+  (void)brake(now);
+  const core::Status laid = trajectory_.append_quintic(place, limits_);
+  goal_ = laid == core::Status::kOk ? place : trajectory_.end();
+  return laid == core::Status::kOk ? GoalAnswer::kFlies : GoalAnswer::kNoNumber;
+}
+
+template class Goals<float>;
+template class Goals<double>;
+
+}  // namespace m100::companion

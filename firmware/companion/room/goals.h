@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "firmware/core/fence.h"
+#include "firmware/core/time.h"
+#include "firmware/est/estimate.h"
+#include "firmware/ref/trajectory.h"
+#include "protocol/mavlink/order_messages.h"
+
+namespace m100::companion {
+
+/// What became of a goal.
+enum class GoalAnswer : std::uint8_t { kFlies, kSame, kNotFlying, kFrame, kMask, kNoNumber };
+/// "refused: only positions, and a yaw, in LOCAL_NED count", for people.
+std::string_view name(GoalAnswer answer);
+
+/// Turns goals into a course, in flight. A goal is a place to be at rest at; the way there is straight, of degree 5, as
+/// fast as the limits allow. A goal that comes on the way first brings the reference to rest on its way (degree 7), so
+/// speed and acceleration stay inside their limits whatever is asked for, and the reference never jumps. Goals beyond
+/// the fence are moved to its side; the fence keeper holds the reference and the speed inside, as it does for any
+/// course.
+///
+/// Nobody's goal moves anything: what does not fly takes none, and a flight that begins anew holds its place until the
+/// next one comes. Bounded, no heap; a log replays it from the bytes of the pose port.
+template <typename T>
+class Goals {
+ public:
+  Goals(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
+      : trajectory_(trajectory), fence_(fence), limits_(limits) {}
+
+  /// After each tick. @param started when the trajectory's time began last. @param estimate of this tick.
+  void watch(core::TimePoint now, core::TimePoint started, const est::Estimate<T>& estimate);
+  /// @param flies the ladder lets commands of the law through.
+  GoalAnswer take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
+  /// To rest, on the way. @returns false: nothing flies.
+  bool hold(core::TimePoint now, bool flies);
+
+  /// The last that was accepted, world frame; nothing: the course that the flight began with.
+  const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
+
+ private:
+  /// Begins the trajectory anew: from its motion now to rest. @returns where that ends.
+  ref::Waypoint<T> brake(core::TimePoint now);
+  ref::Waypoint<T> inside(ref::Waypoint<T> place) const;
+
+  ref::Trajectory<T>& trajectory_;
+  core::Fence fence_;
+  ref::SpeedLimits limits_;
+  std::optional<ref::Waypoint<T>> goal_;
+  core::TimePoint started_{};
+};
+
+extern template class Goals<float>;
+extern template class Goals<double>;
+
+}  // namespace m100::companion

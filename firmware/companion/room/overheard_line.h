@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "hal/uart.h"
+#include "protocol/mavlink/order_messages.h"
+#include "protocol/mavlink/parser.h"
+
+namespace m100::companion {
+
+/// A line that hands on everything, and keeps the newest goal and the newest order that passed. Put in front of a
+/// signed line it hears only who may speak. No heap; costs one parser more.
+class OverheardLine final : public hal::Uart {
+ public:
+  /// An order and who gave it.
+  struct Order {
+    mavlink::CommandLong message;
+    mavlink::Address from;
+  };
+
+  explicit OverheardLine(hal::Uart& line) : line_(line) {}
+
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const core::Expected<std::size_t> count = line_.read(destination);
+    if (count && *count > 0) {
+      parser_.consume(std::span<const std::byte>(destination).first(*count),
+                      [this](const mavlink::FrameView& frame) { hear(frame); });
+    }
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
+  core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
+
+  /// What came since the call before, if it is for us.
+  std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
+  std::optional<Order> take_order() { return std::exchange(order_, std::nullopt); }
+
+ private:
+  /// We are system 1; 0 is everybody.
+  static bool is_for_us(std::uint8_t system) { return system <= 1; }
+  void hear(const mavlink::FrameView& frame) {
+    if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
+      const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame);
+      goal_ = is_for_us(goal.target_system) ? std::optional(goal) : goal_;
+    } else if (mavlink::is<mavlink::CommandLong>(frame)) {
+      const auto order = mavlink::decode<mavlink::CommandLong>(frame);
+      order_ = is_for_us(order.target_system) ? std::optional(Order{order, frame.from}) : order_;
+    }
+  }
+
+  hal::Uart& line_;
+  mavlink::Parser parser_;
+  std::optional<mavlink::SetPositionTargetLocalNed> goal_;
+  std::optional<Order> order_;
+};
+
+}  // namespace m100::companion

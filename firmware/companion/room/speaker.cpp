@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/room/speaker.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace m100::companion {
+namespace {
+
+/// The aircraft, for whoever looks from the room; TIMESYNC comes from component 191 with numbers of its own.
+constexpr mavlink::Address kAircraft{.system = 1, .component = 1};
+constexpr std::uint8_t kLinkOfTheSpeaker = 2;  ///< signatures of two threads are two streams
+constexpr auto kLook = std::chrono::milliseconds(10);
+
+}  // namespace
+
+void Speaker::start() {
+  thread_ = std::thread([this] {
+    while (running_) {
+      say_all();
+      std::this_thread::sleep_for(kLook);
+    }
+    say_all();
+  });
+}
+
+void Speaker::finish() {
+  running_ = false;
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void Speaker::tell(const app::FlightController<double>& controller, core::TimePoint now,
+                   mavlink::SignatureTime least_time) {
+  if (ticks_++ % kTicksPerState == 0) {
+    FlightState state = state_of(controller, now);
+    state.signature_time = least_time;
+    (void)states_.push(state);
+  }
+}
+
+void Speaker::tell(std::string_view line) {
+  Line copy;
+  copy.size = std::min(line.size(), copy.text.size());
+  std::copy_n(line.begin(), copy.size, copy.text.begin());
+  (void)lines_.push(copy);
+}
+
+void Speaker::say_all() {
+  FlightState state;
+  while (states_.pop(state)) {
+    say(state);
+  }
+  mavlink::CommandAck answer;
+  while (answers_.pop(answer)) {
+    send(answer);
+  }
+  Line line;
+  while (lines_.pop(line)) {
+    say(line);
+  }
+}
+
+template <typename Message>
+void Speaker::send(const Message& message) {
+  mavlink::Frame frame = mavlink::encode(message, kAircraft, frames_++);
+  mavlink::sign(frame, key_, kLinkOfTheSpeaker, ++time_);
+  (void)port_.send(frame.bytes());  // what does not leave is lost, as in the air
+}
+
+void Speaker::say(const FlightState& state) {
+  time_ = std::max(time_, state.signature_time);
+  send(attitude_of(state));
+  send(position_of(state));
+  if (states_said_++ % kStatesPerHeartbeat == 0) {
+    send(heartbeat_of(state));
+    send(estimator_of(state));
+    send(battery_of(state));
+  }
+}
+
+void Speaker::say(const Line& line) {
+  const std::string_view text(line.text.data(), line.size);
+  sentences_ = static_cast<std::uint16_t>(sentences_ == 0xFFFFU ? 1 : sentences_ + 1);
+  mavlink::StatusText message;
+  for (std::uint8_t piece = 0; status_text(text, severity_of(text), sentences_, piece, message); ++piece) {
+    send(message);
+  }
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+#include <thread>
+
+#include "firmware/companion/room/state_messages.h"
+#include "firmware/core/spsc_ring.h"
+#include "hal/linux/udp_port.h"
+#include "protocol/mavlink/frame.h"
+#include "protocol/mavlink/order_messages.h"
+
+namespace m100::companion {
+
+/// Tells the room about the flight, over UDP, signed, from a thread of its own: the thread that flies hands over copies
+/// and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and LOCAL_POSITION_NED; once a second
+/// HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT. All of it goes to whoever
+/// sent the last packet that was believed.
+class Speaker {
+ public:
+  static constexpr std::uint32_t kTicksPerState = 10;
+  static constexpr std::uint32_t kStatesPerHeartbeat = 10;
+  static constexpr std::size_t kMostLine = 250;  ///< characters; the rest of a line is cut off
+
+  /// @param port must outlive it.
+  Speaker(const hal::UdpPort& port, const mavlink::Key& key) : port_(port), key_(key) {}
+  ~Speaker() { finish(); }
+  Speaker(const Speaker&) = delete;
+  Speaker& operator=(const Speaker&) = delete;
+
+  void start();
+  /// Says what is left to say, and ends.
+  void finish();
+
+  // From the thread that flies. What finds no room is not said.
+  /// Every tick; one in kTicksPerState is told.
+  void tell(const app::FlightController<double>& controller, core::TimePoint now, mavlink::SignatureTime least_time);
+  void tell(std::string_view line);
+  void tell(const mavlink::CommandAck& answer) { (void)answers_.push(answer); }
+
+ private:
+  struct Line {
+    std::array<char, kMostLine> text{};
+    std::size_t size = 0;
+  };
+  void say_all();
+  void say(const FlightState& state);
+  void say(const Line& line);
+  template <typename Message>
+  void send(const Message& message);
+
+  const hal::UdpPort& port_;
+  mavlink::Key key_;
+  core::SpscRing<FlightState, 16> states_;
+  core::SpscRing<Line, 16> lines_;
+  core::SpscRing<mavlink::CommandAck, 16> answers_;
+  std::uint32_t ticks_ = 0;
+  std::atomic<bool> running_{true};
+  std::thread thread_;
+  // Of the speaking thread.
+  std::uint32_t states_said_ = 0;
+  std::uint16_t sentences_ = 0;
+  std::uint8_t frames_ = 0;
+  mavlink::SignatureTime time_ = 0;
+};
+
+}  // namespace m100::companion

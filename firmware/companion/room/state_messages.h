@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "firmware/app/flight_controller.h"
+#include "protocol/mavlink/signature.h"
+#include "protocol/mavlink/state_messages.h"
+
+namespace m100::companion {
+
+/// What a room is told about a flight, of one tick: a copy, so that whoever speaks needs nothing of the flight.
+struct FlightState {
+  core::TimePoint now{};
+  mavlink::SignatureTime signature_time = 0;  ///< least time of a signature made of it
+  std::array<double, 3> position_w_m{};
+  std::array<double, 3> velocity_w_m_s{};
+  core::Tilt<double> tilt;
+  double yaw_rad = 0.0;
+  std::array<float, 3> rate_frd_rad_s{};
+  double horizontal_sigma_m = 0.0;  ///< of position, by the observer's own account
+  double gate_ratio = 0.0;  ///< of the last refused pose: its distance over what was allowed; 0: none is refused
+  bool healthy = false;
+  bool predicts = false;
+  bool in_control = false;
+  safety::Rung rung = safety::Rung::kSilent;
+  bool has_battery = false;
+  std::uint8_t battery_percent = 0;
+};
+
+FlightState state_of(const app::FlightController<double>& controller, core::TimePoint now);
+
+// The same in MAVLink's words: NED and FRD, the world being that of the pose.
+mavlink::Heartbeat heartbeat_of(const FlightState& state);
+mavlink::AttitudeQuaternion attitude_of(const FlightState& state);
+mavlink::LocalPositionNed position_of(const FlightState& state);
+mavlink::EstimatorStatus estimator_of(const FlightState& state);
+mavlink::BatteryStatus battery_of(const FlightState& state);
+
+/// A sentence as STATUSTEXT has it, in pieces of 50 characters. @param id of a sentence of several pieces, not 0.
+/// @param piece from 0. @returns false: there is no such piece.
+bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t id, std::uint8_t piece,
+                 mavlink::StatusText& message);
+
+/// MAV_SEVERITY of a line for the operator: what the ladder does is a warning.
+std::uint8_t severity_of(std::string_view line);
+
+}  // namespace m100::companion

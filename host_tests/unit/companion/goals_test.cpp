@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Goals as a room gives them: what counts as one, and that the reference neither jumps nor hurries.
+#include "firmware/companion/room/goals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace m100::companion {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr std::uint16_t kOnlyPosition = 0b110111111000;
+constexpr std::uint16_t kPositionAndYaw = 0b100111111000;
+constexpr core::Duration kTick = core::kTickPeriod;
+
+mavlink::SetPositionTargetLocalNed goal(float x, float y, float z, std::uint16_t mask = kOnlyPosition) {
+  return {.x = x, .y = y, .z = z, .type_mask = mask, .coordinate_frame = 1};
+}
+
+struct GoalsTest : ::testing::Test {
+  ref::Trajectory<double> trajectory;
+  core::Fence fence{.side = {{{-5.0, 5.0}, {-5.0, 5.0}, {0.5, 4.0}}}};
+  ref::SpeedLimits limits;
+  std::unique_ptr<Goals<double>> goals;
+  core::TimePoint now{seconds(10)};
+  ref::Waypoint<double> start;
+
+  void SetUp() override {
+    start.position_w_m = {0.0, 0.0, 1.5};
+    trajectory.hold(start);
+    trajectory.start(now);
+    goals = std::make_unique<Goals<double>>(trajectory, fence, limits);
+  }
+  struct At {
+    double x, y, z, vx, vy, yaw;
+  };
+  At reference() const {
+    const ref::Window<double> window = trajectory.window(now, core::Duration{0});
+    return {window.x[0].position_m,   window.y[0].position_m,   window.height.position_m,
+            window.x[0].velocity_m_s, window.y[0].velocity_m_s, window.yaw_rad};
+  }
+  /// Lets time pass and holds each step to the limits.
+  void pass(core::Duration time) {
+    for (const core::TimePoint end = now + time; now < end;) {
+      const At before = reference();
+      now += kTick;
+      const At after = reference();
+      const double step = std::hypot(after.x - before.x, after.y - before.y, after.z - before.z);
+      ASSERT_LE(step, 1.05 * limits.speed_m_s * 0.01) << "the reference jumped";
+      const double turned = std::hypot(after.vx - before.vx, after.vy - before.vy);
+      ASSERT_LE(turned, 1.05 * limits.acceleration_m_s2 * 0.01) << "the speed jumped";
+    }
+  }
+};
+
+TEST_F(GoalsTest, IsFlownToInNorthEastDown) {
+  EXPECT_EQ(goals->take(goal(2.F, 1.F, -2.F), now, true), GoalAnswer::kFlies);
+  pass(seconds(8));
+  EXPECT_NEAR(reference().x, 2.0, 1e-6);
+  EXPECT_NEAR(reference().y, -1.0, 1e-6) << "east is our minus y";
+  EXPECT_NEAR(reference().z, 2.0, 1e-6) << "down is our minus z";
+  mavlink::SetPositionTargetLocalNed turned = goal(2.F, 1.F, -2.F, kPositionAndYaw);
+  turned.yaw = 0.5F;
+  EXPECT_EQ(goals->take(turned, now, true), GoalAnswer::kFlies);
+  pass(seconds(8));
+  EXPECT_NEAR(reference().yaw, -0.5, 1e-6) << "clockwise from above is ours with a minus";
+}
+
+// Would catch a goal that is laid from where the last one ended: the reference would jump, or start with a jerk.
+TEST_F(GoalsTest, OneThatComesOnTheWayBringsItToRestFirst) {
+  EXPECT_EQ(goals->take(goal(4.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
+  pass(milliseconds(2000));
+  EXPECT_GT(reference().vx, 0.5);
+  EXPECT_EQ(goals->take(goal(0.F, 3.F, -1.5F), now, true), GoalAnswer::kFlies);
+  pass(seconds(10));
+  EXPECT_NEAR(reference().x, 0.0, 1e-6);
+  EXPECT_NEAR(reference().y, -3.0, 1e-6);
+  EXPECT_EQ(goals->take(goal(4.F, 3.F, -1.5F), now, true), GoalAnswer::kFlies);
+  pass(milliseconds(1500));
+  const double at_m = reference().x;
+  EXPECT_TRUE(goals->hold(now, true));
+  pass(seconds(3));
+  EXPECT_GT(reference().x, at_m);
+  EXPECT_LT(reference().x, at_m + limits.speed_m_s);
+  EXPECT_EQ(reference().vx, 0.0);
+}
+
+// A planner repeats its goal several times a second; braking for each would never arrive.
+TEST_F(GoalsTest, ARepeatedGoalIsOne) {
+  EXPECT_EQ(goals->take(goal(2.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
+  for (int i = 0; i < 100; ++i) {
+    pass(milliseconds(50));
+    EXPECT_EQ(goals->take(goal(2.F, 0.F, -1.5F), now, true), GoalAnswer::kSame);
+  }
+  EXPECT_NEAR(reference().x, 2.0, 1e-6);
+}
+
+TEST_F(GoalsTest, StaysInsideTheFence) {
+  EXPECT_EQ(goals->take(goal(900.F, 900.F, 900.F), now, true), GoalAnswer::kFlies);
+  pass(seconds(20));
+  EXPECT_NEAR(reference().x, 5.0, 1e-6);
+  EXPECT_NEAR(reference().y, -5.0, 1e-6);
+  EXPECT_NEAR(reference().z, 0.5, 1e-6);
+}
+
+TEST_F(GoalsTest, AnIgnoredAxisStaysWhereItIs) {
+  EXPECT_EQ(goals->take(goal(1.F, 77.F, 77.F, kOnlyPosition | 0b110), now, true), GoalAnswer::kFlies);
+  pass(seconds(8));
+  EXPECT_NEAR(reference().x, 1.0, 1e-6);
+  EXPECT_NEAR(reference().y, 0.0, 1e-6);
+  EXPECT_NEAR(reference().z, 1.5, 1e-6);
+}
+
+TEST_F(GoalsTest, WhatIsNoGoalMovesNothing) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(goals->take(goal(1.F, 0.F, -1.F), now, false), GoalAnswer::kNotFlying);
+  EXPECT_EQ(goals->take(goal(kNan, 0.F, -1.F), now, true), GoalAnswer::kNoNumber);
+  EXPECT_EQ(goals->take(goal(2000.F, 0.F, -1.F), now, true), GoalAnswer::kNoNumber);
+  EXPECT_EQ(goals->take(goal(1.F, 0.F, -1.F, 0), now, true), GoalAnswer::kMask) << "velocities are asked for, too";
+  EXPECT_EQ(goals->take(goal(1.F, 0.F, -1.F, kOnlyPosition | 0b111), now, true), GoalAnswer::kMask)
+      << "nothing is asked";
+  EXPECT_EQ(goals->take(goal(1.F, 0.F, -1.F, kOnlyPosition | 1U << 9U), now, true), GoalAnswer::kMask) << "a force";
+  mavlink::SetPositionTargetLocalNed body = goal(1.F, 0.F, -1.F);
+  body.coordinate_frame = 8;
+  EXPECT_EQ(goals->take(body, now, true), GoalAnswer::kFrame);
+  mavlink::SetPositionTargetLocalNed turned = goal(1.F, 0.F, -1.F, kPositionAndYaw);
+  turned.yaw = kNan;
+  EXPECT_EQ(goals->take(turned, now, true), GoalAnswer::kNoNumber);
+  EXPECT_FALSE(goals->hold(now, false));
+  EXPECT_FALSE(goals->goal());
+  pass(seconds(2));
+  EXPECT_EQ(reference().x, 0.0);
+}
+
+// Would catch a goal that outlives its flight: the next one would begin with a way from where the last one was.
+TEST_F(GoalsTest, AFlightThatBeginsAnewHoldsItsPlace) {
+  est::Estimate<double> estimate;
+  estimate.x.position_m = -1.0;
+  estimate.y.position_m = 2.0;
+  estimate.height_m = 1.2;
+  goals->watch(now, now, estimate);
+  EXPECT_EQ(reference().x, 0.0) << "the course that it began with is left alone";
+  EXPECT_EQ(goals->take(goal(3.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
+  goals->watch(now, now, estimate);
+  pass(seconds(1));
+  EXPECT_GT(reference().x, 0.01);
+  now += seconds(1);
+  goals->watch(now, now, estimate);
+  EXPECT_EQ(reference().x, -1.0);
+  EXPECT_EQ(reference().y, 2.0);
+  EXPECT_EQ(reference().z, 1.2);
+}
+
+}  // namespace
+}  // namespace m100::companion

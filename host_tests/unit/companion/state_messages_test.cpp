@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/room/state_messages.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace m100::companion {
+namespace {
+
+TEST(StateMessages, AreInNorthEastDown) {
+  FlightState state;
+  state.position_w_m = {1.0, 2.0, 3.0};
+  state.velocity_w_m_s = {0.1, 0.2, 0.3};
+  const mavlink::LocalPositionNed position = position_of(state);
+  EXPECT_EQ(position.x, 1.F);
+  EXPECT_EQ(position.y, -2.F);
+  EXPECT_EQ(position.z, -3.F);
+  EXPECT_EQ(position.vx, 0.1F);
+  EXPECT_EQ(position.vy, -0.2F);
+  EXPECT_EQ(position.vz, -0.3F);
+}
+
+TEST(StateMessages, AttitudeIsFrdInNed) {
+  FlightState state;
+  state.yaw_rad = 0.5;
+  mavlink::AttitudeQuaternion q = attitude_of(state);
+  EXPECT_NEAR(q.q1, std::cos(0.25), 1e-6);
+  EXPECT_NEAR(q.q4, -std::sin(0.25), 1e-6) << "counter-clockwise is negative about down";
+  state.yaw_rad = 0.0;
+  state.tilt.x_rad = 0.2;  // nose down in ours
+  q = attitude_of(state);
+  EXPECT_NEAR(q.q3, -std::sin(0.1), 1e-6) << "nose down is negative pitch about right";
+  state.tilt = {.x_rad = 0.0, .y_rad = 0.2};
+  q = attitude_of(state);
+  EXPECT_NEAR(q.q2, std::sin(0.1), 1e-6) << "right side down is positive in both";
+}
+
+TEST(StateMessages, TheHeartbeatSaysWhoHasControlAndHowItGoes) {
+  FlightState state;
+  EXPECT_EQ(heartbeat_of(state).base_mode, 1);
+  EXPECT_EQ(heartbeat_of(state).system_status, 3);
+  state.in_control = true;
+  state.rung = safety::Rung::kNominal;
+  EXPECT_EQ(heartbeat_of(state).base_mode, 1 + 8 + 128);
+  EXPECT_EQ(heartbeat_of(state).system_status, 4);
+  state.rung = safety::Rung::kCoast;
+  EXPECT_EQ(heartbeat_of(state).system_status, 5);
+  state.rung = safety::Rung::kRelease;
+  EXPECT_EQ(heartbeat_of(state).system_status, 6);
+}
+
+TEST(StateMessages, WhatIsNotKnownIsSaidSo) {
+  FlightState state;
+  EXPECT_EQ(battery_of(state).battery_remaining, -1);
+  EXPECT_EQ(battery_of(state).voltages[9], 65535);
+  EXPECT_EQ(estimator_of(state).flags, 0);
+  state.has_battery = true;
+  state.battery_percent = 77;
+  EXPECT_EQ(battery_of(state).battery_remaining, 77);
+}
+
+std::string put_together(const std::string& sentence, int& pieces) {
+  std::string all;
+  mavlink::StatusText message;
+  pieces = 0;
+  for (std::uint8_t piece = 0; status_text(sentence, 6, 9, piece, message); ++piece, ++pieces) {
+    EXPECT_EQ(message.chunk_seq, piece);
+    EXPECT_EQ(message.id, sentence.size() > 50 ? 9 : 0);
+    all += std::string(message.text.data(), strnlen(message.text.data(), message.text.size()));
+  }
+  return all;
+}
+
+TEST(StateMessages, ASentenceIsCutIntoPiecesThatGiveItAgain) {
+  int pieces = 0;
+  for (const std::size_t size : {1U, 49U, 50U, 51U, 99U, 101U, 250U}) {
+    std::string sentence;
+    for (std::size_t i = 0; i < size; ++i) {
+      sentence += static_cast<char>('a' + i % 26);
+    }
+    EXPECT_EQ(put_together(sentence, pieces), sentence);
+    EXPECT_EQ(pieces, static_cast<int>(size <= 50 ? 1 : size / 50 + 1)) << size;
+  }
+  EXPECT_EQ(put_together("", pieces), "");
+  EXPECT_EQ(pieces, 0);
+}
+
+}  // namespace
+}  // namespace m100::companion
