@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/cross_check.h"
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+namespace {
+
+struct Row {
+  std::string_view name;
+  std::string_view unit;
+  double allowed;
+};
+
+/// In the order of Check. Each bound is the largest error that a healthy flight may have for as long as it likes.
+///
+/// force: at most what a time of capture that is wrong by 80 ms (the largest in the worlds that ship) makes of all that
+///   the law accelerates with, 4.3 m/s^2 at 25 degrees of tilt: 0.34 m/s. Where less moves, less is allowed: see
+///   allowed_m_s().
+/// climb: the same 80 ms while the aircraft takes up its climb, 2.5 m/s^2; the observer's climb speed is wrong by
+///   0.03 m/s.
+/// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass beside its slow drift, which the
+///   mean takes away; the noise of a pose's heading is 0.002 rad.
+constexpr std::array<Row, kCheckCount> kRows{
+    {{"none", "", 1.0}, {"force", "m/s", 0.35}, {"climb", "m/s", 0.2}, {"heading", "rad", 0.21}}};
+
+constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(check)]; }
+
+/// The sum of velocity forgets: an offset of the force that is not yet known, 0.2 m/s^2 (measured logs: a few tenths),
+/// may not fill it for longer than a manoeuvre lasts.
+constexpr double kVelocityMemory_s = 2.0;
+/// The offset belongs to a flight, the tilt's wander to seconds: ten times the memory of the velocity.
+constexpr double kOffsetMemory_s = 20.0;
+/// Nothing is summed before: the first offset is the mean over this time, in which the observer's own start ends too.
+constexpr double kFirstLook_s = 3.0;
+constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn of the aircraft is over sooner
+constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
+/// Motion that nobody looked at: the next velocity is where the sum begins again.
+constexpr core::Duration kGap = std::chrono::milliseconds(50);
+constexpr double kGravity_m_s2 = 9.8066;
+/// A flight within 35 degrees of tilt feels 1 to 1.22 g in the mean; climb and gusts give and take.
+constexpr double kLeast_g = 0.8, kMost_g = 1.4;
+
+/// What the force may disagree by, as long as it likes, in m/s:
+///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; beside it the rotors' 0.1 m/s^2 at 100 Hz
+///   are
+///          0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s in the leaky sum
+///   moves  a time of capture that is wrong by 80 ms, times the acceleration of the last second
+///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
+/// An alarm needs twice that for half a second, six sigmas of what is noise; what no noise describes is left to the
+/// campaign (README).
+constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05;
+constexpr double kFelt_s = 0.1;  ///< the acceleration is averaged over this, or the rotors would count as motion
+constexpr double kMovedLately_s = 1.0;
+
+template <typename T>
+constexpr T bound(Check check) {
+  return static_cast<T>(row(check).allowed);
+}
+
+template <typename T>
+T size_of(T value) {
+  return value < T(0) ? -value : value;
+}
+
+}  // namespace
+
+std::string_view name(Check check) { return row(check).name; }
+std::string_view unit_of(Check check) { return row(check).unit; }
+
+std::optional<Check> check_of(std::string_view name) {
+  for (std::size_t i = 1; i < kCheckCount; ++i) {
+    if (kRows[i].name == name) {
+      return static_cast<Check>(i);
+    }
+  }
+  return std::nullopt;
+}
+
+/// The newest specific force in horizontal axes that point where the aircraft points.
+template <typename T>
+void CrossCheck<T>::feel(const Felt<T>& felt) {
+  const core::Vector<T, 3>& f = felt.force_b;
+  const T size = core::sqrt(f.squaredNorm());
+  force_size_ += (size - force_size_) * (force_size_ > T(0) ? T(0.01) : T(1));
+  const auto about = [this](double unit) {
+    return force_size_ > static_cast<T>(kLeast_g * unit) && force_size_ < static_cast<T>(kMost_g * unit);
+  };
+  const T scale = about(1.0) ? static_cast<T>(kGravity_m_s2) : about(kGravity_m_s2) ? T(1) : T(0);
+  if (scale == T(0)) {
+    force_seen_s_ = T(0);
+    return;
+  }
+  const core::Turn<T> roll = core::turn_of(felt.roll_rad);
+  const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
+  const T upright = roll.sine * f.y() + roll.cosine * f.z();
+  force_h_m_s2_ = Vector2(pitch.cosine * f.x() + pitch.sine * upright, roll.cosine * f.y() - roll.sine * f.z()) * scale;
+}
+
+template <typename T>
+T CrossCheck<T>::allowed_m_s(const Estimate<T>& estimate) const {
+  const T push_m_s2 = core::sqrt(Vector2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2).squaredNorm());
+  const T allowed =
+      static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * moved_m_s2_ + static_cast<T>(kWind_s) * push_m_s2;
+  const T most = bound<T>(Check::kForce);
+  return allowed < most ? allowed : most;
+}
+
+/// @returns horizontal velocity that the pose has gained lately and the force has not.
+template <typename T>
+T CrossCheck<T>::gained(const Estimate<T>& estimate, T step_s) {
+  const Vector2 velocity(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 step_w = velocity - velocity_w_m_s_;
+  velocity_w_m_s_ = velocity;
+  if (force_size_ == T(0) || !knows_velocity_) {
+    knows_velocity_ = true;
+    return T(0);
+  }
+  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
+  const Vector2 step_h = core::rotate<T>(step_w, {.sine = -yaw.sine, .cosine = yaw.cosine});
+  const Vector2 unfelt_h = step_h - (force_h_m_s2_ + offset_h_m_s2_) * step_s;
+  force_seen_s_ = core::clamp(force_seen_s_ + step_s, T(0), static_cast<T>(kOffsetMemory_s));
+  offset_h_m_s2_ += unfelt_h * (T(1) / (force_seen_s_ > T(1) ? force_seen_s_ : T(1)));
+  felt_h_m_s2_ += (force_h_m_s2_ + offset_h_m_s2_ - felt_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFelt_s));
+  const T moves_m_s2 = core::sqrt(felt_h_m_s2_.squaredNorm());
+  moved_m_s2_ -= moved_m_s2_ * (step_s * static_cast<T>(1.0 / kMovedLately_s));
+  moved_m_s2_ = moves_m_s2 > moved_m_s2_ ? moves_m_s2 : moved_m_s2_;
+  if (force_seen_s_ < static_cast<T>(kFirstLook_s)) {
+    gained_w_m_s_.setZero();
+    return T(0);
+  }
+  gained_w_m_s_ += core::rotate<T>(unfelt_h, yaw) - gained_w_m_s_ * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+  return core::sqrt(gained_w_m_s_.squaredNorm());
+}
+
+template <typename T>
+T CrossCheck<T>::turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s) {
+  const T difference_rad = core::wrap_pi(estimate.yaw_rad - felt.yaw_rad);
+  heading_offset_rad_ = knows_heading_ ? heading_offset_rad_ : difference_rad;
+  knows_heading_ = true;
+  const T turned_rad = core::wrap_pi(difference_rad - heading_offset_rad_);
+  heading_offset_rad_ =
+      core::wrap_pi(heading_offset_rad_ + turned_rad * (step_s * static_cast<T>(1.0 / kHeadingMemory_s)));
+  return size_of(turned_rad);
+}
+
+template <typename T>
+void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
+  if ((off_ & set_of(check)) != 0) {
+    return;
+  }
+  T& evidence_s = evidence_s_[static_cast<std::size_t>(check)];
+  evidence_s = core::clamp(evidence_s + (disagreement / allowed - T(1)) * step_s, T(0), T(2) * kEvidence_s);
+  if (evidence_s > kEvidence_s && report_.check == Check::kNone) {
+    report_ = {.check = check, .measured = disagreement, .allowed = allowed};
+  } else if (evidence_s <= kEvidence_s && report_.check == check) {
+    report_ = {};
+  }
+}
+
+template <typename T>
+void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, core::Duration elapsed) {
+  if (felt.force_is_new) {
+    feel(felt);
+  }
+  if (!estimate.healthy || estimate.refused_poses > 0 || elapsed > kGap) {
+    knows_velocity_ = false;
+    return;
+  }
+  const T step_s = core::seconds<T>(elapsed);
+  const T gained_m_s = gained(estimate, step_s);
+  const T turned_rad = felt.attitude_is_new ? turned(felt, estimate, step_s) : T(0);
+  if (estimate.pose_age > kPoseUsed) {
+    return;
+  }
+  judge(Check::kForce, gained_m_s, allowed_m_s(estimate), step_s);
+  if (felt.climb_is_new) {
+    judge(Check::kClimb, size_of(estimate.climb_m_s - felt.climb_m_s), bound<T>(Check::kClimb), step_s);
+  }
+  if (felt.attitude_is_new) {
+    judge(Check::kHeading, turned_rad, bound<T>(Check::kHeading), step_s);
+  }
+}
+
+template class CrossCheck<float>;
+template class CrossCheck<double>;
+
+}  // namespace m100::est

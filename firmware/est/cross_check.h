@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "firmware/core/eigen.h"
+#include "firmware/core/time.h"
+#include "firmware/est/estimate.h"
+
+namespace m100::est {
+
+/// What the pose's own motion is held against: each is what the autopilot tells of the same motion.
+enum class Check : std::uint8_t {
+  kNone,
+  kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
+  kClimb,    ///< climb speed, against the autopilot's; m/s
+  kHeading,  ///< how the heading changed, against the autopilot's; rad
+};
+inline constexpr std::size_t kCheckCount = 4;
+std::string_view name(Check check);
+std::string_view unit_of(Check check);
+/// By its name; nothing: there is no such check.
+std::optional<Check> check_of(std::string_view name);
+
+/// A set of checks, one bit each.
+using CheckSet = std::uint8_t;
+constexpr CheckSet set_of(Check check) {
+  return check == Check::kNone ? CheckSet{0} : static_cast<CheckSet>(1U << static_cast<unsigned>(check));
+}
+
+/// What the autopilot tells of its motion in one tick; a part that is not new is no evidence.
+template <typename T>
+struct Felt {
+  bool attitude_is_new = false;
+  bool force_is_new = false;
+  bool climb_is_new = false;
+  T roll_rad{0};
+  T pitch_rad{0};
+  T yaw_rad{0};
+  core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();  ///< specific force, FLU, in m/s^2 or in g
+  T climb_m_s{0};
+};
+
+/// The check that contradicts the pose.
+template <typename T>
+struct Contradiction {
+  Check check = Check::kNone;  ///< kNone: none does
+  T measured{0};               ///< the disagreement, in unit_of(check)
+  T allowed{0};
+};
+
+/// Holds the motion that the poses tell, as the observer has it, against the motion that the autopilot feels.
+///
+///   force    g' = v_pose' - (f + o) - g / 2 s   v_pose: the observer's velocity; f: the specific force turned into
+///                                               the world; o: what it lacks all the time, found over 20 s
+///   climb    c = climb_pose - climb_autopilot
+///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
+///
+/// Each disagreement is weighed by what is allowed and summed one-sidedly (CUSUM): S' = |x| / allowed - 1, from 0 to
+/// twice kEvidence_s. Above kEvidence_s the pose is contradicted: twice the allowed disagreement must last for 0.5 s,
+/// and what stays inside the allowed one never adds up. How the bounds are derived stands beside them in the source.
+///
+/// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time and else begins
+/// again at zero and drifts by 0.4 m/s in the root of a second, which hides what the specific force shows. Nothing is
+/// judged while no pose was used for 0.3 s, while the gate refuses poses, and where a part of telemetry does not come;
+/// an acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
+///
+/// No heap. Cost: three sine-cosine pairs, four square roots and about 100 products a tick. T is float or double.
+template <typename T>
+class CrossCheck {
+ public:
+  static constexpr T kEvidence_s = T(0.5);
+
+  /// @param off checks that the operator has switched off.
+  explicit CrossCheck(CheckSet off = 0) : off_(off) {}
+
+  /// Once per tick, after the observer.
+  void update(const Felt<T>& felt, const Estimate<T>& estimate, core::Duration elapsed);
+
+  const Contradiction<T>& report() const { return report_; }
+
+ private:
+  using Vector2 = core::Vector<T, 2>;
+  void feel(const Felt<T>& felt);
+  T gained(const Estimate<T>& estimate, T step_s);
+  T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
+  T allowed_m_s(const Estimate<T>& estimate) const;
+  void judge(Check check, T disagreement, T allowed, T step_s);
+
+  CheckSet off_;
+  bool knows_velocity_ = false;
+  bool knows_heading_ = false;
+  T force_seen_s_{0};                       ///< how long the offset has been learned; at most its memory
+  T force_size_{0};                         ///< mean length of the acceleration, as sent
+  Vector2 force_h_m_s2_ = Vector2::Zero();  ///< newest specific force, forward and left, horizontal
+  Vector2 offset_h_m_s2_ = Vector2::Zero();
+  Vector2 felt_h_m_s2_ = Vector2::Zero();     ///< the same without its offset and the rotors' shaking
+  T moved_m_s2_{0};                           ///< the largest of it in the last second, fading
+  Vector2 velocity_w_m_s_ = Vector2::Zero();  ///< of the tick before
+  Vector2 gained_w_m_s_ = Vector2::Zero();
+  T heading_offset_rad_{0};
+  std::array<T, kCheckCount> evidence_s_{};
+  Contradiction<T> report_;
+};
+
+extern template class CrossCheck<float>;
+extern template class CrossCheck<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/cross_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace m100::est {
+namespace {
+
+constexpr double kTick_s = 0.01;
+constexpr double kGravity_m_s2 = 9.8066;
+
+/// An aircraft whose pose and autopilot agree, until a test lets them differ.
+class CrossCheckTest : public ::testing::Test {
+ protected:
+  CrossCheckTest() {
+    estimate_.healthy = true;
+    felt_ = {.attitude_is_new = true, .force_is_new = true, .climb_is_new = true};
+    felt_.force_b = {0.0, 0.0, kGravity_m_s2};
+    felt_.climb_m_s = 0.01;
+  }
+  void fly(double seconds, double acceleration_x_m_s2 = 0.0) {
+    for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
+      estimate_.x.velocity_m_s += acceleration_x_m_s2 * kTick_s;
+      check_.update(felt_, estimate_, core::kTickPeriod);
+      if (check_.report().check == Check::kNone) {
+        silent_s_ += kTick_s;
+      }
+    }
+  }
+  Check reported() const { return check_.report().check; }
+
+  CrossCheck<double> check_;
+  Estimate<double> estimate_;
+  Felt<double> felt_;
+  double silent_s_ = 0.0;
+};
+
+TEST_F(CrossCheckTest, IsSilentWhileBothAgreeUnderAnOffset) {
+  felt_.force_b.x() = 0.4;  // measured logs: a few tenths of a m/s^2
+  fly(60.0);
+  felt_.force_b.x() += 2.0;
+  fly(1.0, 2.0);
+  felt_.force_b.x() -= 4.0;
+  fly(1.0, -2.0);
+  EXPECT_EQ(reported(), Check::kNone);
+  EXPECT_NEAR(silent_s_, 62.0, 0.02);
+}
+
+TEST_F(CrossCheckTest, NamesAPoseThatStandsWhileTheForcePushes) {
+  RecordProperty("promise", "R14");
+  fly(20.0);
+  felt_.force_b.x() = 0.8;
+  fly(3.0);
+  EXPECT_EQ(reported(), Check::kForce);
+  EXPECT_GT(check_.report().measured, check_.report().allowed);
+}
+
+TEST_F(CrossCheckTest, TurnsTheForceWithTheHeading) {
+  estimate_.yaw_rad = felt_.yaw_rad = M_PI / 2.0;
+  fly(20.0);
+  felt_.force_b.y() = -2.0;  // to the right of an aircraft that looks along +y: the world's +x
+  fly(1.0, 2.0);
+  EXPECT_EQ(reported(), Check::kNone);
+  fly(1.0, -2.0);
+  EXPECT_EQ(reported(), Check::kForce);
+}
+
+TEST_F(CrossCheckTest, TakesGravityOutOfATiltedForce) {
+  fly(20.0);
+  felt_.pitch_rad = 0.3;  // hovers against wind: level force of 1 g in the world, none along it
+  felt_.force_b = {-kGravity_m_s2 * std::sin(0.3), 0.0, kGravity_m_s2 * std::cos(0.3)};
+  fly(5.0);
+  EXPECT_EQ(reported(), Check::kNone);
+}
+
+TEST_F(CrossCheckTest, ReadsGAsWellAsMetresAndNothingWithoutGravity) {
+  felt_.force_b /= kGravity_m_s2;
+  fly(20.0);
+  felt_.force_b.x() = 1.0 / kGravity_m_s2;
+  fly(3.0);
+  EXPECT_EQ(reported(), Check::kForce);
+  CrossCheck<double> other;
+  std::swap(other, check_);
+  felt_.force_b = {0.0, 0.0, 0.0};
+  fly(20.0);
+  felt_.force_b.x() = 0.3;
+  fly(5.0);
+  EXPECT_EQ(reported(), Check::kNone) << "gravity is taken away: in which axes, nobody says";
+}
+
+TEST_F(CrossCheckTest, NamesAClimbThatTheAutopilotDoesNotFeelAndZeroIsNoEvidence) {
+  fly(5.0);
+  estimate_.climb_m_s = 0.31;
+  felt_.climb_is_new = false;
+  fly(5.0);
+  EXPECT_EQ(reported(), Check::kNone);
+  felt_.climb_is_new = true;
+  fly(1.1);
+  EXPECT_EQ(reported(), Check::kClimb);
+}
+
+TEST_F(CrossCheckTest, NamesATurnAndForgivesACompassThatDrifts) {
+  for (int i = 0; i < 1000; ++i) {
+    felt_.yaw_rad += 0.0003;  // 1.7 degrees a second
+    fly(kTick_s);
+  }
+  EXPECT_EQ(reported(), Check::kNone);
+  felt_.yaw_rad += 0.6;
+  fly(0.5);
+  EXPECT_EQ(reported(), Check::kHeading);
+}
+
+TEST_F(CrossCheckTest, AnOverriddenCheckIsSilentAndTheOthersAreNot) {
+  check_ = CrossCheck<double>(set_of(Check::kForce));
+  fly(20.0);
+  felt_.force_b.x() = 2.0;
+  fly(3.0);
+  EXPECT_EQ(reported(), Check::kNone);
+  estimate_.climb_m_s = 1.0;
+  fly(1.0);
+  EXPECT_EQ(reported(), Check::kClimb);
+}
+
+TEST_F(CrossCheckTest, TakesItBackWhenBothAgreeAgain) {
+  fly(5.0);
+  estimate_.climb_m_s = 1.0;
+  fly(1.0);
+  ASSERT_EQ(reported(), Check::kClimb);
+  estimate_.climb_m_s = 0.0;
+  fly(1.0);
+  EXPECT_EQ(reported(), Check::kNone);
+}
+
+TEST_F(CrossCheckTest, JudgesNothingThatTheObserverDoesNotUse) {
+  fly(20.0);
+  estimate_.refused_poses = 1;
+  fly(5.0, 3.0);
+  EXPECT_EQ(reported(), Check::kNone);
+  estimate_.refused_poses = 0;
+  estimate_.pose_age = std::chrono::milliseconds(400);
+  fly(0.5, 3.0);
+  EXPECT_EQ(reported(), Check::kNone);
+}
+
+TEST(Check, EveryCheckIsFoundByItsName) {
+  for (std::size_t i = 1; i < kCheckCount; ++i) {
+    EXPECT_EQ(check_of(name(static_cast<Check>(i))), static_cast<Check>(i));
+  }
+  EXPECT_FALSE(check_of("none").has_value());
+}
+
+}  // namespace
+}  // namespace m100::est
