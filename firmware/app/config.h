@@ -4,6 +4,7 @@
 #include "firmware/app/measure.h"
 #include "firmware/core/fence.h"
 #include "firmware/ctl/excitation.h"
+#include "firmware/est/cross_check.h"
 #include "firmware/link/serial_link.h"
 #include "firmware/mpc/law.h"
 #include "firmware/safety/limits.h"
@@ -18,6 +19,7 @@ struct FlightConfig {
   Plausible plausible;
   core::Fence fence;
   mpc::Law law = mpc::Law::kMpc;     ///< of the horizontal axes
+  est::CheckSet checks_off = 0;      ///< of pose against autopilot, that the operator has switched off by name
   ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight
   /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which is told: half a period
   /// of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick until we

@@ -42,6 +42,7 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       pose_link_(pose, config.pose_baud, &pose_tap_),
       measure_(config.plausible),
       observer_(vehicle),
+      cross_check_(config.checks_off),
       trajectory_(trajectory),
       fence_(config.fence),
       law_(vehicle, tables, {.horizontal = config.law}),
@@ -62,8 +63,9 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     in_force_ = pilots_command(telemetry);
   }
   est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  timing_.update(measured, estimate_.yaw_rad);                        // times of capture as they were, not as told
-  estimate_ = observer_.update(measured, in_force_, elapsed_);        // -> state estimate
+  timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
+  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
+  cross_check_.update(Measure::felt<T>(telemetry, measured), estimate_, elapsed_);  // pose against autopilot
   stand_ready(now);                                                   // a flight that begins in this tick begins here
   trajectory_.fill(reference_, now, law_.lead());                     // -> reference
   fence_.hold(reference_, estimate_);                                 // inside the fence, and where one can stop
@@ -71,7 +73,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   excite(now);                                                        // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
   observed_ = observation(now);
-  grant_ = supervisor_.review(wanted_, ctl::settle(estimate_), observed_, core::seconds<T>(elapsed_));  // takes away
+  grant_ = supervisor_.review(wanted_, settled(), observed_, core::seconds<T>(elapsed_));  // takes away
   start_when_nominal(before, now);
   give_back_unused(now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
@@ -170,8 +172,17 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
                                        .yaw = stick_of(telemetry.rc.yaw)}));
 }
 
+/// What brakes by an estimate that is contradicted would fly the lie: then level and trimmed.
+template <typename T, typename S>
+ctl::Command<T> FlightController<T, S>::settled() const {
+  return contradiction().check == est::Check::kNone ? ctl::settle(estimate_) : ctl::Command<T>{};
+}
+
 template <typename T, typename S>
 safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
+  const est::Contradiction<T>& contradicted = contradiction();
+  const bool is_contradicted = contradicted.check != est::Check::kNone;
+  const core::Duration shut = config_.limits.gate_shut;
   return {.now = now,
           .pose_age = estimate_.pose_age,
           .telemetry_age = link_.health().telemetry_age,
@@ -179,13 +190,16 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
                            .jitter = timing_.report().jitter,
                            .interval = timing_.report().interval},
           .refused_poses = estimate_.refused_poses,
-          .refused_for = estimate_.refused_for,
+          .refused_for = is_contradicted && estimate_.refused_for < shut ? shut : estimate_.refused_for,
           .refused_by_m = static_cast<double>(estimate_.refusal.distance_m),
           .refused_allowed_m = static_cast<double>(estimate_.refusal.allowed_m),
           .error_m = kErrorSigmas * core::sqrt(static_cast<double>(core::clamp(
                                         estimate_.x.position_variance_m2, estimate_.y.position_variance_m2, T(1e6)))),
           .reserve_m = static_cast<double>(fence_.reserve_m()),
           .refused_turn_rad = static_cast<double>(estimate_.refusal.turned_rad),
+          .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
+          .contradicted_with = static_cast<double>(contradicted.measured),
+          .contradicted_allowed = static_cast<double>(contradicted.allowed),
           .estimate_healthy = estimate_.healthy,
           .authority = link_.authority().in_control,
           .mode_f = link_.authority().mode_f,

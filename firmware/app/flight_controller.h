@@ -8,6 +8,7 @@
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
+#include "firmware/est/cross_check.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/pose_timing.h"
 #include "firmware/est/trim_watch.h"
@@ -88,6 +89,8 @@ class FlightController {
   const sysid::ResidualMonitor<T>& residual() const { return residual_; }
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return trim_.report(); }
+  /// Whether the autopilot's telemetry contradicts the poses.
+  const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
   const TickStats& stats() const { return stats_; }
   /// When the ladder last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
@@ -96,6 +99,7 @@ class FlightController {
   void note_time(core::TimePoint now);
   void take_orders(core::TimePoint now);
   core::Pose<double> pose(core::TimePoint now);
+  ctl::Command<T> settled() const;
   safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
   /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
@@ -120,6 +124,7 @@ class FlightController {
   Measure measure_;
   est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
+  est::CrossCheck<T> cross_check_;
   ref::Trajectory<T>& trajectory_;
   ctl::FenceKeeper<T> fence_;
   ctl::FlightLaw<T> law_;

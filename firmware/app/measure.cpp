@@ -21,6 +21,11 @@ core::Vector<double, 3> rates_of(const protocol::Telemetry& telemetry) {
                                                static_cast<double>(telemetry.angular_velocity_frd_rad_s[2])));
 }
 
+template <typename T>
+core::Vector<T, 3> vector_of(const std::array<float, 3>& numbers) {
+  return {static_cast<T>(numbers[0]), static_cast<T>(numbers[1]), static_cast<T>(numbers[2])};
+}
+
 }  // namespace
 
 bool Measure::believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler) {
@@ -82,6 +87,24 @@ est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::
   return measured;
 }
 
+template <typename T>
+est::Felt<T> Measure::felt(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured) {
+  est::Felt<T> felt;
+  felt.attitude_is_new = measured.attitude.is_new;
+  felt.roll_rad = measured.attitude.roll_rad;
+  felt.pitch_rad = measured.attitude.pitch_rad;
+  felt.yaw_rad = measured.attitude.yaw_rad;
+  felt.force_is_new = felt.attitude_is_new && telemetry.has(protocol::TelemetryItem::kAcceleration);
+  felt.force_b = core::flip_yz(vector_of<T>(telemetry.acceleration));
+  const float down_m_s = telemetry.velocity_ned_m_s[2];
+  // Exactly zero is what stands there while nothing is estimated.
+  felt.climb_is_new = telemetry.has(protocol::TelemetryItem::kVelocity) && (down_m_s < 0.F || down_m_s > 0.F);
+  felt.climb_m_s = -static_cast<T>(down_m_s);
+  return felt;
+}
+
+template est::Felt<float> Measure::felt(const protocol::Telemetry&, const est::Measurement<float>&);
+template est::Felt<double> Measure::felt(const protocol::Telemetry&, const est::Measurement<double>&);
 template est::Measurement<float> Measure::update(const protocol::Telemetry&, core::Duration, const core::Pose<double>&,
                                                  core::TimePoint);
 template est::Measurement<double> Measure::update(const protocol::Telemetry&, core::Duration, const core::Pose<double>&,

@@ -6,6 +6,7 @@
 
 #include "firmware/core/frames.h"
 #include "firmware/core/time.h"
+#include "firmware/est/cross_check.h"
 #include "firmware/est/measurement.h"
 #include "protocol/telemetry.h"
 
@@ -36,6 +37,10 @@ class Measure {
   template <typename T>
   est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
                              const core::Pose<double>& pose, core::TimePoint now);
+
+  /// What the same package tells of the motion beside the attitude, which is taken from `measured`, of this tick.
+  template <typename T>
+  static est::Felt<T> felt(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
 
   const MeasureStats& stats() const { return stats_; }
 

@@ -75,6 +75,7 @@ void ask_for_real_time() {
   }
 }
 
+/// What the thread that flies needs before its first tick.
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
 /// How long a service manager may hear nothing: more than the keeper's 0.7 s, which ends a hang more gently.
 constexpr core::Duration kServicePatience = std::chrono::seconds(1);
@@ -139,6 +140,12 @@ class GuardWatch {
   bool alive_ = true;
 };
 
+void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now) {
+  for (const std::string& check : options.checks_off) {
+    ears.hear(now, TextLine{}.add("by --override, check ").add(check).add(" is switched off").text());
+  }
+}
+
 nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits) {
   nlohmann::json out = nlohmann::json::array();
   for (const safety::LadderStep& step : pilotage.steps()) {
@@ -165,6 +172,7 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
                      {"last_stage", safety::name(authority.stage)},
                      {"last_reason", safety::name(authority.reason)},
                      {"ladder", steps_json(pilotage, limits)},
+                     {"checks_off", options.checks_off},
                      {"stalls", stalls},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
                      {"health", companion::to_json(controller.link().health())}};
@@ -216,6 +224,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
   ask_for_real_time();
   Ears ears(log, speaker);
+  say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), *trajectory, config.fence, pose_line, speaker, ears);
   Pilotage pilotage({.take_control = options.take_control,
                      .hold_s = options.hold_s,

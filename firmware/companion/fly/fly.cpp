@@ -182,6 +182,9 @@ void add_fly(CLI::App& m100) {
       ->check(CLI::IsMember({"field", "calm_room"}));
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
+  app->add_option("--override", options->checks_off,
+                  "switch off one check of the pose against the autopilot's telemetry, by its name; may be repeated")
+      ->check(CLI::IsMember({"force", "climb", "heading"}));
   CLI::Option* const course =
       app->add_option("--course", options->course, "course file; default: hover where the aircraft is");
   app->add_option("--excite", options->excite,

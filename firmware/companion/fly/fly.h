@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "firmware/companion/fly/pose_port.h"
 #include "firmware/link/serial_link.h"
@@ -39,6 +40,7 @@ struct FlyOptions {
   std::string flight;
   std::string mode;  ///< empty: the flight file's
   std::string law = "mpc";
+  std::vector<std::string> checks_off;  ///< est::check_of
   std::string course;
   std::string excite;
   std::string log;

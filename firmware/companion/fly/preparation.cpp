@@ -135,6 +135,10 @@ app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders,
   config.link = link;
   config.pose_baud = hal::is_udp(options.pose.port) ? 0 : options.pose.baud;
   config.law = mpc::law_of(options.law).value_or(mpc::Law::kMpc);
+  for (const std::string& check : options.checks_off) {
+    config.checks_off =
+        static_cast<est::CheckSet>(config.checks_off | set_of(est::check_of(check).value_or(est::Check::kNone)));
+  }
   if (orders.flight) {
     config.limits = limits_of(*orders.flight);
     config.fence = fence_of(*orders.flight, start);

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "firmware/core/time.h"
+#include "firmware/est/cross_check.h"
 
 namespace m100::companion {
 namespace {
@@ -24,6 +25,13 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
 
 void add_refusal(TextLine& line, const safety::Observation& seen) {
   line.add("pose refused: ");
+  if (seen.contradicted_by != 0) {
+    const auto check = static_cast<est::Check>(seen.contradicted_by);
+    line.add("the autopilot contradicts it, check ").add(est::name(check)).add(": ");
+    line.add(seen.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
+    line.add(seen.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
+    return;
+  }
   if (seen.refused_turn_rad > kTurnShown_rad) {
     line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from where it must be, allowed ");
     line.add(kTurnShown_rad, 2).add(" rad");

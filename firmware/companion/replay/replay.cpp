@@ -76,12 +76,15 @@ void read_link_note(const std::string& text, app::FlightConfig& config, bool& en
       throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
     }
   }
-  if (std::string law, word; words >> law) {  // only where it is not the MPC
+  for (std::string key, word; words >> key;) {  // only where they are not the MPC and none
     words >> word;
-    if (!words || law != "law" || !mpc::law_of(word)) {
+    const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
+    const std::optional<est::Check> off = key == "override" ? est::check_of(word) : std::nullopt;
+    if (!words || (!law && !off)) {
       throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
     }
-    config.law = *mpc::law_of(word);
+    config.law = law.value_or(config.law);
+    config.checks_off = static_cast<est::CheckSet>(config.checks_off | set_of(off.value_or(est::Check::kNone)));
   }
 }
 
@@ -248,6 +251,11 @@ std::string link_note(const app::FlightConfig& config) {
        << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0) << " baud " << config.link.baud;
   if (config.law != mpc::Law::kMpc) {
     text << " law " << mpc::name(config.law);
+  }
+  for (std::size_t check = 1; check < est::kCheckCount; ++check) {
+    if ((config.checks_off & est::set_of(static_cast<est::Check>(check))) != 0) {
+      text << " override " << est::name(static_cast<est::Check>(check));
+    }
   }
   return text.str();
 }
