@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <limits>
 #include <optional>
 
@@ -31,6 +32,8 @@ struct PoseFaults {
   double turn_rad = 0.0;  ///< of the whole frame about z
   core::Duration extra_delay{0};
   core::Duration jitter{0};  ///< extra delay between 0 and this, drawn for each pose
+  /// What else becomes of a sample, after its noise; empty: nothing.
+  std::function<void(PoseSample& sample)> lie{};
 };
 
 /// A source of pose on a clock of its own: noise, age, bunches and dropouts as the plant says, faults as a test says.
