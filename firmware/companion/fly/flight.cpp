@@ -55,6 +55,20 @@ core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::Se
   return core::set_assertion_handler(&say_farewell);
 }
 
+void expect_files(const FlyOptions& options) {
+  if (options.pose.port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
+    throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
+  }
+}
+
+Wishes wishes_of(const FlyOptions& options, const ref::Waypoint<double>& start) {
+  return {.take_control = options.take_control,
+          .hold_s = options.hold_s,
+          .once = options.once,
+          .begins_w_m = start.position_w_m,
+          .reach_m = kReach_m};
+}
+
 link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
   return options.channel == "movement" ? link::ChannelCommand(ctl::Command<double>{})
                                        : link::ChannelCommand(vrc::CommandMap(vehicle).neutral());
@@ -193,9 +207,7 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
 }  // namespace
 
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
-  if (options.pose.port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
-    throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
-  }
+  expect_files(options);
   const FlightModel model(options.vehicle, options.gains);
   const Orders orders(options);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
@@ -226,12 +238,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), *trajectory, config.fence, pose_line, speaker, ears);
-  Pilotage pilotage({.take_control = options.take_control,
-                     .hold_s = options.hold_s,
-                     .once = options.once,
-                     .begins_w_m = start.position_w_m,
-                     .reach_m = kReach_m},
-                    config.limits, *controller, ears);
+  Pilotage pilotage(wishes_of(options, start), config.limits, *controller, ears);
   forget_words();
   hal::ServiceWatchdog service;
   service.start(kServicePatience);
