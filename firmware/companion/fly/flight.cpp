@@ -55,6 +55,19 @@ core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::Se
   return core::set_assertion_handler(&say_farewell);
 }
 
+/// @returns who speaks to the room, where somebody listens.
+Speaker* prepare_the_thread(PosePort& pose_port) {
+  give_output_its_buffer();
+  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
+  ask_for_real_time();
+  return speaker;
+}
+
+/// To the end, where that was asked for.
+bool is_excited(const Orders& orders, const Controller& controller) {
+  return !orders.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
+}
+
 void expect_files(const FlyOptions& options) {
   if (options.pose.port.empty() || options.vehicle.empty() || options.gains.empty() || options.flight.empty()) {
     throw UsageError("fly: needs --pose-port, --vehicle, --gains and --flight (or --dry-run)");
@@ -232,9 +245,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::Farewell last_words(neutral, cipher);
   const core::AssertionHandler former = say_when_broken(last_words, port, controller->link().authority());
-  give_output_its_buffer();
-  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
-  ask_for_real_time();
+  Speaker* const speaker = prepare_the_thread(pose_port);
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), *trajectory, config.fence, pose_line, speaker, ears);
@@ -265,8 +276,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
   conclude(options, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits), *controller,
            pose_port);
-  const bool excited = !orders.excitation || controller->excitation().state() == ctl::Excitation<double>::State::kOver;
-  return pilotage.given_back() && excited;
+  return pilotage.given_back() && is_excited(orders, *controller);
 }
 
 }  // namespace m100::companion
