@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"AnOldPoseIsFresh", std::string(kFence) + "[pose]\nfresh_s = 0.3\n",
               "f.toml:6: 'pose.fresh_s': 0.3 is outside [0.02, 0.25]"},
         Wrong{"CoastsLongerThanTheObserverPredicts", std::string(kFence) + "[pose]\ncoast_s = 3.1\n",
-              "f.toml:6: 'pose.coast_s': 3.1 is outside [0.03, 3.0]"},
+              "f.toml:6: 'pose.coast_s': 3.1 is outside [0.03, 3]"},
         Wrong{"CoastBeforeAPoseIsOld", std::string(kFence) + "[pose]\nfresh_s = 0.2\ncoast_s = 0.1\n",
               "f.toml:5: 'pose.coast_s': must be longer than pose.fresh_s"},
         Wrong{"PoseIsNoTable", "pose = 3\n" + std::string(kFence), "f.toml:1: 'pose': must be a table"}),

@@ -34,7 +34,7 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const std::size_t samples = whole[number].end - whole[number].begin;
       const auto to = from + static_cast<std::ptrdiff_t>(samples);
-      if (samples >= settle + length) {
+      if (samples >= settle + length / 2) {  // a block is cut short by the end of its run as well
         const std::size_t begin = whole[number].begin + settle;
         const std::size_t end = whole[number].end;
         for (std::size_t i = begin; i < end; ++i) {
