@@ -55,14 +55,6 @@ core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::Se
   return core::set_assertion_handler(&say_farewell);
 }
 
-/// @returns who speaks to the room, where somebody listens.
-Speaker* prepare_the_thread(PosePort& pose_port) {
-  give_output_its_buffer();
-  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
-  ask_for_real_time();
-  return speaker;
-}
-
 /// To the end, where that was asked for.
 bool is_excited(const Orders& orders, const Controller& controller) {
   return !orders.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
@@ -103,6 +95,14 @@ void ask_for_real_time() {
 }
 
 /// What the thread that flies needs before its first tick.
+/// @returns who speaks to the room, where somebody listens.
+Speaker* prepare_the_thread(PosePort& pose_port) {
+  give_output_its_buffer();
+  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
+  ask_for_real_time();
+  return speaker;
+}
+
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
 /// How long a service manager may hear nothing: more than the keeper's 0.7 s, which ends a hang more gently.
 constexpr core::Duration kServicePatience = std::chrono::seconds(1);

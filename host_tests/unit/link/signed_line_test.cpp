@@ -91,7 +91,8 @@ TEST_F(SignedLineTest, HandsOnWhatIsSignedAndNewAndCountsTheRest) {
   send(signed_pose(3000, kNow + 1, kOtherKey));
   EXPECT_FALSE(tick()) << "signed with another key";
   Packet changed = signed_pose(4000, kNow + 2);
-  changed.back() ^= std::byte{1};
+  ASSERT_FALSE(changed.empty());
+  changed[changed.size() - 1] ^= std::byte{1};
   send(changed);
   EXPECT_FALSE(tick()) << "changed on its way";
   send(signed_pose(5000, kNow));
