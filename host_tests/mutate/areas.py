@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which test programs judge a mutant of which files: first those of the part, then flights that use it."""
 FLIGHTS = ("scenario_ctl", "scenario_flight", "scenario_faults")
-# The exhaustive walk of the authority table takes minutes; the situations see its rows.
-SLOW = {"property_authority": "-*AuthorityWalk*"}
 
 # Beginning of the path, programs that judge first, programs that judge what those leave alive. First match counts.
 AREAS = (
