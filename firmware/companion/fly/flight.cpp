@@ -248,7 +248,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Speaker* const speaker = prepare_the_thread(pose_port);
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
-  RoomOrders room(goal_limits(options, orders), *trajectory, config.fence, pose_line, speaker, ears);
+  RoomOrders room(goal_limits(options, orders), model.vehicle(), config, *trajectory, pose_line, speaker, ears);
   Pilotage pilotage(wishes_of(options, start), config.limits, *controller, ears);
   forget_words();
   hal::ServiceWatchdog service;

@@ -130,9 +130,10 @@ app::FlightConfig config_of(const RecordedFlight& flight, const protocol::Cipher
   return config;
 }
 
+/// @returns null: the flight took no goals.
 template <typename T>
-std::optional<Goals<T>> goals_of(const RecordedFlight& flight, const app::FlightConfig& config,
-                                 ref::Trajectory<T>& course) {
+std::unique_ptr<Errands<T>> errands_of(const RecordedFlight& flight, const app::FlightConfig& config,
+                                       ref::Trajectory<T>& course) {
   if (!flight.notes.contains(kGoalsNote)) {
     return {};
   }
@@ -140,7 +141,7 @@ std::optional<Goals<T>> goals_of(const RecordedFlight& flight, const app::Flight
   if (!limits) {
     throw FlightLogError(std::string("'") + kGoalsNote + "' is of another version");
   }
-  return std::optional<Goals<T>>(std::in_place, course, config.fence, *limits);
+  return std::make_unique<Errands<T>>(course, config.fence, *limits);
 }
 
 /// The record of a tick as the replayed flight would have logged it: the last message of its ring.
@@ -209,7 +210,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   RecordedUart autopilot(flight.notes.contains(kDryRunNote));
   RecordedUart pose(false);
   OverheardLine overheard(pose);
-  std::optional<Goals<T>> goals = goals_of(flight, config, course);
+  const std::unique_ptr<Errands<T>> errands = errands_of(flight, config, course);
   const auto last = std::make_unique<LastRecord>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
                                                                         autopilot, overheard, course, &last->log());
@@ -228,8 +229,8 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
-    if (goals) {
-      (void)follow(*goals, overheard, *controller, time_of(tick));
+    if (errands) {
+      (void)errands->follow(overheard, *controller, time_of(tick));
     }
     const log::TickRecord record = last->take();
     hash.update(autopilot.written());

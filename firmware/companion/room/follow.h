@@ -6,13 +6,16 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/room/goals.h"
+#include "firmware/companion/room/mission.h"
+#include "firmware/companion/room/mission_transfer.h"
 #include "firmware/companion/room/overheard_line.h"
 
 namespace m100::companion {
 
 // Commands of MAVLink's common message set that mean something here.
 inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
-inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold
+inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
+inline constexpr std::uint16_t kMissionStart = 300;   ///< MAV_CMD_MISSION_START: param1 first item, param2 last
 inline constexpr std::uint16_t kLand = 21;            ///< MAV_CMD_NAV_LAND: not there
 inline constexpr std::uint16_t kTakeOff = 22;         ///< MAV_CMD_NAV_TAKEOFF: not there
 
@@ -20,30 +23,97 @@ inline constexpr std::uint16_t kTakeOff = 22;         ///< MAV_CMD_NAV_TAKEOFF: 
 struct Followed {
   std::optional<GoalAnswer> goal;
   std::optional<OverheardLine::Order> order;
-  bool held = false;  ///< the order was to hold, and it holds
+  bool done = false;                     ///< what the order asked of goals or mission was done, or is so already
+  std::optional<std::uint16_t> reached;  ///< item of the mission
+  bool new_items = false;                ///< a list of items came whole, or was forgotten
+  Replies replies;                       ///< of the mission protocol
 };
 
 constexpr bool asks_to_hold(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue && order.param1 < 0.5F;
 }
+constexpr bool asks_to_go_on(const mavlink::CommandLong& order) {
+  return order.command == kPauseContinue && order.param1 >= 0.5F;
+}
 
-/// After each tick: what came over the pose port in it changes the trajectory from the next on. The same in flight and
-/// in a replay; engaging and releasing are the caller's, because they stand in the log as orders.
-template <typename T, typename S>
-Followed follow(Goals<T>& goals, OverheardLine& line, const app::FlightController<T, S>& controller,
-                core::TimePoint now) {
+/// Where the room sends the aircraft: a goal at a time, or a mission of several.
+template <typename T>
+class Errands {
+ public:
+  Errands(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
+      : goals_(trajectory, fence, limits), mission_(goals_) {}
+  Errands(const Errands&) = delete;
+  Errands& operator=(const Errands&) = delete;
+
+  /// After each tick: what came over the pose port in it changes the trajectory from the next on. The same in flight
+  /// and in a replay; engaging and releasing are the caller's, because they stand in the log as orders.
+  template <typename S>
+  Followed follow(OverheardLine& line, const app::FlightController<T, S>& controller, core::TimePoint now);
+
+  const Goals<T>& goals() const { return goals_; }
+  const Mission<T>& mission() const { return mission_; }
+  std::span<const mavlink::MissionItemInt> items() const { return transfer_.items(); }
+
+ private:
+  void hear_requests(OverheardLine& line, core::TimePoint now, Followed& followed);
+  /// @returns whether it was done.
+  bool obey(const mavlink::CommandLong& order, core::TimePoint now, bool flies);
+
+  Goals<T> goals_;
+  MissionTransfer transfer_;
+  Mission<T> mission_;
+};
+
+template <typename T>
+template <typename S>
+Followed Errands<T>::follow(OverheardLine& line, const app::FlightController<T, S>& controller, core::TimePoint now) {
   const safety::Rung rung = controller.supervisor().rung();
   const bool flies =
       controller.link().authority().in_control && (rung == safety::Rung::kNominal || rung == safety::Rung::kCoast);
-  goals.watch(now, controller.started(), controller.estimate());
-  Followed followed{.goal = {}, .order = line.take_order()};
+  goals_.watch(now, controller.started(), controller.estimate());
+  Followed followed;
+  followed.order = line.take_order();
+  hear_requests(line, now, followed);
+  followed.reached = mission_.watch(items(), now, controller.estimate(), flies);
   if (const auto goal = line.take_goal()) {
-    followed.goal = goals.take(*goal, now, flies);
+    followed.goal = goals_.take(*goal, now, flies);
+    if (followed.goal == GoalAnswer::kFlies) {
+      mission_.pause();
+    }
   }
-  if (followed.order && asks_to_hold(followed.order->message)) {
-    followed.held = goals.hold(now, flies);
-  }
+  followed.done = followed.order && obey(followed.order->message, now, flies);
   return followed;
+}
+
+template <typename T>
+void Errands<T>::hear_requests(OverheardLine& line, core::TimePoint now, Followed& followed) {
+  const std::uint32_t edition = transfer_.edition();
+  for (const Request& request : line.requests()) {
+    transfer_.hear(request, mission_.state() == MissionState::kActive, now, followed.replies);
+  }
+  line.forget_requests();
+  transfer_.tick(now, followed.replies);
+  followed.new_items = transfer_.edition() != edition;
+  if (followed.new_items) {
+    mission_.forget(items());
+  }
+}
+
+template <typename T>
+bool Errands<T>::obey(const mavlink::CommandLong& order, core::TimePoint now, bool flies) {
+  if (asks_to_hold(order)) {
+    mission_.pause();
+    return goals_.hold(now, flies);
+  }
+  const bool is_flown = mission_.state() == MissionState::kActive;  // an order is repeated where its answer was lost
+  if (asks_to_go_on(order)) {
+    return is_flown || mission_.go_on(items(), now, flies);
+  }
+  if (order.command != kMissionStart) {
+    return false;
+  }
+  const auto number = [](float value) { return static_cast<std::uint16_t>(value > 0.F && value < 1e4F ? value : 0.F); };
+  return is_flown || mission_.start(items(), number(order.param1), number(order.param2), now, flies);
 }
 
 /// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".

@@ -22,6 +22,8 @@ constexpr double kShortestBrake_s = 0.5;
 /// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, also where it begins
 /// speeding up.
 constexpr double kBrakePeak = 2.5;
+constexpr double kShortestWay_s = 0.3;
+constexpr double kLonger = 1.06;  ///< from one duration of a way that is tried to the next
 constexpr double kSamePlace_m = 1e-3;
 constexpr double kSameYaw_rad = 1e-3;
 
@@ -36,6 +38,37 @@ ref::Polynomial<double> to_rest(double position, double speed, double accelerati
 template <typename T>
 double as_double(T value) {
   return static_cast<double>(value);
+}
+
+/// From a motion to rest at a place, degree 5, in normalised time.
+template <typename T>
+ref::Polynomial<double> to_place(const ref::AxisReference<T>& from, double to, double time_s) {
+  const double at = as_double(from.position_m);
+  const double slope = as_double(from.velocity_m_s) * time_s;
+  const double bend = as_double(from.acceleration_m_s2) * time_s * time_s;
+  const double way = to - at - slope - bend / 2.0;
+  const double end_slope = -slope - bend;  // what the last three terms must take back
+  return {{at, slope, bend / 2.0, 10.0 * way - 4.0 * end_slope - bend / 2.0, -15.0 * way + 7.0 * end_slope + bend,
+           6.0 * way - 3.0 * end_slope - bend / 2.0, 0.0, 0.0}};
+}
+
+template <typename T>
+std::array<ref::AxisReference<T>, ref::kDimensions> motion_of(const ref::Window<T>& window) {
+  return {window.x[0], window.y[0], window.height,
+          ref::AxisReference<T>{.position_m = window.yaw_rad, .velocity_m_s = window.yaw_rate_rad_s}};
+}
+
+template <typename T>
+double speed_of(const ref::Window<T>& window) {
+  const double x = as_double(window.x[0].velocity_m_s), y = as_double(window.y[0].velocity_m_s);
+  const double z = as_double(window.height.velocity_m_s);
+  return core::sqrt(x * x + y * y + z * z);
+}
+
+template <typename T>
+ref::Waypoint<T> place_of(const ref::Window<T>& window) {
+  return {.position_w_m = {window.x[0].position_m, window.y[0].position_m, window.height.position_m},
+          .yaw_rad = window.yaw_rad};
 }
 
 }  // namespace
@@ -87,14 +120,8 @@ template <typename T>
 ref::Waypoint<T> Goals<T>::brake(core::TimePoint now) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
   const std::array<ref::AxisReference<T>, 3> axes{window.x[0], window.y[0], window.height};
-  double speed = 0.0;
-  ref::Waypoint<T> here;
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    here.position_w_m[static_cast<Eigen::Index>(axis)] = axes[axis].position_m;
-    speed += as_double(axes[axis].velocity_m_s) * as_double(axes[axis].velocity_m_s);
-  }
-  speed = core::sqrt(speed);
-  here.yaw_rad = window.yaw_rad;
+  const double speed = speed_of(window);
+  const ref::Waypoint<T> here = place_of(window);
   trajectory_.hold(here);
   trajectory_.start(now);
   const double turns_rad_s = as_double(window.yaw_rate_rad_s);
@@ -156,10 +183,73 @@ GoalAnswer Goals<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::
       std::abs(core::wrap_pi(as_double(place.yaw_rad) - as_double(goal_->yaw_rad))) < kSameYaw_rad) {
     return GoalAnswer::kSame;
   }
+  return fly_to(place, now) ? GoalAnswer::kFlies : GoalAnswer::kNoNumber;
+}
+
+template <typename T>
+bool Goals<T>::fly_to(const ref::Waypoint<T>& place, core::TimePoint now) {
+  const ref::Waypoint<T> end = inside(place);
+  if (turn_to(end, now)) {
+    goal_ = end;
+    return true;
+  }
   (void)brake(now);
-  const core::Status laid = trajectory_.append_quintic(place, limits_);
-  goal_ = laid == core::Status::kOk ? place : trajectory_.end();
-  return laid == core::Status::kOk ? GoalAnswer::kFlies : GoalAnswer::kNoNumber;
+  const core::Status laid = trajectory_.append_quintic(end, limits_);
+  goal_ = laid == core::Status::kOk ? end : trajectory_.end();
+  return laid == core::Status::kOk;
+}
+
+template <typename T>
+bool Goals<T>::turn_to(const ref::Waypoint<T>& place, core::TimePoint now) {
+  const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
+  const double speed_m_s = speed_of(window);
+  if (speed_m_s == 0.0) {
+    return false;  // from rest there is the straight way
+  }
+  const auto motion = motion_of(window);
+  const ref::Waypoint<T> here = place_of(window);
+  const std::array<double, ref::kDimensions> ends{
+      as_double(place.position_w_m.x()), as_double(place.position_w_m.y()), as_double(place.position_w_m.z()),
+      as_double(here.yaw_rad) + core::wrap_pi(as_double(place.yaw_rad) - as_double(here.yaw_rad))};
+  const double distance_m = as_double((place.position_w_m - here.position_w_m).norm());
+  double time_s = std::max(kShortestWay_s, distance_m / limits_.speed_m_s);  // sooner, it would be faster than allowed
+  for (int tries = 0; tries < kTries; ++tries, time_s *= kLonger) {
+    Way way;
+    for (std::size_t axis = 0; axis < way.size(); ++axis) {
+      way[axis] = to_place(motion[axis], ends[axis], time_s);
+    }
+    if (keeps_limits(way, time_s, speed_m_s)) {
+      trajectory_.hold(here);
+      trajectory_.start(now);
+      return trajectory_.append_polynomial(way, core::Duration(std::llround(time_s * 1e6))) == core::Status::kOk;
+    }
+  }
+  return false;
+}
+
+template <typename T>
+bool Goals<T>::keeps_limits(const Way& way, double time_s, double speed_m_s) const {
+  const double most_m_s = std::max(speed_m_s, limits_.speed_m_s);  // a course may have been faster than goals are
+  for (int sample = 1; sample < kSamples; ++sample) {
+    const double s = static_cast<double>(sample) / kSamples;
+    double speed = 0.0, acceleration = 0.0;
+    for (std::size_t axis = 0; axis < fence_.side.size(); ++axis) {
+      const ref::AxisReference<double> at = way[axis].at(s, time_s);
+      speed += at.velocity_m_s * at.velocity_m_s;
+      acceleration += at.acceleration_m_s2 * at.acceleration_m_s2;
+      // The first sample may lie where a course went that is not ours to judge; the last lies inside.
+      if (at.position_m < std::min(fence_.side[axis].low_m, way[axis].c[0]) ||
+          at.position_m > std::max(fence_.side[axis].high_m, way[axis].c[0])) {
+        return false;
+      }
+    }
+    const double turn_rad_s = way[3].at(s, time_s).velocity_m_s;
+    if (speed > most_m_s * most_m_s || acceleration > limits_.acceleration_m_s2 * limits_.acceleration_m_s2 ||
+        std::abs(turn_rad_s) > limits_.yaw_rate_rad_s) {
+      return false;
+    }
+  }
+  return true;
 }
 
 template class Goals<float>;

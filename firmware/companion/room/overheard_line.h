@@ -2,16 +2,19 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <type_traits>
 #include <utility>
 
+#include "firmware/companion/room/requests.h"
 #include "hal/uart.h"
 #include "protocol/mavlink/order_messages.h"
 #include "protocol/mavlink/parser.h"
 
 namespace m100::companion {
 
-/// A line that hands on everything, and keeps the newest goal and the newest order that passed. Put in front of a
-/// signed line it hears only who may speak. No heap; costs one parser more.
+/// A line that hands on everything, and keeps the newest goal, the newest order and the first kMostRequests requests
+/// that passed. Put in front of a signed line it hears only who may speak. No heap; costs one parser more.
 class OverheardLine final : public hal::Uart {
  public:
   /// An order and who gave it.
@@ -36,6 +39,9 @@ class OverheardLine final : public hal::Uart {
   /// What came since the call before, if it is for us.
   std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
   std::optional<Order> take_order() { return std::exchange(order_, std::nullopt); }
+  /// What was asked since forget_requests(), in its order.
+  std::span<const Request> requests() const { return requests_.all(); }
+  void forget_requests() { requests_.clear(); }
 
  private:
   /// We are system 1; 0 is everybody.
@@ -47,6 +53,21 @@ class OverheardLine final : public hal::Uart {
     } else if (mavlink::is<mavlink::CommandLong>(frame)) {
       const auto order = mavlink::decode<mavlink::CommandLong>(frame);
       order_ = is_for_us(order.target_system) ? std::optional(Order{order, frame.from}) : order_;
+    } else {
+      hear_request(frame, std::type_identity<RequestMessage>{});
+    }
+  }
+  template <typename... Message>
+  void hear_request(const mavlink::FrameView& frame, std::type_identity<std::variant<Message...>>) {
+    (hear_if<Message>(frame), ...);
+  }
+  template <typename Message>
+  void hear_if(const mavlink::FrameView& frame) {
+    if (!mavlink::is<Message>(frame)) {
+      return;
+    }
+    if (const auto message = mavlink::decode<Message>(frame); is_for_us(message.target_system)) {
+      (void)requests_.add({message, frame.from});
     }
   }
 
@@ -54,6 +75,7 @@ class OverheardLine final : public hal::Uart {
   mavlink::Parser parser_;
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
   std::optional<Order> order_;
+  Requests requests_;
 };
 
 }  // namespace m100::companion

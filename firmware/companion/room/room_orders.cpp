@@ -9,40 +9,135 @@ constexpr std::uint8_t kAccepted = 0;
 constexpr std::uint8_t kTemporarilyRejected = 1;
 constexpr std::uint8_t kUnsupported = 3;
 
+std::string_view name(MissionState state) {
+  switch (state) {
+    case MissionState::kNone:
+      return "mission: there is none";
+    case MissionState::kNotStarted:
+      return "mission: not started";
+    case MissionState::kActive:
+      return "mission: it flies";
+    case MissionState::kPaused:
+      return "mission: paused";
+    case MissionState::kComplete:
+      return "mission: all items are flown";
+  }
+  return "";
+}
+
+/// "order from the room: NAME", and how it is refused.
+struct Spoken {
+  std::string_view name;
+  std::string_view refusal;
+};
+
+Spoken spoken(const mavlink::CommandLong& order) {
+  if (asks_to_hold(order)) {
+    return {"hold", ", refused: it does not fly by goals now"};
+  }
+  if (asks_to_go_on(order)) {
+    return {"go on with the mission", ", refused: none is paused, or it does not fly by goals now"};
+  }
+  return {"start the mission", ", refused: there is no such item, or it does not fly by goals now"};
+}
+
+bool is_errand(const mavlink::CommandLong& order) {
+  return order.command == kPauseContinue || order.command == kMissionStart;
+}
+
 }  // namespace
 
 bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits) {
-  Followed followed;
-  if (goals_) {
-    followed = follow(*goals_, line_, controller, now);
-  } else {
-    followed.order = line_.take_order();
-    if (line_.take_goal()) {
-      followed.goal = GoalAnswer::kNotFlying;
-    }
+  Replies of_parameters;
+  for (const Request& request : line_.requests()) {
+    parameters_.hear(request, of_parameters);
   }
+  parameters_.tick(of_parameters);
+  reply(of_parameters);
+  const Followed followed = errands_ ? errands_->follow(line_, controller, now) : without_errands();
   if (followed.goal) {
     tell_goal(now, *followed.goal);
   }
-  return followed.order && obey(now, *followed.order, followed.held, waits);
+  reply(followed.replies);
+  if (errands_) {
+    tell_mission(now, followed);
+  }
+  return followed.order && obey(now, *followed.order, followed.done, waits);
+}
+
+Followed RoomOrders::without_errands() {
+  Followed followed;
+  followed.order = line_.take_order();
+  if (line_.take_goal()) {
+    followed.goal = GoalAnswer::kNotFlying;
+  }
+  for (const Request& request : line_.requests()) {
+    if (std::holds_alternative<mavlink::MissionCount>(request.message)) {
+      (void)followed.replies.add(mavlink::MissionAck{.target_system = request.from.system,
+                                                     .target_component = request.from.component,
+                                                     .type = mission_result::kDenied});
+    }
+  }
+  line_.forget_requests();
+  return followed;
+}
+
+void RoomOrders::reply(const Replies& replies) {
+  for (const Reply& one : replies.all()) {
+    if (speaker_ != nullptr) {
+      speaker_->tell(one);
+    }
+  }
 }
 
 void RoomOrders::tell_goal(core::TimePoint now, GoalAnswer answer) {
-  const bool is_new = answer == GoalAnswer::kFlies || (answer != GoalAnswer::kSame && answer != told_);
-  told_ = answer;
+  const bool is_new = answer == GoalAnswer::kFlies ? told_ != answer || now - goal_told_at_ >= kGoalLines
+                                                   : answer != GoalAnswer::kSame && answer != told_;
+  told_ = answer == GoalAnswer::kSame ? told_ : answer;
   if (!is_new) {
-    return;  // who repeats a goal is told once
+    return;  // who repeats a goal is told once, and of a stream of goals one a second
   }
+  goal_told_at_ = now;
   TextLine line;
   line.add("goal from the room");
   if (answer == GoalAnswer::kFlies) {
-    const auto& place = goals_->goal()->position_w_m;
+    const auto& place = errands_->goals().goal()->position_w_m;
     line.add(" (").add(place.x(), 2).add(", ").add(place.y(), 2).add(", ").add(place.z(), 2).add(") m");
   }
-  listener_.hear(now, line.add(": ").add(name(answer)).text());
+  listener_.hear(now, line.add(": ").add(companion::name(answer)).text());
 }
 
-bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool held, bool waits) {
+void RoomOrders::tell_mission(core::TimePoint now, const Followed& followed) {
+  const Mission<double>& mission = errands_->mission();
+  if (followed.new_items) {
+    const auto count = static_cast<double>(errands_->items().size());
+    listener_.hear(now, TextLine{}.add("mission from the room: ").add(count, 0).add(" items").text());
+  }
+  if (followed.reached) {
+    const auto item = static_cast<double>(*followed.reached);
+    listener_.hear(now, TextLine{}.add("mission: item ").add(item, 0).add(" is reached").text());
+  }
+  if (told_mission_.value_or(MissionState::kNone) != mission.state() && mission.state() != MissionState::kNotStarted) {
+    listener_.hear(now, name(mission.state()));
+  }
+  const bool is_due = mission.state() != MissionState::kNone && now - mission_told_at_ >= kMissionLines;
+  const bool changed = told_mission_ && *told_mission_ != mission.state();
+  told_mission_ = mission.state();
+  if (speaker_ == nullptr) {
+    return;
+  }
+  if (followed.reached) {
+    speaker_->tell(mavlink::MissionItemReached{.seq = *followed.reached});
+  }
+  if (is_due || changed || followed.reached) {
+    mission_told_at_ = now;
+    speaker_->tell(mavlink::MissionCurrent{.seq = mission.current(),
+                                           .total = static_cast<std::uint16_t>(errands_->items().size()),
+                                           .mission_state = static_cast<std::uint8_t>(mission.state())});
+  }
+}
+
+bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, bool waits) {
   const bool is_on = order.message.param1 >= 0.5F;
   TextLine line;
   line.add("order from the room: ");
@@ -51,9 +146,10 @@ bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bo
   if (order.message.command == kGuidedEnable) {
     word = is_on == waits;  // one that is repeated, because its answer was lost, must not undo the first
     line.add(is_on ? "engage" : "release").add(word ? "" : ", which is so already");
-  } else if (asks_to_hold(order.message)) {
-    result = held ? kAccepted : kTemporarilyRejected;
-    line.add("hold").add(held ? "" : ", refused: it does not fly by goals now");
+  } else if (is_errand(order.message)) {
+    const Spoken words = spoken(order.message);
+    result = done ? kAccepted : kTemporarilyRejected;
+    line.add(words.name).add(done ? "" : words.refusal);
   } else {
     result = kUnsupported;
     const std::uint16_t command = order.message.command;

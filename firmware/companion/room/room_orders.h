@@ -3,20 +3,26 @@
 
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/room/follow.h"
+#include "firmware/companion/room/parameters.h"
 #include "firmware/companion/room/speaker.h"
 
 namespace m100::companion {
 
-/// Who gives orders from the room: goals change the course, an order to engage or release is the operator's word, and
-/// each order is answered. What is not there is refused by its name. No heap.
+/// Who gives orders from the room: goals and missions change the course, an order to engage or release is the
+/// operator's word, and each order is answered. What is not there is refused by its name. No heap.
 class RoomOrders {
  public:
-  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nobody is answered.
-  RoomOrders(const std::optional<ref::SpeedLimits>& limits, ref::Trajectory<double>& trajectory,
-             const core::Fence& fence, OverheardLine& line, Speaker* speaker, Listener& listener)
-      : line_(line), speaker_(speaker), listener_(listener) {
+  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nobody is answered,
+  /// and so no mission can be carried over.
+  RoomOrders(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
+             const app::FlightConfig& config, ref::Trajectory<double>& trajectory, OverheardLine& line,
+             Speaker* speaker, Listener& listener)
+      : parameters_({vehicle, config, limits.value_or(ref::SpeedLimits{})}),
+        line_(line),
+        speaker_(speaker),
+        listener_(listener) {
     if (limits) {
-      goals_.emplace(trajectory, fence, *limits);
+      errands_.emplace(trajectory, config.fence, *limits);
     }
   }
 
@@ -25,15 +31,25 @@ class RoomOrders {
   bool tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits);
 
  private:
-  bool obey(core::TimePoint now, const OverheardLine::Order& order, bool held, bool waits);
-  void tell_goal(core::TimePoint now, GoalAnswer answer);
-  void answer(const OverheardLine::Order& order, std::uint8_t result);
+  static constexpr core::Duration kGoalLines = std::chrono::seconds(1);     ///< between two of a stream of goals
+  static constexpr core::Duration kMissionLines = std::chrono::seconds(1);  ///< between two MISSION_CURRENT
 
-  std::optional<Goals<double>> goals_;
+  Followed without_errands();
+  bool obey(core::TimePoint now, const OverheardLine::Order& order, bool done, bool waits);
+  void tell_goal(core::TimePoint now, GoalAnswer answer);
+  void tell_mission(core::TimePoint now, const Followed& followed);
+  void answer(const OverheardLine::Order& order, std::uint8_t result);
+  void reply(const Replies& replies);
+
+  std::optional<Errands<double>> errands_;
+  Parameters parameters_;
   OverheardLine& line_;
   Speaker* speaker_;
   Listener& listener_;
   std::optional<GoalAnswer> told_;
+  core::TimePoint goal_told_at_{};
+  std::optional<MissionState> told_mission_;
+  core::TimePoint mission_told_at_{};
 };
 
 }  // namespace m100::companion

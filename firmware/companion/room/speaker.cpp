@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <variant>
 
 namespace m100::companion {
 namespace {
@@ -52,9 +53,9 @@ void Speaker::say_all() {
   while (states_.pop(state)) {
     say(state);
   }
-  mavlink::CommandAck answer;
-  while (answers_.pop(answer)) {
-    send(answer);
+  Reply reply;
+  while (replies_.pop(reply)) {
+    std::visit([this](const auto& message) { send(message); }, reply);
   }
   Line line;
   while (lines_.pop(line)) {

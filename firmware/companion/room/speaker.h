@@ -7,18 +7,18 @@
 #include <string_view>
 #include <thread>
 
+#include "firmware/companion/room/requests.h"
 #include "firmware/companion/room/state_messages.h"
 #include "firmware/core/spsc_ring.h"
 #include "hal/linux/udp_port.h"
 #include "protocol/mavlink/frame.h"
-#include "protocol/mavlink/order_messages.h"
 
 namespace m100::companion {
 
 /// Tells the room about the flight, over UDP, signed, from a thread of its own: the thread that flies hands over copies
 /// and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and LOCAL_POSITION_NED; once a second
-/// HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT. All of it goes to whoever
-/// sent the last packet that was believed.
+/// HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT; answers as they come. All
+/// of it goes to whoever sent the last packet that was believed.
 class Speaker {
  public:
   static constexpr std::uint32_t kTicksPerState = 10;
@@ -39,7 +39,7 @@ class Speaker {
   /// Every tick; one in kTicksPerState is told.
   void tell(const app::FlightController<double>& controller, core::TimePoint now, mavlink::SignatureTime least_time);
   void tell(std::string_view line);
-  void tell(const mavlink::CommandAck& answer) { (void)answers_.push(answer); }
+  void tell(const Reply& reply) { (void)replies_.push(reply); }
 
  private:
   struct Line {
@@ -56,7 +56,7 @@ class Speaker {
   mavlink::Key key_;
   core::SpscRing<FlightState, 16> states_;
   core::SpscRing<Line, 16> lines_;
-  core::SpscRing<mavlink::CommandAck, 16> answers_;
+  core::SpscRing<Reply, 64> replies_;
   std::uint32_t ticks_ = 0;
   std::atomic<bool> running_{true};
   std::thread thread_;

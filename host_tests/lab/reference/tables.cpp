@@ -13,6 +13,7 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"
+#include "firmware/companion/room/parameters.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/logs/signal.h"
 #include "host_tests/sim/autopilot/n1_words.h"
@@ -207,10 +208,19 @@ Table signal_table() {
   return table;
 }
 
+Table parameter_table() {
+  Table table{"mavlink_parameters", {"unit"}, {}};
+  for (const companion::ParameterRow& row : companion::parameter_rows()) {
+    table.rows.push_back({"what a room may read", std::string(row.name), {std::string(row.unit)}});
+  }
+  return table;
+}
+
 }  // namespace
 
 std::vector<Table> tables() {
-  return {vehicle_table(), flight_table(), plant_table(), course_table(), script_table(), signal_table()};
+  return {vehicle_table(), flight_table(), plant_table(),    course_table(),
+          script_table(),  signal_table(), parameter_table()};
 }
 
 }  // namespace m100::lab::reference

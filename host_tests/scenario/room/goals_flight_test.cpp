@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The room flies m100: it engages by an order, flies a square by goals, reads the state back, and nobody else moves it.
 #include <cmath>
+#include <csignal>
 #include <map>
+#include <optional>
 
 #include "host_tests/scenario/program/program_fixture.h"
 #include "host_tests/scenario/room/room.h"
@@ -15,6 +17,7 @@ using scenario::json;
 constexpr std::uint8_t kArmed = 128;
 constexpr std::uint16_t kGuidedEnable = 92;
 constexpr std::uint16_t kLand = 21;
+constexpr std::uint16_t kMissionStart = 300;
 constexpr std::uint16_t kOnlyPosition = 0b110111111000;
 /// Of a corner, when the aircraft has come to rest there.
 constexpr double kAtCorner_m = 0.25;
@@ -42,6 +45,11 @@ struct GoalsFlight : scenario::ProgramTest {
   std::uint64_t attitudes = 0, estimates = 0;
   int battery = -1;
   std::map<std::uint16_t, int> answers;  ///< by command
+  std::vector<mavlink::MissionItemInt> mission;
+  std::optional<int> carried_over;  ///< the result of the mission's transfer
+  std::vector<int> reached;
+  int mission_state = 0;
+  std::map<std::string, float> parameters;
   std::string said;
 
   void SetUp() override {
@@ -75,7 +83,51 @@ struct GoalsFlight : scenario::ProgramTest {
     } else if (mavlink::is<mavlink::StatusText>(frame)) {
       const auto text = mavlink::decode<mavlink::StatusText>(frame);
       said += std::string(text.text.data(), strnlen(text.text.data(), text.text.size()));
+    } else {
+      hear_mission(frame);
     }
+  }
+  void hear_mission(const mavlink::FrameView& frame) {
+    if (mavlink::is<mavlink::MissionRequestInt>(frame)) {
+      const auto asked = mavlink::decode<mavlink::MissionRequestInt>(frame);
+      EXPECT_EQ(asked.target_system, Room::kSender.system);
+      (void)room->send(mavlink::encode(mission.at(asked.seq), Room::kSender, room->frames++));
+    } else if (mavlink::is<mavlink::MissionAck>(frame)) {
+      carried_over = mavlink::decode<mavlink::MissionAck>(frame).type;
+    } else if (mavlink::is<mavlink::MissionItemReached>(frame)) {
+      reached.push_back(mavlink::decode<mavlink::MissionItemReached>(frame).seq);
+    } else if (mavlink::is<mavlink::MissionCurrent>(frame)) {
+      mission_state = mavlink::decode<mavlink::MissionCurrent>(frame).mission_state;
+    } else if (mavlink::is<mavlink::ParamValue>(frame)) {
+      const auto value = mavlink::decode<mavlink::ParamValue>(frame);
+      parameters[std::string(value.param_id.data(), strnlen(value.param_id.data(), value.param_id.size()))] =
+          value.param_value;
+    }
+  }
+  void adds(const Place& place, float radius_m = 0.F) {
+    mission.push_back({.param2 = radius_m,
+                       .param4 = std::nanf(""),
+                       .x = static_cast<std::int32_t>(std::lround(place.x * 1e4)),
+                       .y = static_cast<std::int32_t>(std::lround(place.y * 1e4)),
+                       .z = static_cast<float>(place.z),
+                       .seq = static_cast<std::uint16_t>(mission.size()),
+                       .command = 16,
+                       .target_system = 1,
+                       .frame = 1,
+                       .autocontinue = 1});
+  }
+  /// Again and again, as packets are lost.
+  bool carries_over() {
+    carried_over.reset();
+    int rounds = 0;
+    return hears([&] {
+      if (!carried_over && rounds++ % 200 == 0) {
+        (void)room->send(mavlink::encode(
+            mavlink::MissionCount{.count = static_cast<std::uint16_t>(mission.size()), .target_system = 1},
+            Room::kSender, room->frames++));
+      }
+      return carried_over.has_value();
+    });
   }
   bool starts(std::vector<std::string> more = {}) {
     room->start_autopilot(events);
@@ -166,6 +218,54 @@ TEST_F(GoalsFlight, ASquareByGoalsAndTheStateReadBack) {
   ASSERT_EQ(room->run_to_end(30.0), 0) << error();
   EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "goals and all: " << error();
+}
+
+// Carried over through a network that loses, doubles and reorders 5 % of the packets, and flown: two points in passing,
+// one beyond the fence, and back.
+TEST_F(GoalsFlight, AMissionIsCarriedOverFlownAndReplayed) {
+  ASSERT_TRUE(starts({"--take-control", "--once", "--hold", "3000"})) << error();
+  ASSERT_TRUE(hears([&] { return (base_mode & kArmed) != 0; })) << error();
+  (void)room->run_until([] { return false; }, 3.0);
+  const Place start = truth;
+  double farthest_m = 0.0;
+  room->on_pose = [this, &farthest_m, start, before = room->on_pose](const mavlink::AttPosMocap& seen) {
+    before(seen);
+    farthest_m = std::max(farthest_m, truth.x - start.x);
+  };
+  adds({start.x + 1.0, start.y, start.z}, 0.5F);
+  adds({start.x + 2.0, start.y + 1.0, start.z}, 0.5F);
+  adds({start.x + 90.0, start.y + 1.0, start.z});
+  adds(start);
+  ASSERT_TRUE(carries_over());
+  EXPECT_EQ(carried_over, 0);
+  (void)room->run_until([] { return false; }, 2.0);
+  EXPECT_LT(distance(truth, start), 0.3) << "a mission that is only carried over moves nothing";
+  ASSERT_TRUE(orders(kMissionStart, 0.F));
+  EXPECT_EQ(answers[kMissionStart], 0);
+  ASSERT_TRUE(hears([&] { return mission_state == 5; })) << "complete; reached " << reached.size();
+  (void)room->run_until([] { return false; }, 2.0);
+  EXPECT_GT(farthest_m, 3.5) << "it flies to the side of the fence";
+  EXPECT_LT(farthest_m, 5.0) << "and not beyond it: fence.x_m ends at 5 m";
+  EXPECT_LT(distance(truth, start), kAtCorner_m);
+  EXPECT_EQ(room->wrongly_signed, 0U);
+  room->signal(SIGINT);
+  ASSERT_EQ(room->run_to_end(90.0), 0) << error();
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the mission is in the bytes: " << error();
+}
+
+TEST_F(GoalsFlight, ParametersAreReadByWhoHasTheKey) {
+  ASSERT_TRUE(starts({"--once"})) << error();
+  ASSERT_TRUE(hears([&] { return attitudes > 0; }));
+  int rounds = 0;
+  ASSERT_TRUE(hears([&] {
+    if (rounds++ % 200 == 0) {
+      (void)room->send(mavlink::encode(mavlink::ParamRequestList{.target_system = 1}, Room::kSender, room->frames++));
+    }
+    return parameters.count("FENCE_X_LOW_M") > 0 && parameters.count("TILT_LIMIT_RAD") > 0;
+  })) << parameters.size();
+  EXPECT_NEAR(parameters["FENCE_X_HIGH_M"] - parameters["FENCE_X_LOW_M"], 10.0, 1e-4) << "of the flight file";
+  room->signal(SIGINT);
+  (void)room->run_to_end(30.0);
 }
 
 TEST_F(GoalsFlight, NobodysGoalMovesAnythingAndNoGoalLeavesTheFence) {

@@ -149,6 +149,33 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     EXPECT_NEAR(read[1].get<double>(), corner[1], 0.25);
     EXPECT_NEAR(read[2].get<double>(), corner[2], 0.25);
   }
+  // The same square as a mission, and a parameter read.
+  int rounds = 0;
+  ASSERT_TRUE(hears([&](const json& state) {
+    if (state["carriedOver"].is_null() && rounds++ % 50 == 0) {
+      (void)node.ask("mission 0.4" +
+                     numbers({start[0] + 1.0, start[1], start[2], start[0] + 1.0, start[1] + 1.0, start[2], start[0],
+                              start[1] + 1.0, start[2], start[0], start[1], start[2]}));
+    }
+    return !state["carriedOver"].is_null();
+  }));
+  EXPECT_EQ(node.state()["carriedOver"], 0);
+  ASSERT_TRUE(hears([&](const json& state) {
+    if (!state["answers"].contains("300")) {
+      (void)node.ask("order 300 0");
+    }
+    return state["missionState"] == 5;
+  }));
+  EXPECT_EQ(node.state()["answers"]["300"], 0);
+  EXPECT_EQ(node.state()["reached"], json({0, 1, 2, 3}));
+  EXPECT_LT(std::hypot(truth[0] - start[0], truth[1] - start[1], truth[2] - start[2]), 0.5);
+  rounds = 0;
+  ASSERT_TRUE(hears([&](const json& state) {
+    if (rounds++ % 50 == 0) {
+      (void)node.ask("parameters");
+    }
+    return state["parameters"].contains("MASS_KG");
+  }));
   const json state = node.state();
   EXPECT_EQ(state["wrong"], 0) << "what m100 says is signed with the key";
   EXPECT_NE(state["text"].get<std::string>().find("ladder: silent to nominal"), std::string::npos) << state["text"];

@@ -4,6 +4,8 @@
 //   pose US X Y Z QW QX QY QZ   signs and sends ATT_POS_MOCAP through a network that loses, doubles and reorders
 //   goal X Y Z                  SET_POSITION_TARGET_LOCAL_NED, only the position counts
 //   order COMMAND PARAM1        COMMAND_LONG
+//   mission RADIUS X Y Z ...    MISSION_COUNT; the items follow as they are asked for
+//   parameters                  PARAM_REQUEST_LIST
 //   time MS                     simulated time has come so far
 //   state                       what was read, as one line of JSON
 // Each line is answered by one: "ok", or the JSON.
@@ -21,7 +23,9 @@ const key = Buffer.from(keyHex, 'hex');
 const protocol = new MavLinkProtocolV2(9, 197, MavLinkProtocolV2.IFLAG_SIGNED);
 const socket = dgram.createSocket('udp4');
 const registry = { ...minimal.REGISTRY, ...common.REGISTRY };
-const read = { frames: 0, wrong: 0, armed: false, position: null, attitudes: 0, answers: {}, text: '', battery: -1 };
+const read = { frames: 0, wrong: 0, armed: false, position: null, attitudes: 0, answers: {}, text: '', battery: -1,
+               carriedOver: null, reached: [], missionState: 0, parameters: {} };
+let items = [];
 let number = 0;
 let timeMs = Number(firstMs);
 let lastMs = timeMs;
@@ -55,8 +59,26 @@ bytes.pipe(new MavLinkPacketSplitter()).pipe(new MavLinkPacketParser()).on('data
     read.answers[message.command] = message.result;
   } else if (type === common.StatusText) {
     read.text += message.text;
+  } else if (type === common.MissionRequestInt) {
+    sendItem(message.seq);
+  } else if (type === common.MissionAck) {
+    read.carriedOver = message.type;
+  } else if (type === common.MissionItemReached) {
+    read.reached.push(message.seq);
+  } else if (type === common.MissionCurrent) {
+    read.missionState = message.missionState;
+  } else if (type === common.ParamValue) {
+    read.parameters[message.paramId] = message.paramValue;
   }
 });
+function sendItem(seq) {
+  const item = new common.MissionItemInt();
+  [item.param1, item.param2, item.param3, item.param4] = [0, items[seq].radius, 0, NaN];
+  [item.x, item.y] = [Math.round(items[seq].x * 1e4), Math.round(items[seq].y * 1e4)];
+  [item.z, item.seq, item.command, item.frame] = [items[seq].z, seq, 16, 1];
+  [item.targetSystem, item.targetComponent, item.current, item.autocontinue, item.missionType] = [1, 0, 0, 1, 0];
+  send(item, () => {});
+}
 socket.on('message', (packet) => bytes.write(packet));
 
 function transmit(packet, done) {
@@ -114,6 +136,21 @@ const commands = {
     order.targetSystem = 1;
     order.targetComponent = 0;
     send(order, done);
+  },
+  mission(words, done) {
+    const [radius, ...places] = words.map(Number);
+    items = [];
+    for (let i = 0; i < places.length; i += 3) {
+      items.push({ radius, x: places[i], y: places[i + 1], z: places[i + 2] });
+    }
+    const count = new common.MissionCount();
+    [count.count, count.targetSystem, count.targetComponent, count.missionType, count.opaqueId] = [items.length, 1, 0, 0, 0];
+    send(count, done);
+  },
+  parameters(words, done) {
+    const list = new common.ParamRequestList();
+    [list.targetSystem, list.targetComponent] = [1, 0];
+    send(list, done);
   },
   time(words, done) {
     timeMs = Number(firstMs) + Number(words[0]);

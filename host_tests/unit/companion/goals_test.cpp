@@ -70,8 +70,8 @@ TEST_F(GoalsTest, IsFlownToInNorthEastDown) {
   EXPECT_NEAR(reference().yaw, -0.5, 1e-6) << "clockwise from above is ours with a minus";
 }
 
-// Would catch a goal that is laid from where the last one ended: the reference would jump, or start with a jerk.
-TEST_F(GoalsTest, OneThatComesOnTheWayBringsItToRestFirst) {
+// Would catch a goal that is laid from where the last one ended: the reference would jump.
+TEST_F(GoalsTest, OneThatComesOnTheWayIsFlownToFromTheMotionOfThatMoment) {
   EXPECT_EQ(goals->take(goal(4.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
   pass(milliseconds(2000));
   EXPECT_GT(reference().vx, 0.5);
@@ -87,6 +87,36 @@ TEST_F(GoalsTest, OneThatComesOnTheWayBringsItToRestFirst) {
   EXPECT_GT(reference().x, at_m);
   EXPECT_LT(reference().x, at_m + limits.speed_m_s);
   EXPECT_EQ(reference().vx, 0.0);
+}
+
+// A target that moves, told 20 times a second. Would catch a reference that comes to rest for each of its places, and
+// one that never gains speed because it begins anew each time.
+TEST_F(GoalsTest, AStreamOfGoalsIsFollowedWithoutAStop) {
+  constexpr double kSpeed_m_s = 0.8;
+  for (int i = 0; i < 100; ++i) {
+    const double at_m = kSpeed_m_s * 0.05 * i;
+    const auto told = static_cast<float>(at_m);
+    ASSERT_EQ(goals->take(goal(told, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
+    pass(milliseconds(50));
+    if (i > 40) {
+      EXPECT_GT(reference().vx, 0.5) << "at " << 0.05 * i << " s";
+      EXPECT_LT(std::abs(reference().x - at_m), 1.5) << "at " << 0.05 * i << " s";
+    }
+  }
+  pass(seconds(6));
+  EXPECT_NEAR(reference().x, kSpeed_m_s * 0.05 * 99, 1e-5);
+}
+
+TEST_F(GoalsTest, AWayThatWouldSwingBeyondTheFenceIsBrakedFirst) {
+  EXPECT_EQ(goals->take(goal(5.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
+  pass(milliseconds(3200));
+  for (const float y : {3.F, -3.F, 4.F}) {
+    EXPECT_EQ(goals->take(goal(4.9F, y, -1.5F), now, true), GoalAnswer::kFlies);
+    for (int i = 0; i < 400; ++i) {
+      pass(core::kTickPeriod);
+      ASSERT_LE(reference().x, 5.0 + 1e-6);
+    }
+  }
 }
 
 // A planner repeats its goal several times a second; braking for each would never arrive.

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "firmware/companion/room/goals.h"
+#include "protocol/mavlink/mission_messages.h"
+
+namespace m100::companion {
+
+/// MISSION_STATE of MAVLink.
+enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3, kPaused = 4, kComplete = 5 };
+
+/// Flies the items of a mission one after the other, as goals.
+///
+/// An item is reached when the aircraft is within its radius of the place (param2; kRadius_m where it is 0 or not a
+/// number) and the reference is at rest there. With a radius and without a time to hold (param1) the reference need not
+/// rest: as soon as both are within the radius the next item is turned to, without a stop. The heading is param4 (deg,
+/// clockwise from x), or stays where that is not a number. With autocontinue 0 the mission pauses there.
+///
+/// Whatever else moves the aircraft pauses it: another goal, an order to hold, the ladder below coast, the end of
+/// control. It goes on by order alone, towards the item that was not reached.
+template <typename T>
+class Mission {
+ public:
+  static constexpr double kRadius_m = 0.5;
+  using Items = std::span<const mavlink::MissionItemInt>;
+
+  explicit Mission(Goals<T>& goals) : goals_(goals) {}
+
+  /// @param last of the items that are flown; what is not behind the first is the last of all.
+  /// @returns false: there is no such item, or nothing flies.
+  bool start(Items items, std::uint16_t first, std::uint16_t last, core::TimePoint now, bool flies);
+  /// @returns false: nothing is paused, or nothing flies.
+  bool go_on(Items items, core::TimePoint now, bool flies);
+  /// The reference is somebody else's now; it is not braked here.
+  void pause();
+  /// The items are other ones now.
+  void forget(Items items);
+  /// After each tick. @returns the item that was reached in it.
+  std::optional<std::uint16_t> watch(Items items, core::TimePoint now, const est::Estimate<T>& estimate, bool flies);
+
+  MissionState state() const { return state_; }
+  /// The item that is flown to, or would be.
+  std::uint16_t current() const { return current_; }
+
+ private:
+  void turn_to(const mavlink::MissionItemInt& item, core::TimePoint now);
+  bool is_there(const mavlink::MissionItemInt& item, core::TimePoint now, const est::Estimate<T>& estimate) const;
+  void go_to_next(Items items, core::TimePoint now);
+
+  Goals<T>& goals_;
+  MissionState state_ = MissionState::kNone;
+  std::uint16_t current_ = 0;
+  std::uint16_t last_ = 0;
+  std::optional<core::TimePoint> reached_at_;
+};
+
+/// The place of an item, in the world of the pose. @param yaw_rad where the item has no heading of its own.
+template <typename T>
+ref::Waypoint<T> place_of(const mavlink::MissionItemInt& item, T yaw_rad);
+
+extern template class Mission<float>;
+extern template class Mission<double>;
+
+}  // namespace m100::companion

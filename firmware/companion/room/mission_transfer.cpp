@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/room/mission_transfer.h"
+
+#include <cmath>
+
+namespace m100::companion {
+namespace {
+
+// Numbers of MAVLink's common message set.
+constexpr std::uint16_t kNavWaypoint = 16;  // MAV_CMD
+constexpr std::uint8_t kLocalNed = 1;       // MAV_FRAME
+constexpr std::uint8_t kFlightPlan = 0;     // MAV_MISSION_TYPE; others are fences and rally points
+
+constexpr std::int32_t kFarthest = 10'000'000;  // 1 km in 0.1 mm
+constexpr float kFarthest_m = 1000.F;
+constexpr float kLongestHold_s = 3600.F;
+constexpr float kLargestRadius_m = 100.F;
+constexpr float kMostTurn_deg = 3600.F;
+
+/// Not a number stands for "as the vehicle likes".
+bool is_unset_or(float value, float low, float high) { return std::isnan(value) || (value >= low && value <= high); }
+bool is_within(std::int32_t value) { return value >= -kFarthest && value <= kFarthest; }
+
+mavlink::MissionAck ack(mavlink::Address to, std::uint8_t result, std::uint8_t type = kFlightPlan) {
+  return {.target_system = to.system, .target_component = to.component, .type = result, .mission_type = type};
+}
+
+/// Fence and rally points of MAVLink are not taken. @returns true: the request was of such a type, and is answered.
+template <typename Message>
+bool is_other_type(const Message& message, mavlink::Address from, Replies& replies) {
+  if (message.mission_type == kFlightPlan) {
+    return false;
+  }
+  (void)replies.add(ack(from, mission_result::kUnsupported, message.mission_type));
+  return true;
+}
+
+}  // namespace
+
+std::uint8_t judge(const mavlink::MissionItemInt& item) {
+  if (item.command != kNavWaypoint) {
+    return mission_result::kUnsupported;
+  }
+  if (item.frame != kLocalNed) {
+    return mission_result::kUnsupportedFrame;
+  }
+  if (!is_unset_or(item.param1, 0.F, kLongestHold_s)) {
+    return mission_result::kInvalidParam1;
+  }
+  if (!is_unset_or(item.param2, 0.F, kLargestRadius_m)) {
+    return mission_result::kInvalidParam2;
+  }
+  if (!is_unset_or(item.param3, 0.F, 0.F)) {
+    return mission_result::kInvalidParam3;
+  }
+  if (!is_unset_or(item.param4, -kMostTurn_deg, kMostTurn_deg)) {
+    return mission_result::kInvalidParam4;
+  }
+  if (!is_within(item.x) || !is_within(item.y)) {
+    return is_within(item.x) ? mission_result::kInvalidY : mission_result::kInvalidX;
+  }
+  const bool has_height = std::isfinite(item.z) && std::abs(item.z) <= kFarthest_m;
+  return has_height ? mission_result::kAccepted : mission_result::kInvalidZ;
+}
+
+void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoint now, Replies& replies) {
+  const mavlink::Address from = request.from;
+  if (const auto* const announced = std::get_if<mavlink::MissionCount>(&request.message)) {
+    take(*announced, from, is_flown, now, replies);
+  } else if (const auto* const item = std::get_if<mavlink::MissionItemInt>(&request.message)) {
+    take(*item, from, now, replies);
+  } else if (const auto* const list = std::get_if<mavlink::MissionRequestList>(&request.message)) {
+    if (!is_other_type(*list, from, replies)) {
+      (void)replies.add(mavlink::MissionCount{.count = static_cast<std::uint16_t>(count_),
+                                              .target_system = from.system,
+                                              .target_component = from.component});
+    }
+  } else if (const auto* const asked = std::get_if<mavlink::MissionRequestInt>(&request.message)) {
+    give(*asked, from, replies);
+  } else if (const auto* const end = std::get_if<mavlink::MissionAck>(&request.message)) {
+    if (end->type == mission_result::kCancelled && from == partner_) {
+      expected_ = 0;
+    }
+  } else if (const auto* const clear = std::get_if<mavlink::MissionClearAll>(&request.message)) {
+    if (!is_other_type(*clear, from, replies)) {
+      if (!is_flown) {
+        replace(0);
+      }
+      (void)replies.add(ack(from, is_flown ? mission_result::kDenied : mission_result::kAccepted));
+    }
+  }
+}
+
+void MissionTransfer::replace(std::size_t count) {
+  current_ = 1 - current_;
+  count_ = count;
+  expected_ = 0;
+  ++edition_;
+}
+
+void MissionTransfer::take(const mavlink::MissionCount& announced, mavlink::Address from, bool is_flown,
+                           core::TimePoint now, Replies& replies) {
+  if (is_other_type(announced, from, replies)) {
+    return;
+  }
+  if (is_flown || (is_open() && !(from == partner_)) || announced.count > kMostItems) {
+    const bool fits = announced.count <= kMostItems;
+    (void)replies.add(ack(from, fits ? mission_result::kDenied : mission_result::kNoSpace));
+    return;
+  }
+  partner_ = from;
+  next_ = 0;
+  asked_ = 0;
+  expected_ = announced.count;
+  if (expected_ == 0) {
+    replace(0);
+    (void)replies.add(ack(from, mission_result::kAccepted));
+    return;
+  }
+  ask(now, replies);
+}
+
+void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address from, core::TimePoint now,
+                           Replies& replies) {
+  if (!(from == partner_) || item.mission_type != kFlightPlan) {
+    return;
+  }
+  if (!is_open()) {
+    if (count_ > 0 && item.seq + 1U == count_) {  // our answer to the last one was lost
+      (void)replies.add(ack(from, mission_result::kAccepted));
+    }
+    return;
+  }
+  if (item.seq != next_) {
+    return;  // it came twice; what is missing is asked for again in time
+  }
+  if (const std::uint8_t result = judge(item); result != mission_result::kAccepted) {
+    expected_ = 0;
+    (void)replies.add(ack(from, result));
+    return;
+  }
+  lists_[1 - current_][next_++] = item;
+  asked_ = 0;
+  if (next_ < expected_) {
+    ask(now, replies);
+    return;
+  }
+  replace(next_);
+  (void)replies.add(ack(from, mission_result::kAccepted));
+}
+
+void MissionTransfer::give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const {
+  if (is_other_type(asked, to, replies)) {
+    return;
+  }
+  if (asked.seq >= count_) {
+    (void)replies.add(ack(to, mission_result::kInvalidSequence));
+    return;
+  }
+  mavlink::MissionItemInt item = lists_[current_][asked.seq];
+  item.target_system = to.system;
+  item.target_component = to.component;
+  (void)replies.add(item);
+}
+
+void MissionTransfer::ask(core::TimePoint now, Replies& replies) {
+  asked_at_ = now;
+  ++asked_;
+  (void)replies.add(mavlink::MissionRequestInt{
+      .seq = next_, .target_system = partner_.system, .target_component = partner_.component});
+}
+
+void MissionTransfer::tick(core::TimePoint now, Replies& replies) {
+  if (!is_open() || now - asked_at_ < kAskAgain) {
+    return;
+  }
+  if (asked_ >= kMostAsked) {
+    expected_ = 0;
+    (void)replies.add(ack(partner_, mission_result::kCancelled));
+    return;
+  }
+  ask(now, replies);
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "firmware/companion/room/requests.h"
+#include "firmware/core/time.h"
+
+namespace m100::companion {
+
+// Results of MAVLink's mission protocol (MAV_MISSION_RESULT) that are given here.
+namespace mission_result {
+inline constexpr std::uint8_t kAccepted = 0;
+inline constexpr std::uint8_t kUnsupportedFrame = 2;
+inline constexpr std::uint8_t kUnsupported = 3;
+inline constexpr std::uint8_t kNoSpace = 4;
+inline constexpr std::uint8_t kInvalidParam1 = 6;
+inline constexpr std::uint8_t kInvalidParam2 = 7;
+inline constexpr std::uint8_t kInvalidParam3 = 8;
+inline constexpr std::uint8_t kInvalidParam4 = 9;
+inline constexpr std::uint8_t kInvalidX = 10;
+inline constexpr std::uint8_t kInvalidY = 11;
+inline constexpr std::uint8_t kInvalidZ = 12;
+inline constexpr std::uint8_t kInvalidSequence = 13;
+inline constexpr std::uint8_t kDenied = 14;
+inline constexpr std::uint8_t kCancelled = 15;
+}  // namespace mission_result
+
+/// Whether an item can be flown here: NAV_WAYPOINT in LOCAL_NED, at most 1 km away, its numbers in their ranges.
+/// @returns one of mission_result.
+std::uint8_t judge(const mavlink::MissionItemInt& item);
+
+/// The vehicle's end of MAVLink's mission protocol: takes a list of items from whoever announces one, one transfer at a
+/// time, and gives it back to whoever asks. What is not whole replaces nothing. An item that does not come is asked for
+/// again; a transfer that stands still is given up. Bounded, no heap, no clock: a log replays it from the bytes of the
+/// pose port.
+class MissionTransfer {
+ public:
+  static constexpr std::size_t kMostItems = 100;
+  static constexpr core::Duration kAskAgain = std::chrono::milliseconds(250);
+  static constexpr std::uint32_t kMostAsked = 40;  ///< for one item
+
+  /// @param is_flown the items are being flown: they can be read, but neither replaced nor forgotten.
+  void hear(const Request& request, bool is_flown, core::TimePoint now, Replies& replies);
+  /// In every tick, after what was heard.
+  void tick(core::TimePoint now, Replies& replies);
+
+  /// The newest list that came whole.
+  std::span<const mavlink::MissionItemInt> items() const { return std::span(lists_[current_]).first(count_); }
+  /// Grows with each list that came whole or was forgotten.
+  std::uint32_t edition() const { return edition_; }
+  bool is_open() const { return expected_ != 0; }
+
+ private:
+  void take(const mavlink::MissionCount& announced, mavlink::Address from, bool is_flown, core::TimePoint now,
+            Replies& replies);
+  void take(const mavlink::MissionItemInt& item, mavlink::Address from, core::TimePoint now, Replies& replies);
+  void give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const;
+  void ask(core::TimePoint now, Replies& replies);
+  void replace(std::size_t count);
+
+  std::array<std::array<mavlink::MissionItemInt, kMostItems>, 2> lists_{};
+  std::size_t current_ = 0;  ///< of the two lists, the one that counts
+  std::size_t count_ = 0;
+  std::uint32_t edition_ = 0;
+  // Of the transfer that is open.
+  std::uint16_t expected_ = 0;  ///< items; 0: none is open
+  std::uint16_t next_ = 0;
+  mavlink::Address partner_{};
+  core::TimePoint asked_at_{};
+  std::uint32_t asked_ = 0;
+};
+
+}  // namespace m100::companion

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A mission as a room carries it over, and how it is flown: what comes twice, late or never, and what is no item.
+#include "firmware/companion/room/mission.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "firmware/companion/room/mission_transfer.h"
+#include "firmware/companion/room/parameters.h"
+
+namespace m100::companion {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr mavlink::Address kStation{.system = 9, .component = 190};
+constexpr mavlink::Address kOther{.system = 8, .component = 190};
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+mavlink::MissionItemInt item(std::uint16_t seq, double x_m, double y_m, double z_m) {
+  return {.param4 = kNan,
+          .x = static_cast<std::int32_t>(std::lround(x_m * 1e4)),
+          .y = static_cast<std::int32_t>(std::lround(y_m * 1e4)),
+          .z = static_cast<float>(z_m),
+          .seq = seq,
+          .command = 16,
+          .target_system = 1,
+          .frame = 1,
+          .autocontinue = 1};
+}
+
+struct TransferTest : ::testing::Test {
+  MissionTransfer transfer;
+  core::TimePoint now{seconds(10)};
+
+  std::vector<Reply> hear(const RequestMessage& message, mavlink::Address from = kStation, bool is_flown = false) {
+    Replies replies;
+    transfer.hear({message, from}, is_flown, now, replies);
+    return {replies.all().begin(), replies.all().end()};
+  }
+  std::vector<Reply> wait(core::Duration time) {
+    Replies replies;
+    std::vector<Reply> all;
+    for (const core::TimePoint end = now + time; now < end;) {
+      now += core::kTickPeriod;
+      replies.clear();
+      transfer.tick(now, replies);
+      all.insert(all.end(), replies.all().begin(), replies.all().end());
+    }
+    return all;
+  }
+  /// The number of the item that the only reply asks for; -1: it is another reply.
+  static int asked(const std::vector<Reply>& replies) {
+    const auto* const request = replies.size() == 1 ? std::get_if<mavlink::MissionRequestInt>(&replies[0]) : nullptr;
+    return request == nullptr ? -1 : request->seq;
+  }
+  /// The result that the only reply tells; -1: it is another reply.
+  static int result(const std::vector<Reply>& replies) {
+    const auto* const ack = replies.size() == 1 ? std::get_if<mavlink::MissionAck>(&replies[0]) : nullptr;
+    return ack == nullptr ? -1 : ack->type;
+  }
+  void carry_over(std::uint16_t count) {
+    EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = count})), 0);
+    for (std::uint16_t seq = 0; seq + 1 < count; ++seq) {
+      EXPECT_EQ(asked(hear(item(seq, seq, 0.0, -1.5))), seq + 1);
+    }
+    EXPECT_EQ(result(hear(item(static_cast<std::uint16_t>(count - 1), 0.0, 0.0, -1.5))), mission_result::kAccepted);
+    EXPECT_EQ(transfer.items().size(), count);
+  }
+};
+
+TEST_F(TransferTest, ItemsAreAskedForOneByOneAndGivenBack) {
+  carry_over(3);
+  const std::vector<Reply> count = hear(mavlink::MissionRequestList{}, kOther);
+  ASSERT_EQ(count.size(), 1U);
+  EXPECT_EQ(std::get<mavlink::MissionCount>(count[0]).count, 3);
+  EXPECT_EQ(std::get<mavlink::MissionCount>(count[0]).target_system, kOther.system);
+  const std::vector<Reply> second = hear(mavlink::MissionRequestInt{.seq = 1}, kOther);
+  ASSERT_EQ(second.size(), 1U);
+  EXPECT_EQ(std::get<mavlink::MissionItemInt>(second[0]).x, 10000);
+  EXPECT_EQ(std::get<mavlink::MissionItemInt>(second[0]).target_system, kOther.system);
+  EXPECT_EQ(result(hear(mavlink::MissionRequestInt{.seq = 3})), mission_result::kInvalidSequence);
+  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_TRUE(transfer.items().empty());
+}
+
+// Would catch a transfer that stops for ever where one packet was lost, and one that takes an item twice.
+TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(wait(MissionTransfer::kAskAgain)), 0);
+  EXPECT_EQ(asked(hear(item(0, 1.0, 0.0, -1.5))), 1);
+  EXPECT_TRUE(hear(item(0, 1.0, 0.0, -1.5)).empty());
+  EXPECT_TRUE(hear(item(1, 1.0, 0.0, -1.5), kOther).empty()) << "another one's item is not of this list";
+  EXPECT_EQ(asked(wait(MissionTransfer::kAskAgain)), 1);
+  EXPECT_EQ(result(hear(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted);
+  EXPECT_EQ(result(hear(item(1, 2.0, 0.0, -1.5))), mission_result::kAccepted) << "our answer was lost";
+  EXPECT_EQ(transfer.items().size(), 2U);
+}
+
+TEST_F(TransferTest, WhatIsNotWholeReplacesNothing) {
+  carry_over(2);
+  const std::uint32_t edition = transfer.edition();
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 3})), 0);
+  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
+  const std::vector<Reply> all = wait(MissionTransfer::kAskAgain * (MissionTransfer::kMostAsked + 2));
+  ASSERT_FALSE(all.empty());
+  EXPECT_EQ(std::get<mavlink::MissionAck>(all.back()).type, mission_result::kCancelled);
+  EXPECT_EQ(all.size(), MissionTransfer::kMostAsked) << "asked again, and then given up";
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 3})), 0);
+  EXPECT_TRUE(hear(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
+  EXPECT_FALSE(transfer.is_open());
+  EXPECT_EQ(transfer.items().size(), 2U);
+  EXPECT_EQ(transfer.items()[1].seq, 1);
+  EXPECT_EQ(transfer.edition(), edition);
+}
+
+TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
+  carry_over(2);
+  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 1}, kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(result(hear(mavlink::MissionClearAll{}, kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(transfer.items().size(), 2U);
+}
+
+TEST_F(TransferTest, OneTransferAtATime) {
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 2}, kOther)), mission_result::kDenied);
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 1})), 0) << "its own partner may begin anew";
+}
+
+TEST_F(TransferTest, WhatIsNotThereIsRefused) {
+  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = MissionTransfer::kMostItems + 1})), mission_result::kNoSpace);
+  EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 1, .mission_type = 1})), mission_result::kUnsupported);
+  EXPECT_EQ(result(hear(mavlink::MissionRequestList{.mission_type = 2})), mission_result::kUnsupported);
+  EXPECT_TRUE(hear(item(0, 0.0, 0.0, -1.5)).empty()) << "nobody announced it";
+}
+
+struct JudgedItem {
+  const char* name;
+  mavlink::MissionItemInt item;
+  std::uint8_t result;
+};
+mavlink::MissionItemInt with(void (*change)(mavlink::MissionItemInt&)) {
+  mavlink::MissionItemInt changed = item(0, 1.0, 2.0, -1.5);
+  change(changed);
+  return changed;
+}
+using Item = mavlink::MissionItemInt;
+struct Judge : ::testing::TestWithParam<JudgedItem> {};
+TEST_P(Judge, SaysWhatIsWrong) { EXPECT_EQ(judge(GetParam().item), GetParam().result); }
+INSTANTIATE_TEST_SUITE_P(
+    Table, Judge,
+    ::testing::Values(
+        JudgedItem{"Waypoint", item(0, 1.0, 2.0, -1.5), mission_result::kAccepted},
+        JudgedItem{"NothingSet", with([](Item& i) { i.param1 = i.param2 = i.param3 = kNan; }),
+                   mission_result::kAccepted},
+        JudgedItem{"Land", with([](Item& i) { i.command = 21; }), mission_result::kUnsupported},
+        JudgedItem{"Global", with([](Item& i) { i.frame = 6; }), mission_result::kUnsupportedFrame},
+        JudgedItem{"NegativeHold", with([](Item& i) { i.param1 = -1.F; }), mission_result::kInvalidParam1},
+        JudgedItem{"EndlessHold", with([](Item& i) { i.param1 = std::numeric_limits<float>::infinity(); }),
+                   mission_result::kInvalidParam1},
+        JudgedItem{"NegativeRadius", with([](Item& i) { i.param2 = -1.F; }), mission_result::kInvalidParam2},
+        JudgedItem{"PassBy", with([](Item& i) { i.param3 = 1.F; }), mission_result::kInvalidParam3},
+        JudgedItem{"WildHeading", with([](Item& i) { i.param4 = 1e9F; }), mission_result::kInvalidParam4},
+        JudgedItem{"FarX", with([](Item& i) { i.x = std::numeric_limits<std::int32_t>::min(); }),
+                   mission_result::kInvalidX},
+        JudgedItem{"FarY", with([](Item& i) { i.y = 10'000'001; }), mission_result::kInvalidY},
+        JudgedItem{"NoHeight", with([](Item& i) { i.z = kNan; }), mission_result::kInvalidZ}),
+    [](const auto& judged) { return judged.param.name; });
+
+struct MissionTest : ::testing::Test {
+  ref::Trajectory<double> trajectory;
+  core::Fence fence{.side = {{{-5.0, 5.0}, {-5.0, 5.0}, {0.5, 4.0}}}};
+  ref::SpeedLimits limits;
+  Goals<double> goals{trajectory, fence, limits};
+  Mission<double> mission{goals};
+  std::vector<mavlink::MissionItemInt> items;
+  core::TimePoint now{seconds(10)};
+  std::vector<std::uint16_t> reached;
+  double slowest_m_s = 1e9, farthest_m = 0.0;
+  bool flies = true;
+
+  void SetUp() override {
+    ref::Waypoint<double> start;
+    start.position_w_m = {0.0, 0.0, 1.5};
+    trajectory.hold(start);
+    trajectory.start(now);
+  }
+  /// The aircraft is where its reference is.
+  void pass(core::Duration time) {
+    slowest_m_s = 1e9;
+    for (const core::TimePoint end = now + time; now < end;) {
+      now += core::kTickPeriod;
+      const ref::Window<double> window = trajectory.window(now, core::Duration{0});
+      est::Estimate<double> estimate;
+      estimate.x.position_m = window.x[0].position_m;
+      estimate.y.position_m = window.y[0].position_m;
+      estimate.height_m = window.height.position_m;
+      slowest_m_s = std::min(slowest_m_s, std::hypot(window.x[0].velocity_m_s, window.y[0].velocity_m_s));
+      farthest_m = std::max({farthest_m, std::abs(estimate.x.position_m), std::abs(estimate.y.position_m)});
+      if (const auto seq = mission.watch(items, now, estimate, flies)) {
+        reached.push_back(*seq);
+      }
+    }
+  }
+  core::Vector<double, 3> reference() const { return goals.reference(now); }
+};
+
+TEST_F(MissionTest, FliesItsItemsInOrderAndHoldsAtThem) {
+  items = {item(0, 1.0, 0.0, -1.5), item(1, 1.0, 1.0, -2.0), item(2, 0.0, 0.0, -1.5)};
+  items[1].param1 = 3.F;
+  items[1].param4 = 90.F;
+  ASSERT_TRUE(mission.start(items, 0, 0, now, true));
+  pass(seconds(4));
+  EXPECT_EQ(reached, (std::vector<std::uint16_t>{0}));
+  pass(milliseconds(2500));
+  EXPECT_EQ(reached, (std::vector<std::uint16_t>{0, 1}));
+  EXPECT_NEAR(reference().y(), -1.0, 0.02) << "east is our minus y";
+  EXPECT_NEAR(reference().z(), 2.0, 0.02);
+  EXPECT_NEAR(goals.yaw(now), -core::kPi / 2.0, 0.02) << "clockwise from above is ours with a minus";
+  pass(seconds(1));
+  EXPECT_EQ(mission.current(), 1) << "it holds there for three seconds";
+  pass(seconds(8));
+  EXPECT_EQ(reached, (std::vector<std::uint16_t>{0, 1, 2}));
+  EXPECT_EQ(mission.state(), MissionState::kComplete);
+  EXPECT_NEAR(goals.yaw(now), -core::kPi / 2.0, 0.02) << "an item without a heading keeps the one that is";
+}
+
+// Would catch a mission that stops at each of its points although none asks for it.
+TEST_F(MissionTest, PassesPointsWithARadiusWithoutAStop) {
+  items = {item(0, 2.0, 0.0, -1.5), item(1, 3.5, 1.0, -1.5), item(2, 4.0, 3.0, -1.5)};
+  items[0].param2 = items[1].param2 = 0.5F;
+  ASSERT_TRUE(mission.start(items, 0, 2, now, true));
+  pass(seconds(1));
+  while (reached.size() < 2 && now < core::TimePoint{seconds(30)}) {
+    pass(milliseconds(10));
+    ASSERT_GT(slowest_m_s, 0.2) << "it stopped on its way, at " << reached.size() << " points";
+  }
+  pass(seconds(8));
+  EXPECT_EQ(reached.size(), 3U);
+}
+
+TEST_F(MissionTest, StaysInsideTheFence) {
+  items = {item(0, 50.0, 0.0, -1.5), item(1, 0.0, 50.0, -1.5)};
+  ASSERT_TRUE(mission.start(items, 0, 1, now, true));
+  pass(seconds(30));
+  EXPECT_EQ(reached.size(), 2U) << "what lies beyond the fence is flown to at its side";
+  EXPECT_LE(farthest_m, 5.0 + 1e-9);
+}
+
+TEST_F(MissionTest, WhateverElseMovesTheAircraftPausesItAndItGoesOnByOrder) {
+  items = {item(0, 3.0, 0.0, -1.5), item(1, 0.0, 0.0, -1.5)};
+  EXPECT_FALSE(mission.go_on(items, now, true)) << "nothing is paused";
+  EXPECT_FALSE(mission.start(items, 2, 0, now, true)) << "there is no such item";
+  EXPECT_FALSE(mission.start(items, 0, 0, now, false)) << "nothing flies";
+  ASSERT_TRUE(mission.start(items, 0, 0, now, true));
+  pass(seconds(1));
+  flies = false;  // the ladder
+  pass(milliseconds(10));
+  EXPECT_EQ(mission.state(), MissionState::kPaused);
+  flies = true;
+  pass(seconds(5));
+  EXPECT_EQ(mission.state(), MissionState::kPaused) << "nothing goes on by itself";
+  EXPECT_TRUE(reached.empty());
+  EXPECT_FALSE(mission.go_on(items, now, false));
+  ASSERT_TRUE(mission.go_on(items, now, true));
+  pass(seconds(10));
+  EXPECT_EQ(reached, (std::vector<std::uint16_t>{0, 1}));
+  mission.forget({});
+  EXPECT_EQ(mission.state(), MissionState::kNone);
+}
+
+TEST_F(MissionTest, AnItemMayAskForAPauseBehindIt) {
+  items = {item(0, 1.0, 0.0, -1.5), item(1, 0.0, 0.0, -1.5)};
+  items[0].autocontinue = 0;
+  ASSERT_TRUE(mission.start(items, 0, 0, now, true));
+  pass(seconds(6));
+  EXPECT_EQ(mission.state(), MissionState::kPaused);
+  EXPECT_EQ(mission.current(), 1);
+  EXPECT_NEAR(reference().x(), 1.0, 1e-6);
+}
+
+struct ParametersTest : ::testing::Test {
+  model::Vehicle vehicle;
+  app::FlightConfig config;
+  Parameters parameters{{vehicle, config, ref::SpeedLimits{}}};
+
+  static mavlink::ParamRequestRead named(std::string_view name) {
+    mavlink::ParamRequestRead request{.param_index = -1};
+    std::ranges::copy(name, request.param_id.begin());
+    return request;
+  }
+  std::vector<mavlink::ParamValue> answers(const RequestMessage& message, int ticks) {
+    std::vector<mavlink::ParamValue> all;
+    Replies replies;
+    parameters.hear({message, kStation}, replies);
+    for (int tick = 0; tick < ticks; ++tick) {
+      parameters.tick(replies);
+      for (const Reply& reply : replies.all()) {
+        all.push_back(std::get<mavlink::ParamValue>(reply));
+      }
+      replies.clear();
+    }
+    return all;
+  }
+};
+
+TEST_F(ParametersTest, AllAreToldOneATickAndOnce) {
+  const std::vector<mavlink::ParamValue> all = answers(mavlink::ParamRequestList{}, 200);
+  ASSERT_EQ(all.size(), parameter_rows().size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i].param_index, i);
+    EXPECT_EQ(all[i].param_count, all.size());
+    EXPECT_EQ(std::string_view(all[i].param_id.data(), parameter_rows()[i].name.size()), parameter_rows()[i].name);
+  }
+}
+
+TEST_F(ParametersTest, OneIsReadByNameOrIndexAndWhatIsNotThereIsNot) {
+  const std::vector<mavlink::ParamValue> mass = answers(named("MASS_KG"), 1);
+  ASSERT_EQ(mass.size(), 1U);
+  EXPECT_EQ(mass[0].param_value, static_cast<float>(vehicle.translation.mass_kg));
+  const std::vector<mavlink::ParamValue> first = answers(mavlink::ParamRequestRead{.param_index = 0}, 1);
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_EQ(first[0].param_value, static_cast<float>(config.fence.side[0].low_m));
+  EXPECT_TRUE(answers(named("MASS"), 1).empty());
+  EXPECT_TRUE(answers(named("MASS_KG_AND_MORE"), 1).empty());
+  EXPECT_TRUE(answers(mavlink::ParamRequestRead{.param_index = 1000}, 1).empty());
+}
+
+}  // namespace
+}  // namespace m100::companion
