@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/mode.h"
 #include "firmware/mpc/law.h"
 #include "host_tests/lab/input_error.h"
 
@@ -39,6 +40,15 @@ inline mpc::Law law_of(const std::string& word) {
     throw InputError("--law", 0, word, "is no law: mpc and lqr are");
   }
   return *law;
+}
+
+/// What --mode says. @throws InputError where it is no mode.
+inline companion::Mode mode_of(const std::string& word) {
+  const std::optional<companion::Mode> mode = companion::mode_named(word);
+  if (!mode) {
+    throw InputError("--mode", 0, word, "is no mode: field and calm_room are");
+  }
+  return *mode;
 }
 
 }  // namespace m100::lab

@@ -12,13 +12,20 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/experiments/score.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/margins.h"
+#include "host_tests/lab/gains/report_flown.h"
+#include "host_tests/lab/gains/tune.h"
 #include "host_tests/lab/gains/write_tables.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
+#include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
 namespace {
@@ -31,6 +38,7 @@ struct Options {
   std::string tuned;
   std::vector<double> box;
   std::vector<std::string> rivals;
+  std::string mode = "field";
   bool corners = false;
   bool check = false;
 };
@@ -83,107 +91,9 @@ std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gai
   return line;
 }
 
-nlohmann::json margins_json(const gains::Margins& margins) {
-  return {{"stable", margins.stable},
-          {"peak_sensitivity", margins.peak_sensitivity},
-          {"gain_margin", margins.gain_margin},
-          {"phase_margin_rad", margins.phase_margin_rad},
-          {"delay_margin_s", margins.delay_margin_s},
-          {"crossover_rad_s", margins.crossover_rad_s},
-          {"robust", gains::is_robust(margins)}};
-}
-
-/// The loop as it flies, on the vehicle file's own structure and on others that its log allows as well.
-struct Structure {
-  std::string name;
-  model::Vehicle vehicle;
-};
-
-/// Gain and frequency of a structure are known to a fifth.
-constexpr std::array<double, 3> kCorners{1.0, 0.8, 1.2};
-
-model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
-  for (model::StickAxis* axis : {&vehicle.roll, &vehicle.pitch}) {
-    axis->scale_per_count *= gain;
-    axis->natural_frequency_rad_s *= frequency;
-    axis->time_constant_s /= frequency;
-  }
-  return vehicle;
-}
-
-nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure& structure, const char* name,
-                                 gains::Axis axis, bool corners) {
-  nlohmann::json out;
-  for (const auto& [channel, way] :
-       {std::pair{"virtual_rc", &gains::kVirtualRcWay}, {"movement", &gains::kMovementWay}}) {
-    const gains::Margins margins = gains::flown_margins_of(believed, structure.vehicle, axis, *way);
-    std::printf("as flown on %s, %s, %s: %s, peak sensitivity %.2f, gain margin %.2f, delay margin %.0f ms\n",
-                structure.name.c_str(), channel, name, margins.stable ? "stable" : "UNSTABLE", margins.peak_sensitivity,
-                margins.gain_margin, margins.delay_margin_s * 1e3);
-    out[channel] = margins_json(margins);
-  }
-  if (!corners) {
-    return out;
-  }
-  gains::Margins worst{.stable = true, .delay_margin_s = gains::kLargestDelay_s};
-  std::array<double, 2> most_sensitive{1.0, 1.0};
-  std::array<double, 2> least_delay{1.0, 1.0};
-  for (const double gain : kCorners) {
-    for (const double frequency : kCorners) {
-      const gains::Margins margins =
-          gains::flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, gains::kVirtualRcWay);
-      worst.stable = worst.stable && margins.stable;
-      if (margins.peak_sensitivity > worst.peak_sensitivity) {
-        worst.peak_sensitivity = margins.peak_sensitivity;
-        most_sensitive = {gain, frequency};
-      }
-      if (margins.delay_margin_s < worst.delay_margin_s) {
-        worst.delay_margin_s = margins.delay_margin_s;
-        least_delay = {gain, frequency};
-      }
-    }
-  }
-  const bool kept = worst.stable && worst.peak_sensitivity <= gains::kLargestPeakSensitivity &&
-                    worst.delay_margin_s >= gains::kFieldDelayMargin_s;
-  std::printf(
-      "  over gain and frequency +-20 %%, virtual_rc, %s: %speak sensitivity %.2f (gain x %.1f, frequency x %.1f), "
-      "delay "
-      "margin %.0f ms (gain x %.1f, frequency x %.1f)%s\n",
-      name, worst.stable ? "" : "UNSTABLE in a corner, ", worst.peak_sensitivity, most_sensitive[0], most_sensitive[1],
-      worst.delay_margin_s * 1e3, least_delay[0], least_delay[1], kept ? "" : ": NOT KEPT");
-  out["corners"] = {{"stable", worst.stable},
-                    {"peak_sensitivity", worst.peak_sensitivity},
-                    {"delay_margin_s", worst.delay_margin_s},
-                    {"kept", kept}};
-  return out;
-}
-
-nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<std::string>& rivals, bool corners) {
-  std::vector<Structure> structures{{"its own structure", believed}};
-  for (const std::string& path : rivals) {
-    structures.push_back({path, companion::load_vehicle(path).vehicle});
-  }
-  nlohmann::json out;
-  bool kept = true;
-  for (const Structure& structure : structures) {
-    for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
-      nlohmann::json& cell = out[structure.name][name] = report_flown_axis(believed, structure, name, axis, corners);
-      kept = kept && (!corners || cell["corners"]["kept"].get<bool>());
-    }
-  }
-  if (!kept) {
-    std::printf(
-        "warning: as flown, not every corner keeps a peak sensitivity of %.1f and %.0f ms of delay\n"
-        "To tell the structures apart, fly sticks that jump (m100-lab excite --kind doublet) with the gyro logged: a "
-        "lead "
-        "zero turns the aircraft in the sample of the jump, a pure delay does not.\n",
-        gains::kLargestPeakSensitivity, gains::kFieldDelayMargin_s * 1e3);
-  }
-  return out;
-}
-
 /// Prints what the loop stands and warns below the limits; refuses nothing.
-void report_margins(const model::Vehicle& vehicle, const Options& options) {
+void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Structure>& structures,
+                    const Options& options) {
   nlohmann::json all;
   for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
     for (const std::size_t age : kPoseAges) {
@@ -194,10 +104,11 @@ void report_margins(const model::Vehicle& vehicle, const Options& options) {
             "warning: axis %s is below the limits (peak sensitivity at most %.1f, delay margin at least %.0f ms)\n",
             name, gains::kLargestPeakSensitivity, gains::kSmallestDelayMargin_s * 1e3);
       }
-      all[age == 0 ? "margins" : "margins_pose_" + std::to_string(10 * age) + "ms"][name] = margins_json(margins);
+      all[age == 0 ? "margins" : "margins_pose_" + std::to_string(10 * age) + "ms"][name] =
+          gains::margins_json(margins);
     }
   }
-  all["flown"] = report_flown(vehicle, options.rivals, options.corners);
+  all["flown"] = gains::report_flown(vehicle, structures, options.corners);
   all["weights"] = {{"position", vehicle.mpc.position},
                     {"velocity", vehicle.mpc.velocity},
                     {"tilt", vehicle.mpc.tilt},
@@ -244,18 +155,55 @@ void check_outputs(const Options& options) {
   }
 }
 
+/// The vehicle file's own, and those of --rival.
+std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, const Options& options) {
+  std::vector<gains::Structure> structures{{"its own structure", file.vehicle}};
+  for (const std::string& path : options.rivals) {
+    structures.push_back({path, companion::load_vehicle(path).vehicle});
+  }
+  return structures;
+}
+
+/// How much the command moves in a simulated hover in calm air, of an aircraft that is what `file` says.
+double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
+  constexpr double kFrom_s = 10.0, kTo_s = 30.0;
+  experiments::FlightPlan plan;
+  plan.plant = plant;
+  plan.vehicle = file;
+  plan.course = "step 0 0 0 0 40\n";
+  plan.duration_s = kTo_s;
+  return experiments::score(experiments::fly(plan).trace, kFrom_s, kTo_s).input_variation_deg_s;
+}
+
+void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structure>& structures,
+                  const Options& options) {
+  const sim::Plant plant = sim::plant_of_options("", options.vehicle);
+  const gains::Tuned tuned = gains::tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
+    return hover_motion(companion::as_file(believed), plant);
+  });
+  file.vehicle.mpc = tuned.weights;
+  file = companion::save_vehicle(options.tuned, file.vehicle, file.sources);
+  std::printf(
+      "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
+      "%.0f deg/s\n",
+      tuned.weights.input,
+      tuned.keeps_all ? "the fastest loop that keeps the limits"
+                      : "no input weight keeps the limits; the one that comes nearest,",
+      tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
+}
+
 void run(const Options& options) {
   check_outputs(options);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
+  std::vector<std::byte> bytes;  // of the table file: one mode after the other, see companion::FlightModel
   try {
+    const std::vector<gains::Structure> structures = structures_of(file, options);
     if (!options.tuned.empty()) {
-      file.vehicle.mpc = gains::tuned_weights(file.vehicle);
-      file = companion::save_vehicle(options.tuned, file.vehicle, file.sources);
-      std::printf("input weight %.3g: the fastest loop that keeps the limits\n", file.vehicle.mpc.input);
+      tune_weights(file, structures, options);
     }
     if (!options.check) {
-      report_margins(file.vehicle, options);
+      report_margins(companion::in_mode(file.vehicle, mode_of(options.mode)), structures, options);
     }
     gains::SetpointBox box = gains::kSetpointBox;
     std::copy(options.box.begin(), options.box.end(), box.begin());
@@ -263,6 +211,12 @@ void run(const Options& options) {
     if (!options.check) {
       report_setpoint_law("x", set.x);
       report_setpoint_law("y", set.y);
+    }
+    bytes = gains::to_file(set);
+    if (!options.table.empty()) {
+      const companion::VehicleFile calm = companion::in_mode(file, companion::Mode::kCalmRoom);
+      const std::vector<std::byte> more = gains::to_file(gains::make_table_set(calm, box, progress_line()));
+      bytes.insert(bytes.end(), more.begin(), more.end());
     }
   } catch (const std::domain_error& wrong) {
     throw InputError(options.vehicle, 0, "axis", wrong.what());
@@ -272,7 +226,6 @@ void run(const Options& options) {
     same = put(options.header, gains::to_header(set, file.vehicle), options.check) && same;
   }
   if (!options.table.empty()) {
-    const std::vector<std::byte> bytes = gains::to_file(set);
     same = put(options.table, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, options.check) && same;
   }
   if (!same) {
@@ -292,7 +245,10 @@ void add_gains(CLI::App& lab) {
   command->add_option("--rival", options->rivals,
                       "vehicle file of a structure that the log allows as well: margins on it too; may be repeated");
   command->add_option("--tune", options->tuned,
-                      "chooses the input weight, writes this vehicle file and makes the tables from it");
+                      "chooses the input weight by the margins as flown and the command's motion in a simulated hover, "
+                      "writes this vehicle file and makes the tables from it");
+  command->add_option("--mode", options->mode, "whose margins are said; the table file has both modes")
+      ->check(CLI::IsMember({"field", "calm_room"}));
   command
       ->add_option("--setpoint-box", options->box,
                    "where the set-point law holds: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "

@@ -316,7 +316,8 @@ bool FlownLoop::closed_is_stable() const {
   return closed.cwiseAbs().maxCoeff() < 1e-3;
 }
 
-Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way) {
+Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way,
+                         int frequencies) {
   const FlownController controller(believed, axis, way);
   const auto stable = [&](double extra_delay_s) {
     Way late = way;
@@ -324,7 +325,7 @@ Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& t
     return FlownLoop(controller, truth, axis, late).closed_is_stable();
   };
   const FlownLoop loop(controller, truth, axis, way);
-  Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, loop.period_s());
+  Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, loop.period_s(), frequencies);
   out.stable = loop.closed_is_stable();
   if (!out.stable) {
     out.delay_margin_s = 0.0;

@@ -254,18 +254,17 @@ class OpenLoop {
 
 }  // namespace
 
-Margins margins_from(const std::function<std::complex<double>(double)>& response, double period_s) {
+Margins margins_from(const std::function<std::complex<double>(double)>& response, double period_s, int frequencies) {
   Margins out;
   out.gain_margin = std::numeric_limits<double>::infinity();
   out.phase_margin_rad = std::numbers::pi;
   out.delay_margin_s = std::numeric_limits<double>::infinity();
-  constexpr int kPoints = 3000;
   const double low = std::log(0.02);
   const double high = std::log(std::numbers::pi / period_s);
   Complex before;
   double before_frequency = 0.0;
-  for (int i = 0; i <= kPoints; ++i) {
-    const double frequency = std::exp(low + (high - low) * i / kPoints);
+  for (int i = 0; i <= frequencies; ++i) {
+    const double frequency = std::exp(low + (high - low) * i / frequencies);
     const Complex gain = -response(frequency);  // L: the loop is closed by -1
     out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / std::abs(1.0 + gain));
     if (i > 0 && (std::abs(before) - 1.0) * (std::abs(gain) - 1.0) <= 0.0) {
@@ -291,25 +290,6 @@ Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, 
   Margins out = margins_from([&](double frequency) { return loop.response(frequency); }, kTick_s);
   out.stable = loop.closed_is_stable();
   return out;
-}
-
-model::MpcWeights tuned_weights(const model::Vehicle& vehicle) {
-  model::Vehicle tried = vehicle;
-  const auto robust = [&tried](double input) {
-    tried.mpc.input = input;
-    return is_robust(margins_of(tried, Axis::kX)) && is_robust(margins_of(tried, Axis::kY));
-  };
-  double fast = kSmallestInputWeight;
-  double slow = kLargestInputWeight;
-  if (!robust(slow)) {
-    throw std::domain_error("no input weight makes the loop robust");
-  }
-  while (!robust(fast) && slow > 1.02 * fast) {  // bisection: each end stays what it is, robust or not
-    const double middle = std::sqrt(fast * slow);
-    (robust(middle) ? slow : fast) = middle;
-  }
-  tried.mpc.input = robust(fast) ? fast : slow;
-  return tried.mpc;
 }
 
 }  // namespace m100::lab::gains

@@ -31,6 +31,7 @@ struct Way {
 };
 inline constexpr Way kVirtualRcWay{};
 inline constexpr Way kMovementWay{.command_ticks = 2, .by_sticks = false};
+inline constexpr int kFrequencies = 3000;       ///< of a frequency response, from 0.02 rad/s on
 inline constexpr double kLargestDelay_s = 0.4;  ///< of a margin: more is not looked for
 
 /// Margins of the controller of `believed`, as it flies: commands that hold between two of them, observer and
@@ -38,11 +39,13 @@ inline constexpr double kLargestDelay_s = 0.4;  ///< of a margin: more is not lo
 /// is `truth`, whose transport delay counts all that lies between the tick and the attitude loop, and whose stick has
 /// the scale that the vehicle file states; the dead zone is taken as inverted exactly. The delay margin
 /// comes from the eigenvalues of the closed loop, in steps of 0.2 ms, up to kLargestDelay_s.
-Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way);
+Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way,
+                         int frequencies = kFrequencies);
 
 /// Margins from a frequency response, from the vehicle's command to the controller's, sampled so often; `stable` is
 /// left to the caller.
-Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s);
+Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
+                     int frequencies = kFrequencies);
 
 inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
@@ -59,11 +62,5 @@ inline bool is_robust(const Margins& margins) {
   return margins.stable && margins.peak_sensitivity <= kLargestPeakSensitivity &&
          margins.delay_margin_s >= kSmallestDelayMargin_s;
 }
-
-inline constexpr double kSmallestInputWeight = 0.1;
-inline constexpr double kLargestInputWeight = 1000.0;
-/// The weights with the smallest input weight R, and so the fastest loop, that keep both axes robust; Q stays. Found by
-/// bisection to 2 %. Throws std::domain_error when even kLargestInputWeight does not.
-model::MpcWeights tuned_weights(const model::Vehicle& vehicle);
 
 }  // namespace m100::lab::gains

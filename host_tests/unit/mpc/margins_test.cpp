@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/lab/gains/margins.h"
+#include "host_tests/lab/gains/tune.h"
 
 #include <gtest/gtest.h>
 
@@ -156,15 +156,31 @@ TEST(Margins, AKnownLeadZeroCostsLittle) {
   EXPECT_LT(with.peak_sensitivity, without + 0.4);
 }
 
-TEST(Margins, TuningFindsTheEdgeOfTheLimits) {
-  model::Vehicle vehicle = second_order();
-  vehicle.estimator.disturbance_process_m_s2 = 2.0;
-  vehicle.mpc = tuned_weights(vehicle);
-  EXPECT_TRUE(is_robust(margins_of(vehicle, Axis::kX)));
-  if (vehicle.mpc.input > kSmallestInputWeight) {
-    vehicle.mpc.input /= 1.05;
-    EXPECT_FALSE(is_robust(margins_of(vehicle, Axis::kX)));
-  }
+// Both limits as flown count, and the command's motion beside them: a loop of the paper's margins alone would be
+// faster.
+TEST(Tuning, FindsTheEdgeOfTheLimitsAsFlown) {
+  const model::Vehicle vehicle = second_order();
+  const std::vector<Structure> structures{{"own", vehicle}};
+  const auto calm = [](const model::Vehicle&) { return 0.0; };
+  const Tuned tuned = tune(vehicle, structures, calm);
+  ASSERT_TRUE(tuned.keeps_all);
+  model::Vehicle at = vehicle;
+  at.mpc = tuned.weights;
+  const Kept kept = kept_over(at, structures);
+  EXPECT_LE(kept.peak_sensitivity, kLargestPeakSensitivity);
+  EXPECT_GE(kept.delay_margin_s, kFieldDelayMargin_s);
+  at.mpc.input /= 1.1;
+  const Kept faster = kept_over(at, structures);
+  EXPECT_TRUE(faster.peak_sensitivity > kLargestPeakSensitivity || faster.delay_margin_s < kFieldDelayMargin_s ||
+              at.mpc.input < kSmallestInputWeight);
+}
+
+TEST(Tuning, SaysSoWhereNoInputWeightHoversCalmlyEnough) {
+  const model::Vehicle vehicle = second_order();
+  const auto moves = [](const model::Vehicle& believed) { return 50.0 + 10.0 * believed.mpc.input; };
+  const Tuned tuned = tune(vehicle, {{"own", vehicle}}, moves);
+  EXPECT_FALSE(tuned.keeps_all);
+  EXPECT_LT(tuned.kept.peak_sensitivity, kLargestPeakSensitivity);
 }
 
 }  // namespace
