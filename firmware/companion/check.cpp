@@ -56,7 +56,8 @@ std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<dou
 }
 
 /// Flight file and course, read and refused as `fly` does.
-void check_orders(const Options& options) {
+/// @returns the mode that would fly
+Mode check_orders(const Options& options) {
   FlyOptions files;
   files.flight = options.flight;
   files.course = options.course;
@@ -73,12 +74,16 @@ void check_orders(const Options& options) {
     }
     std::cout << "\n";
   }
+  return orders.mode;
 }
 
 void run(const Options& options) {
-  const FlightModel model(options.vehicle, options.gains);  // refuses any changed bit, and tables of another vehicle
+  // Refuses any changed bit, and tables of another vehicle.
+  const FlightModel model(options.vehicle, options.gains, Mode::kField);
   std::cout << "ok    the gain table is intact and was made from this vehicle file\n";
-  check_orders(options);
+  const Mode mode = check_orders(options);
+  const FlightModel flown(options.vehicle, options.gains, mode);
+  std::cout << "ok    the gain table has what flies in mode " << name(mode) << "\n";
   bool all = true;
   for (const Finding& finding : findings(model.file(), model.tables())) {
     std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what << "\n";

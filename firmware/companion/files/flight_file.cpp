@@ -173,13 +173,9 @@ struct Side {
 
 }  // namespace
 
-std::string_view name(Mode mode) { return mode == Mode::kField ? "field" : "calm_room"; }
-
 Mode mode_of(std::string_view word, const std::string& where) {
-  for (const Mode mode : {Mode::kField, Mode::kCalmRoom}) {
-    if (word == name(mode)) {
-      return mode;
-    }
+  if (const std::optional<Mode> mode = mode_named(word)) {
+    return *mode;
   }
   throw FlightFileError(where + ": must be \"field\" or \"calm_room\"");
 }

@@ -8,6 +8,7 @@
 
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/course_check.h"
+#include "firmware/companion/files/mode.h"
 #include "firmware/core/fence.h"
 #include "firmware/safety/limits.h"
 
@@ -26,9 +27,6 @@ struct Range {
   bool contains(double value) const { return value >= low && value <= high; }
 };
 
-/// Which tuning flies.
-enum class Mode : unsigned char { kField, kCalmRoom };
-std::string_view name(Mode mode);
 /// "field" or "calm_room". Errors: FlightFileError, which says `where` the word stands.
 Mode mode_of(std::string_view word, const std::string& where);
 

@@ -110,7 +110,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   }
   std::optional<FlightModel> model;
   if (has_model) {
-    model.emplace(options.vehicle, options.gains);
+    model.emplace(options.vehicle, options.gains, orders.mode);
   }
   ListeningPort port(autopilot);
   Seen seen;

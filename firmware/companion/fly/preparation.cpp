@@ -55,9 +55,10 @@ Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_
   if (!options.flight.empty()) {
     flight_text = read_file(options.flight);
     flight = parse_flight(flight_text, flight_name);
-    if (!options.mode.empty()) {
-      flight->mode = mode_of(options.mode, "--mode");
-    }
+    mode = options.mode.empty() ? flight->mode : mode_of(options.mode, "--mode");
+    flight->mode = mode;
+  } else if (!options.mode.empty()) {
+    mode = mode_of(options.mode, "--mode");
   }
   course_text = options.course.empty() ? "" : read_file(options.course);
   if (!options.excite.empty()) {

@@ -20,6 +20,7 @@ struct Orders {
   std::string flight_name;
   std::string flight_text;           ///< empty: no flight file was given
   std::optional<FlightFile> flight;  ///< with --mode's tuning
+  Mode mode = Mode::kField;          ///< of the flight file, or --mode
   std::string course_name;
   std::string course_text;  ///< empty: hover where the aircraft is
   std::optional<ExcitationFile> excitation;

@@ -80,21 +80,15 @@ Share share_of(const std::string& words) {
   throw InputError("--split", 0, words, "must be I/N with I from 1 to N, such as 3/8");
 }
 
-/// What issue and contract name and this program cannot fly yet.
-void refuse_what_is_not_built(const Options& options) {
-  if (options.mode != "field") {
-    throw InputError("--mode", 0, options.mode, "is not built yet: field is the only tuning that flies");
-  }
-}
-
 Campaign campaign_of(const Options& options) {
   Campaign out;
   out.worlds = read_worlds(options);
   out.tasks = tasks_of(options.tasks);
   out.first_seed = options.seed;
   out.flights = options.flights;
-  out.settings.vehicle =
-      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
+  out.settings.vehicle = companion::in_mode(
+      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
+      mode_of(options.mode));
   out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
   out.settings.rate_hz = options.rate_hz;
   out.settings.law = law_of(options.law);
@@ -111,13 +105,13 @@ Campaign campaign_of(const Options& options) {
   repeat("--vehicle", options.vehicle, !options.vehicle.empty());
   repeat("--plant-from", options.plant_from, !options.plant_from.empty());
   repeat("--law", options.law, options.law != "mpc");
+  repeat("--mode", options.mode, options.mode != "field");
   repeat("--channel", options.channel, options.channel != "virtual_rc");
   repeat("--rate", rate.str(), options.rate_hz > 0.0);
   return out;
 }
 
 Json flown(const Options& options) {
-  refuse_what_is_not_built(options);
   const Campaign campaign = campaign_of(options);
   const Share share = share_of(options.split);
   const std::size_t jobs = options.jobs > 0 ? options.jobs : std::max(1U, std::thread::hardware_concurrency());

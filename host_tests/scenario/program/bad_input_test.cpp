@@ -85,6 +85,25 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   std::string bytes = text_of(table);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   expect_refused(check(vehicle, file("flipped.bin", bytes)), "flipped.bin: damaged");
+  // The file has a table for each mode, and the one that does not fly must be whole as well.
+  const std::string both = text_of(table);
+  const std::size_t second = both.find(both.substr(0, 8), 8);
+  ASSERT_NE(second, std::string::npos);
+  for (const std::size_t at : {std::size_t{20}, second - 1, second, second + 20, both.size() - 1}) {
+    std::string damaged = both;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    expect_refused(check(vehicle, file("flipped.bin", damaged)), "flipped.bin: damaged");
+  }
+  expect_refused(check(vehicle, file("twice.bin", both + both)), "twice.bin");
+  const fs::path calm =
+      file("calm.toml", "mode = \"calm_room\"\n[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n");
+  std::vector<std::string> in_calm = check(vehicle, table);
+  in_calm.insert(in_calm.end(), {"--flight", calm.string()});
+  EXPECT_EQ(run(in_calm), 0) << error();
+  in_calm = check(vehicle, file("field.bin", both.substr(0, second)));
+  EXPECT_EQ(run(in_calm), 0) << "a table of the one mode that flies: " << error();
+  in_calm.insert(in_calm.end(), {"--flight", calm.string()});
+  expect_refused(in_calm, "field.bin: has no table of mode calm_room");
   expect_refused(check(vehicle, file("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
 }
 

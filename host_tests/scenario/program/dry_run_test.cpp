@@ -45,6 +45,8 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
     ASSERT_TRUE(tick.autopilot_out.empty());
   }
   EXPECT_EQ(recorded.notes.at("m100_mode"), "calm_room");
+  const std::string& flew = recorded.notes.at("m100_vehicle");
+  EXPECT_TRUE(flew.starts_with("# calm_room of the vehicle file with SHA-256 ")) << flew.substr(0, 80);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "and the log replays: " << error();
 }
 

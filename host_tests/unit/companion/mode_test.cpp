@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/mode.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace m100::companion {
+namespace {
+
+constexpr const char* kFile = "firmware/mpc/generated/vehicle.toml";
+
+std::string read_file(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(stream), {});
+}
+
+TEST(Mode, HasItsNameBothWays) {
+  for (const Mode mode : kModes) {
+    EXPECT_EQ(mode_named(name(mode)), mode);
+  }
+  EXPECT_FALSE(mode_named("indoors").has_value());
+}
+
+// Field is the file as it stands, to the last bit: its gain tables need not be made again.
+TEST(Mode, FieldIsTheFileItself) {
+  const std::string text = read_file(kFile);
+  EXPECT_EQ(text_in_mode(text, kFile, Mode::kField), text);
+  EXPECT_EQ(in_mode(parse_vehicle(text, kFile), Mode::kField).digest, parse_vehicle(text, kFile).digest);
+}
+
+// Catches a mode that is accepted and changes nothing, and one that changes what was identified.
+TEST(Mode, CalmRoomChangesWeightsAndNoisesOnly) {
+  const VehicleFile file = load_vehicle(kFile);
+  const VehicleFile calm = in_mode(file, Mode::kCalmRoom);
+  EXPECT_LT(calm.vehicle.mpc.input, 0.9 * file.vehicle.mpc.input);
+  model::Vehicle back = calm.vehicle;
+  back.mpc = file.vehicle.mpc;
+  back.estimator = file.vehicle.estimator;
+  EXPECT_EQ(to_text(back, {}), to_text(file.vehicle, {}));
+}
+
+// A table of one mode must not fly in the other, nor after any change of the file, be it of a comment.
+TEST(Mode, EachIsTiedToEveryBitOfTheVehicleFile) {
+  RecordProperty("promise", "R10");
+  const std::string text = read_file(kFile);
+  const auto digest = [](const std::string& of, Mode mode) {
+    return parse_vehicle(text_in_mode(of, "vehicle", mode), "vehicle").digest;
+  };
+  EXPECT_NE(digest(text, Mode::kField), digest(text, Mode::kCalmRoom));
+  EXPECT_NE(digest(text, Mode::kCalmRoom), digest(text + "# one more word\n", Mode::kCalmRoom));
+  EXPECT_EQ(digest(text, Mode::kCalmRoom), in_mode(parse_vehicle(text, "vehicle"), Mode::kCalmRoom).digest);
+}
+
+}  // namespace
+}  // namespace m100::companion
