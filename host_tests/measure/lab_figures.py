@@ -105,6 +105,42 @@ def command_rates(place):
     return {"flight.rates": table(*rows)}
 
 
+def far_tasks(place):
+    """Both laws where the limits bind, over 20 seeds."""
+    _, answer = asked(place, "experiments", "--tasks", "far", "--seeds", "20")
+    rows = [["task", "overshoot, MPC [m]", "overshoot, LQR [m]", "integral of the error, MPC [m s]",
+             "integral of the error, LQR [m s]"]]
+    for task in answer["tasks"]:
+        rows.append([task["name"].replace("_", " ")] + [thousandths(task[law]["overshoot_m"]) for law in ("mpc", "lqr")] +
+                    [thousandths(task[law]["iae_m_s"], 2) for law in ("mpc", "lqr")])
+    sums = [sum(task[law][name] for task in answer["tasks"]) for name in ("overshoot_m", "iae_m_s") for law in ("mpc", "lqr")]
+    rows.append(["sum"] + [thousandths(total) for total in sums[:2]] + [thousandths(total, 2) for total in sums[2:]])
+    return {"flight.far": table(*rows)}
+
+
+def both_modes(place):
+    """The paper's tasks in both modes, over five seeds."""
+    modes = {mode: asked(place, "experiments", "--seeds", "5", "--mode", mode)[1] for mode in ("field", "calm_room")}
+    rows = [["task", "field: pose [m]", "command [deg/s]", "calm room: pose [m]", "command [deg/s]", "the paper's pose [m]"]]
+    for task, air in ROOT_TASKS:
+        cells = [modes[mode][task][air] for mode in modes]
+        rows.append([f"{task}, {air}"] + [text for cell in cells for text in (
+            thousandths(cell["pose_m"], 4), f"{cell['input_variation_deg_s']:.0f}")] + [thousandths(cells[0]["paper"]["pose_m"])])
+    rows.append(["cells above the paper's"] + [text for mode in modes for text in (
+        str(modes[mode]["cells_above_paper"]), "")] + [""])
+    return {"flight.modes": table(*rows)}
+
+
+def motion_curve(place):
+    """What calm commands cost in tracking error, over five seeds."""
+    _, answer = asked(place, "experiments", "--motion", "--seeds", "5")
+    rows = [["input weight", "hover: command [deg/s]", "pose [m]", "square: command [deg/s]", "pose [m]"]]
+    for point in answer:
+        rows.append([f"{point['input_weight']:.3g}"] + [text for task in ("hover", "square") for text in (
+            f"{point[task]['command_deg_s']:.0f}", thousandths(point[task]["pose_m"], 4))])
+    return {"flight.motion": table(*rows)}
+
+
 def hidden_effects(place):
     """The confusion matrix, as shares: one list of 620 logs, and two more that were not looked at before."""
     program, scores = place.program("host_tests/lab/hidden/hidden_effects", ("host-release",)), {}
@@ -126,4 +162,7 @@ SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights
            Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
            Source(("flight.paper", "flight.more", "flight.cells_above_paper"), papers_tasks, quick=False),
            Source(("flight.rates",), command_rates, quick=False),
+           Source(("flight.far",), far_tasks, quick=False),
+           Source(("flight.modes",), both_modes, quick=False),
+           Source(("flight.motion",), motion_curve, quick=False),
            Source(("hidden.shares",), hidden_effects, quick=False)]

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/experiments/far.h"
+#include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/option_words.h"
@@ -28,7 +30,10 @@ struct Options {
   double rate_hz = 0.0;
   bool paper_100_hz = false;
   bool rates = false;
+  bool motion = false;
+  std::string tasks = "paper";
   std::string law = "mpc";
+  std::string mode = "field";
   bool baseline = false;
   std::string report;
   std::string json;
@@ -37,8 +42,9 @@ struct Options {
 experiments::SuiteOptions suite_of(const Options& options) {
   experiments::SuiteOptions suite;
   suite.plant = sim::plant_of_options(options.plant, options.plant_from);
-  suite.vehicle =
-      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
+  suite.vehicle = companion::in_mode(
+      options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
+      mode_of(options.mode));
   suite.only = options.only;
   suite.seed = options.seed;
   suite.seeds = options.seeds;
@@ -75,7 +81,7 @@ std::string about(const Options& options) {
          (options.plant.empty() ? std::string("the measured one") : options.plant) +
          (options.plant_from.empty() ? "" : ", on the axes of " + options.plant_from) +
          ", vehicle: " + (options.vehicle.empty() ? std::string("the project's default") : options.vehicle) +
-         (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law +
+         (options.rates ? "" : ", channel: " + options.channel) + ", law: " + options.law + ", mode: " + options.mode +
          ", seeds: " + std::to_string(options.seeds) + ".";
 }
 
@@ -87,6 +93,22 @@ void run_rates(const Options& options) {
     experiments::write_rates_report(options.report, costs, about(options));
     std::cout << "wrote " << options.report << "/rates.html\n";
   }
+}
+
+void run_motion(const Options& options) {
+  const std::vector<experiments::MotionPoint> points = experiments::fly_motion(suite_of(options));
+  experiments::print_motion(std::cout, points);
+  write_json(options.json, experiments::motion_to_json(points));
+  if (!options.report.empty()) {
+    experiments::write_motion_report(options.report, points, about(options));
+    std::cout << "wrote " << options.report << "/motion.html\n";
+  }
+}
+
+void run_far(const Options& options) {
+  const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
+  experiments::print_far(std::cout, results);
+  write_json(options.json, experiments::far_to_json(results));
 }
 
 void run(const Options& options) {
@@ -113,8 +135,14 @@ void add_experiments(CLI::App& lab) {
       "--plant-from", options->plant_from,
       "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
   command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
+  command
+      ->add_option("--tasks", options->tasks,
+                   "paper: those of the paper; far: five in which the limits bind, each with both laws (--law and "
+                   "--report are not for them)")
+      ->check(CLI::IsMember({"paper", "far"}));
   command->add_option("--only", options->only, "one task")
-      ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m"}));
+      ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind",
+                             "step_30m", "square_3m", "brake_at_fence"}));
   command->add_option("--seed", options->seed, "first seed");
   command->add_option("--seeds", options->seeds, "flights per cell, seeds counted up")->check(CLI::Range(1, 1000));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
@@ -122,15 +150,22 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
   command->add_flag("--rates", options->rates,
                     "what each command rate of both channels costs: hover, step, trajectory");
+  command->add_flag("--motion", options->motion,
+                    "the command's motion against the pose error, over a row of input weights: hover and square");
   command->add_flag("--paper-100-hz", options->paper_100_hz, "the paper's command rate, beyond what DJI allows");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
+  command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
   command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show it beside");
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
   command->callback([options] {
     check_outputs(*options);
-    options->rates ? run_rates(*options) : run(*options);
+    const bool far = options->tasks == "far";
+    options->rates    ? run_rates(*options)
+    : options->motion ? run_motion(*options)
+    : far             ? run_far(*options)
+                      : run(*options);
   });
 }
 
