@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of the program m100-lab campaign: the worlds that ship, and the matrix of what the source of pose may be."""
+"""Figures of the program m100-lab campaign: the worlds that ship, the matrix of what the source of pose may be, and
+aircraft that are not what the vehicle file says."""
 import json
 import pathlib
 import tempfile
@@ -9,6 +10,7 @@ from measure.place import Source
 
 WORLDS = "host_tests/lab/campaign/worlds"
 MATRIX = "host_tests/scenario/campaign/matrix.py"
+CHANGES = "host_tests/scenario/campaign/changes.py"
 
 
 def number(value):
@@ -40,4 +42,11 @@ def campaigns(place):
     return {"campaign.worlds": table(*world_rows(worlds)), "campaign.matrix": table(*cells)}
 
 
-SOURCES = [Source(("campaign.",), campaigns, quick=False)]
+def changed_aircraft(place):
+    """Aircraft that are not what the vehicle file says."""
+    # An answer of "one swings" is a figure too.
+    printed = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), may_fail=True)
+    return {"changes.map": table(*[[cell.strip() for cell in line.split("|")] for line in printed.splitlines() if "|" in line])}
+
+
+SOURCES = [Source(("campaign.",), campaigns, quick=False), Source(("changes.",), changed_aircraft, quick=False)]

@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Aircraft that are not what the vehicle file says: which changes the loop stands, one by one, in pairs and all at once.
+
+Usage: changes.py M100_LAB [--mode field|calm_room] [--vehicles N] [--flights N]
+Every change is one of the measured plant, on both tilt axes; all six tasks. Prints how many flights swing (a limit cycle, as
+m100-lab campaign judges it) and how many did not stay: of each single change, 3 seeds (--flights); of pairs, one seed of hover
+and a step of 3 m; of N (default 40) drawn vehicles that differ in everything at once, one seed of each task. Exit 1 if a flight
+of a single change swings or does not stay.
+"""
+import itertools
+import json
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+
+AXES = {"roll": (9.23e-4, 9.26, 0.0104), "pitch": (9.22e-4, 8.05, 0.0)}  # as sim::measured_plant()
+SINGLE = {"delay +60 ms": {"delay_s": 0.06}, "gain +30 %": {"gain": 1.3}, "gain -30 %": {"gain": 0.7},
+          "frequency +30 %": {"frequency": 1.3}, "frequency -30 %": {"frequency": 0.7},
+          "payload +30 %": {"payload_kg": 0.99}}
+SEED = 20261122
+
+
+def world(gain=1.0, frequency=1.0, delay_s=0.0, payload_kg=0.0, **more):
+    """The text of a plant file. more: keys of both tilt axes."""
+    text = ""
+    for axis, (scale, natural, delay) in AXES.items():
+        text += (f"[axis.{axis}]\nscale_rad_per_count = {scale * gain:.5e}\nnatural_frequency_rad_s = {natural * frequency:.4f}\n"
+                 f"transport_delay_s = {delay + delay_s:.4f}\n")
+        text += "".join(f"{key} = {value:.4f}\n" for key, value in more.items())
+    return text + (f"[payload]\nmass_kg = {payload_kg:.3f}\n" if payload_kg > 0.0 else "")
+
+
+def pairs():
+    """-> {name: changes}: two single changes at once, where they do not contradict each other"""
+    out = {}
+    for (first, one), (second, other) in itertools.combinations(SINGLE.items(), 2):
+        if not set(one) & set(other):
+            out[f"{first}, {second}"] = {**one, **other}
+    return out
+
+
+def drawn(vehicles):
+    """-> {name: changes}: gain +-30 %, frequency -25 to +30 %, delay to +55 ms, damping 0.5 to 0.8, dead zone 5 to 32 counts,
+    trim +-20, payload to 1 kg"""
+    dice, out = random.Random(SEED), {}
+    for number in range(vehicles):
+        out[f"vehicle {number}"] = {
+            "gain": dice.uniform(0.7, 1.3), "frequency": dice.uniform(0.75, 1.3), "delay_s": dice.uniform(0.0, 0.055),
+            "payload_kg": dice.uniform(0.0, 1.0), "damping_ratio": dice.uniform(0.5, 0.8),
+            "dead_zone_counts": dice.uniform(5.0, 32.0), "trim_counts": dice.uniform(-20.0, 20.0)}
+    return out
+
+
+def fly(program, worlds, *options):
+    """-> {name: its part of the campaign's report}"""
+    with tempfile.TemporaryDirectory() as folder:
+        answer, paths = pathlib.Path(folder) / "answer.json", {}
+        for number, (name, changes) in enumerate(worlds.items()):
+            paths[name] = pathlib.Path(folder) / f"world_{number:03d}.toml"
+            paths[name].write_text(world(**changes))
+        words = [str(program), "campaign", *map(str, paths.values()), "--json", str(answer), *options]
+        code = subprocess.run(words, stdout=subprocess.DEVNULL, check=False).returncode
+        if code > 1:
+            raise RuntimeError(f"m100-lab campaign ended with {code}")
+        report = json.loads(answer.read_text())["worlds"]
+    return {name: report[path.stem] for name, path in paths.items()}
+
+
+def row(name, reports):
+    flights, stayed, swings = (sum(report[key] for report in reports) for key in ("flights", "stayed", "oscillating"))
+    tilt_deg = max(report["worst_tilt_deg"] for report in reports)
+    return [name, str(flights), str(flights - stayed), str(swings), f"{tilt_deg:.1f}"]
+
+
+def value(words, option, otherwise):
+    return words[words.index(option) + 1] if option in words else otherwise
+
+
+def main():
+    words = sys.argv[1:]
+    common = ("--mode", value(words, "--mode", "field"))
+    single = fly(words[0], SINGLE, "--flights", value(words, "--flights", "3"), *common)
+    rows = [["change", "flights", "did not stay", "swing", "worst tilt [deg]"]]
+    rows += [row(name, [report]) for name, report in single.items()]
+    both = fly(words[0], pairs(), "--flights", "1", "--tasks", "hover,step_3m", *common)
+    rows += [row(name, [report]) for name, report in both.items()]
+    vehicles = int(value(words, "--vehicles", "40"))
+    everything = fly(words[0], drawn(vehicles), "--flights", "1", *common)
+    rows.append(row(f"everything at once, {vehicles} drawn vehicles", everything.values()))
+    print("\n".join(" | ".join(cells) for cells in rows))
+    return 1 if any(report["oscillating"] or report["stayed"] < report["flights"] for report in single.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
