@@ -4,6 +4,7 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/far.h"
+#include "host_tests/lab/experiments/motion.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -42,6 +43,21 @@ TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
   EXPECT_EQ(score.stayed, 1);
   trace[200].rung = 3;
   EXPECT_EQ(far_score(trace, task).stayed, 0);
+}
+
+// Catches a row whose weights never reach the table, and a calm command that would be free.
+TEST(Motion, OfTheCommandFallsWithTheInputWeightAndCostsTrackingError) {
+  SuiteOptions options;
+  options.plant = sim::measured_plant();
+  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  const std::vector<MotionPoint> points = fly_motion(options);
+  ASSERT_GT(points.size(), 3U);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    EXPECT_GT(points[i].input_weight, points[i - 1].input_weight);
+    EXPECT_LT(points[i].hover.input_variation_deg_s, points[i - 1].hover.input_variation_deg_s);
+    EXPECT_LT(points[i].square.input_variation_deg_s, points[i - 1].square.input_variation_deg_s);
+  }
+  EXPECT_GT(points.back().hover.pose_m, points.front().hover.pose_m);
 }
 
 }  // namespace
