@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -57,12 +58,58 @@ void check_outputs(const Options& options) {
   inputs.insert(inputs.end(), options.columns.begin(), options.columns.end());
   inputs.push_back(options.validation_log);
   inputs.push_back(options.validation_columns);
+  inputs.push_back(options.forecast);
   for (const std::string& input : inputs) {
     refuse_overwriting(input, options.json, "--json");
     refuse_overwriting(input, options.vehicle, "--vehicle");
   }
+  refuse_overwriting(options.believed, options.json, "--json");  // --vehicle may bring the same file up to date
   require_writable(options.json, "--json");
   require_writable(options.vehicle, "--vehicle");
+}
+
+/// One flight under two names would be unseen data under one of them.
+void check_logs(const Options& options) {
+  if (options.validation_log.empty() && !options.validation_columns.empty()) {
+    throw InputError("--validate-columns", 0, options.validation_columns,
+                     "is a map for --validate-log, which is missing");
+  }
+  std::vector<std::string> logs = options.logs;
+  if (!options.validation_log.empty()) {
+    logs.push_back(options.validation_log);
+  }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      std::error_code error;
+      if (std::filesystem::equivalent(logs[i], logs[k], error) && !error) {
+        throw InputError(logs[i], 0, "", "is the same file as " + logs[k] + ": give it once, and its ranges apart");
+      }
+    }
+  }
+}
+
+/// @throws InputError where the log cannot tell the gain of a stick: a vehicle file holds it per count.
+void check_gain_of_sticks(const Options& options, const logs::FlightLog& log) {
+  using logs::Signal;
+  const Signal stick = options.axis == "roll"       ? Signal::kStickRoll
+                       : options.axis == "pitch"    ? Signal::kStickPitch
+                       : options.axis == "yaw_rate" ? Signal::kStickYaw
+                       : options.axis == "climb"    ? Signal::kStickThrottle
+                                                    : Signal::kCount;
+  if (!options.vehicle.empty() && stick != Signal::kCount && !log.has(stick)) {
+    throw InputError(options.vehicle, 0, "--vehicle",
+                     "needs " + std::string(logs::name_of(stick)) + " in the log: a command does not tell its gain");
+  }
+}
+
+/// What shows that the column map is probably wrong: such numbers must not fly. Empty: nothing.
+std::string misread(const identify::IdentifyResult& result) {
+  for (const identify::Finding& finding : result.findings) {
+    if (finding.what == "sign_reversed" || finding.what == "swapped_axes" || finding.what == "wrong_unit") {
+      return finding.text;
+    }
+  }
+  return "";
 }
 
 std::string base_names(const std::vector<std::string>& files) {
@@ -136,9 +183,27 @@ void find_gaps(const identify::Request& request, identify::IdentifyResult& resul
   }
 }
 
+void write_json(const Options& options, const identify::IdentifyResult& result,
+                const nlohmann::ordered_json& comparison) {
+  if (options.json.empty()) {
+    return;
+  }
+  nlohmann::ordered_json answer = identify::to_json(result);
+  if (!comparison.empty()) {
+    answer["forecast"] = comparison;
+  }
+  std::ofstream file(options.json);
+  file << answer.dump(1) << "\n";
+  if (!file) {
+    throw InputError(options.json, 0, "--json", "cannot be written");
+  }
+}
+
 void run(const Options& options) {
   check_outputs(options);
+  check_logs(options);
   const logs::FlightLog log = load_all(options);
+  check_gain_of_sticks(options, log);
   std::optional<logs::FlightLog> other;
   if (!options.validation_log.empty()) {
     other = logs::load(options.validation_log,
@@ -167,7 +232,8 @@ void run(const Options& options) {
   if (!options.believed.empty()) {
     result.refitted = identify::refitted(options.believed, result);
   }
-  if (!options.vehicle.empty()) {
+  const std::string wrong = misread(result);
+  if (!options.vehicle.empty() && wrong.empty()) {
     const std::string source = base_names(options.logs) + ", train " +
                                (options.split.empty() ? options.train : options.split) +
                                " s, m100-lab identify --axis " + options.axis;
@@ -177,22 +243,15 @@ void run(const Options& options) {
   }
   std::cout << identify::to_text(result);
   const nlohmann::ordered_json comparison = compared(options, result);
-  if (!options.json.empty()) {
-    nlohmann::ordered_json answer = identify::to_json(result);
-    if (!comparison.empty()) {
-      answer["forecast"] = comparison;
-    }
-    std::ofstream file(options.json);
-    file << answer.dump(1) << "\n";
-    if (!file) {
-      throw InputError(options.json, 0, "--json", "cannot be written");
-    }
-  }
+  write_json(options, result, comparison);
   if (!options.report.empty()) {
     const identify::ReportOrigin origin{base_names(options.logs),
                                         options.split.empty() ? options.train + " s" : options.split,
                                         options.split.empty() ? options.validate + " s" : options.split, false};
     std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
+  }
+  if (!options.vehicle.empty() && !wrong.empty()) {
+    throw InputError(options.vehicle, 0, "--vehicle", "is not written: " + wrong);
   }
 }
 

@@ -62,6 +62,13 @@ std::vector<Range> ranges(const std::string& option, const std::string& text, co
   if (out.empty()) {
     throw InputError(option, 0, "", "is needed (or --split)");
   }
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (out[i].first < out[k].second - 1e-9 && out[k].first < out[i].second - 1e-9) {
+        throw InputError(option, 0, text, "has ranges that overlap: their samples would count twice");
+      }
+    }
+  }
   return out;
 }
 

@@ -71,6 +71,22 @@ class SeveralLogs : public ::testing::Test {
     return {nlohmann::json::parse(std::ifstream(path("out.json"))), ""};
   }
 
+  /// What a subcommand says instead of doing its work.
+  static std::string refused_by(void (*add)(CLI::App&), std::vector<std::string> words) {
+    CLI::App lab{"test"};
+    add(lab);
+    std::vector<const char*> arguments{"m100-lab"};
+    for (const std::string& word : words) {
+      arguments.push_back(word.c_str());
+    }
+    try {
+      lab.parse(static_cast<int>(arguments.size()), arguments.data());
+    } catch (const std::exception& wrong) {
+      return wrong.what();
+    }
+    return "";
+  }
+
   static std::string gaps_in(const nlohmann::json& answer) {
     for (const nlohmann::json& finding : answer["findings"]) {
       const std::string text = finding.is_string() ? finding.get<std::string>() : finding.dump();
@@ -120,7 +136,8 @@ TEST_F(SeveralLogs, RangesNameTheirLog) {
   SyntheticAxis vehicle;
   vehicle.duration_s = 25.0;
   write("a.csv", vehicle);
-  const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("a.csv")};
+  write("b.csv", vehicle);
+  const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("b.csv")};
   const auto refused = [&](const std::string& train, const char* what) {
     std::vector<std::string> words = two;
     words.insert(words.end(), {"--train", train, "--validate", "2@12:24"});
@@ -172,6 +189,69 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwritten) {
   EXPECT_NE(said.find("would be overwritten"), std::string::npos) << said;
   EXPECT_NE(ask({"--log", path("a.csv"), "--split", "alternate:5", "--vehicle", "/nowhere/v.toml"})
                 .second.find("cannot be written"),
+            std::string::npos);
+  std::ofstream(path("out.json")) << R"({"forecast": {}})";  // where the fixture sends --json
+  for (const char* option : {"--forecast", "--vehicle-believed"}) {
+    EXPECT_NE(ask({"--log", path("a.csv"), "--split", "alternate:5", option, path("out.json")})
+                  .second.find("would be overwritten"),
+              std::string::npos)
+        << option;
+  }
+}
+
+// The other programs that write beside what they read.
+TEST_F(SeveralLogs, NothingThatIsReadIsOverwrittenByInjectAndReport) {
+  write("a.csv", SyntheticAxis{});
+  const auto size_of = [&](const char* name) { return std::filesystem::file_size(path(name)); };
+  const auto log_size = size_of("a.csv");
+  const auto map_size = size_of("map.toml");
+  const auto inject = [&](const std::string& out, const std::string& map) {
+    return refused_by(add_inject, {"inject", "--log", path("a.csv"), "--columns", path("map.toml"), "--axis", "roll",
+                                   "--train", "3:24", "--effect", "dead_zone=20", "--out", out, "--map", map});
+  };
+  EXPECT_NE(inject(path("a.csv"), path("new.toml")).find("would be overwritten"), std::string::npos);
+  EXPECT_NE(inject(path("new.csv"), path("map.toml")).find("would be overwritten"), std::string::npos);
+  EXPECT_NE(inject("/nowhere/new.csv", path("new.toml")).find("cannot be written"), std::string::npos);
+  EXPECT_EQ(size_of("a.csv"), log_size);
+  EXPECT_EQ(size_of("map.toml"), map_size);
+
+  std::ofstream(path("page.html")) << "<html><title>a</title><body>b</body></html>";
+  const auto page_size = size_of("page.html");
+  EXPECT_NE(
+      refused_by(add_report, {"report", path("page.html"), "--out", path("page.html")}).find("would be overwritten"),
+      std::string::npos);
+  EXPECT_EQ(size_of("page.html"), page_size);
+}
+
+// A gain whose sign or unit is probably the column map's mistake must not fly.
+TEST_F(SeveralLogs, AVehicleFileIsNotWrittenFromAMisreadLog) {
+  SyntheticAxis vehicle;
+  vehicle.gain_rad = -vehicle.gain_rad;
+  write("a.csv", vehicle);
+  const std::string said =
+      ask({"--log", path("a.csv"), "--split", "alternate:5", "--vehicle", path("new.toml")}).second;
+  EXPECT_NE(said.find("is not written"), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(path("new.toml")));
+}
+
+// An error quoted on data that the fit has seen is no error on unseen data, whatever the second name of the file.
+TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
+  write("a.csv", SyntheticAxis{});
+  write("b.csv", SyntheticAxis{});
+  std::filesystem::create_hard_link(path("a.csv"), path("again.csv"));
+  const auto refused = [&](const std::vector<std::string>& words) { return ask(words).second; };
+  EXPECT_NE(
+      refused({"--log", path("a.csv"), "--validate-log", path("again.csv"), "--train", "3:24", "--validate", "3:24"})
+          .find("same file"),
+      std::string::npos);
+  EXPECT_NE(refused({"--log", path("a.csv"), "--log", path("again.csv"), "--train", "1@3:24", "--validate", "2@3:24"})
+                .find("same file"),
+            std::string::npos);
+  EXPECT_NE(refused({"--log", path("a.csv"), "--train", "3:20,10:24", "--validate", "24:40"}).find("overlap"),
+            std::string::npos);
+  EXPECT_NE(refused({"--log", path("a.csv"), "--train", "3:24", "--validate", "24:40", "--validate-columns",
+                     path("map.toml")})
+                .find("--validate-log"),
             std::string::npos);
 }
 
