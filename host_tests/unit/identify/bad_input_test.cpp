@@ -116,6 +116,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"RangesOverlap", kGood, kMap, ask("roll", "first_order", "2:27", "25:39"), {"overlaps"}},
         Case{"TrainingTooShort", kGood, kMap, ask("roll", "first_order", "2:6", "25:39"), {"--train", "blocks"}},
         Case{"UnknownEffect", kGood, kMap, ask("roll", "second_order,magic", "2:25", "25:39"), {"--declare", "magic"}},
+        Case{"DeclaredTwice",
+             kGood,
+             kMap,
+             ask("roll", "second_order,dead_zone,dead_zone", "2:25", "25:39"),
+             {"--declare", "dead_zone", "twice"}},
         Case{"NoBaseModel", kGood, kMap, ask("roll", "dead_zone", "2:25", "25:39"), {"--declare", "first_order"}},
         Case{"UnknownAxis", kGood, kMap, ask("yaw", "first_order", "2:25", "25:39"), {"--axis", "yaw"}}),
     [](const auto& tested) { return tested.param.name; });

@@ -62,7 +62,8 @@ std::vector<plot::Span> validation_spans(const Figures& figures) {
     if (figures.validation[i] == 0) {
       continue;
     }
-    const bool starts = spans.empty() || figures.validation[i - 1] == 0 || figures.t_s[i] - spans.back().to > 0.5;
+    const bool starts =
+        spans.empty() || figures.validation[i - 1] == 0 || std::abs(figures.t_s[i] - spans.back().to) > 0.5;
     if (starts) {
       spans.push_back({.from = figures.t_s[i], .to = figures.t_s[i], .label = "validation"});
     }
@@ -90,6 +91,9 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
   std::vector<std::string> found;
   for (const EffectResult& effect : r.effects) {
     found.push_back(effect.name);
+  }
+  for (const Change& change : r.changes) {
+    found.push_back("a change of " + change.name);
   }
   if (r.verdict == "nothing_missing") {
     page.verdict("Nothing is missing: the declared model leaves nothing that these data can show.", "good");

@@ -12,6 +12,7 @@
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -118,7 +119,10 @@ class AxisInquiry {
       return;
     }
     if (const std::optional<Request> side = one_side(request_, change.change); side) {
-      auto calm = std::make_unique<AxisStudy>(*side, shift_s_);
+      std::unique_ptr<AxisStudy> calm = study_of(*side);
+      if (calm == nullptr) {
+        return take(change.change);
+      }
       Selection chosen = choose(*calm, *side, {});
       change = change_of(run, calm->axis_family(), chosen.final_model.fit);
       if (!change.found) {
@@ -132,15 +136,28 @@ class AxisInquiry {
       study_ = std::move(calm);
       chosen_ = std::move(chosen);
     }
-    if (!change.change.rivals.empty()) {
-      std::string names = change.change.name;
-      for (const std::string& rival : change.change.rivals) {
+    take(change.change);
+  }
+
+  /// One side of a change; null where it has too little that can be used: the stick rests there, or gaps cut it up.
+  std::unique_ptr<AxisStudy> study_of(const Request& side) const {
+    try {
+      return std::make_unique<AxisStudy>(side, shift_s_);
+    } catch (const InputError&) {
+      return nullptr;
+    }
+  }
+
+  void take(const Change& change) {
+    if (!change.rivals.empty()) {
+      std::string names = change.name;
+      for (const std::string& rival : change.rivals) {
         names += " or " + rival;
       }
       beside_.unexplained.push_back("something that changed in mid-flight: " + names);
     }
-    forget(change.change.name);
-    beside_.changes.push_back(change.change);
+    forget(change.name);
+    beside_.changes.push_back(change);
   }
 
   /// The model keeps the effect, the answer says it elsewhere: as a change, or as a shift of the clock.

@@ -55,8 +55,7 @@ void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<
   out.resize(end - run.past);
   model::StickLaw<double> law(axis, data_.period_s);
   for (std::size_t i = run.past; i < end; ++i) {
-    out[i - run.past] =
-        law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.time_s(i) - data_.start_s);
+    out[i - run.past] = law.command(data_.stick[i], data_.other.empty() ? 0.0 : data_.other[i], data_.since_begin_s(i));
   }
 }
 

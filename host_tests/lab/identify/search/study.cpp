@@ -102,8 +102,13 @@ class Conclusion {
     selection_.steps.clear();
     selection_.not_separable.clear();
     selection_.final_model.fit = selection_.declared.fit;
+    // The name was withdrawn for a cause that is not known: a second look that finds nothing does not take it away.
+    const std::vector<std::string> cause = std::move(result_.unexplained);
     result_.unexplained.clear();
     study_.examine(selection_, result_);
+    if (result_.unexplained.empty()) {
+      result_.unexplained = cause;
+    }
   }
 
   /// Of a parameter among those of the whole model: two gains of translation must not share a key.
@@ -228,6 +233,10 @@ void check_declared(const std::vector<std::string>& declared, std::span<const st
   for (std::size_t k = 1; k < declared.size(); ++k) {
     if (!knows(declared[k]) || is_base(declared[k])) {
       throw InputError("--declare", 0, declared[k], std::string("not an effect of ") + what);
+    }
+    if (std::find(declared.begin(), declared.begin() + static_cast<std::ptrdiff_t>(k), declared[k]) !=
+        declared.begin() + static_cast<std::ptrdiff_t>(k)) {
+      throw InputError("--declare", 0, declared[k], "is declared twice");
     }
   }
 }

@@ -112,7 +112,8 @@ class TranslationStudy final : public Study {
     }
     beside.changes = changes_of(training_, one_log ? &validation_ : nullptr, fit);
     for (const Change& change : beside.changes) {
-      std::erase_if(chosen.steps, [&](const Step& step) { return step.name == change.name; });
+      const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // what the change looks like
+      std::erase_if(chosen.steps, [&](const Step& step) { return step.name == effect; });
       std::string names = change.name;
       for (const std::string& rival : change.rivals) {
         names += " or " + rival;
@@ -134,7 +135,9 @@ class TranslationStudy final : public Study {
   void annotate(const Selection& selection, IdentifyResult& result) const override {
     twins(selection.steps, result);
     const logs::Alignment& found = request_.log->alignment;
-    result.alignment = {static_cast<double>(found.stick_shift_samples), found.evidence};
+    // A correlation is that of the rates with the attitude: it says nothing of the sticks.
+    result.alignment = {static_cast<double>(found.stick_shift_samples),
+                        found.evidence == "sequence" ? found.evidence : "none"};
     const std::vector<Finding> ground = ground_findings(ground_times(*request_.log));
     result.findings.insert(result.findings.end(), ground.begin(), ground.end());
     for (const std::string& said : request_.log->notes) {

@@ -108,7 +108,15 @@ FlightLog repaired(const FlightLog& log, std::vector<Finding>& findings) {
     std::transform(out.gap.begin(), out.gap.end(), used.begin(), [](auto gap) { return gap != 0 ? 0 : 1; });
     append(repair_samples(out.of(signal), used, {out.start_s, out.period_s}, name));
     for (std::size_t i = 0; i < out.size; ++i) {
-      out.gap[i] = used[i] == 0 ? 1 : out.gap[i];
+      if (used[i] != 0 || out.gap[i] != 0) {
+        continue;
+      }
+      out.gap[i] = 1;
+      if (!out.signal_gap.empty()) {  // else the one answer for all is asked
+        std::vector<std::uint8_t>& own = out.signal_gap[signal];
+        own.resize(out.size, 0);
+        own[i] = 1;
+      }
     }
   }
   return out;
