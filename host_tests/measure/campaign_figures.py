@@ -13,8 +13,8 @@ MATRIX = "host_tests/scenario/campaign/matrix.py"
 CHANGES = "host_tests/scenario/campaign/changes.py"
 
 
-def number(value):
-    return "" if value is None else f"{value:.2f}"
+def number(value, digits=2):
+    return "" if value is None else f"{value:.{digits}f}"
 
 
 def world_rows(report):
@@ -23,8 +23,8 @@ def world_rows(report):
     for name, world in report["worlds"].items():
         hover = world["tasks"]["hover"]
         rows.append([name.replace("_", " "), f"{world['stayed']} of {world['flights']}", str(world["coasted"]),
-                     str(world["oscillating"]), f"{world['worst_tilt_deg']:.1f}", f"{hover['pose_rms_m']['median']:.3f}",
-                     f"{hover['tilt_rms_deg']:.2f}", f"{hover['command_deg_s']:.0f}", number(world["nees"]),
+                     str(world["oscillating"]), f"{world['worst_tilt_deg']:.1f}", number(hover["pose_rms_m"]["median"], 3),
+                     number(hover["tilt_rms_deg"]), number(hover["command_deg_s"], 0), number(world["nees"]),
                      number(world["nis"])])
     return rows
 

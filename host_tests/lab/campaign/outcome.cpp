@@ -117,6 +117,7 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   out.stayed = out.why.empty();
   const double until_s = out.stayed ? task.duration_s : out.failed_at_s;
   const experiments::Cell cell = experiments::score(flight.trace, 0.0, until_s);
+  out.scored = until_s > 0.0;
   out.nis_sum = out.stayed ? flight.nis_sum : 0.0;
   out.nis_count = out.stayed ? flight.nis_count : 0;
   out.pose_rms_m = cell.pose_m;

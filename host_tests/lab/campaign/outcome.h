@@ -11,6 +11,7 @@ namespace m100::lab::campaign {
 
 /// What a campaign keeps of one flight.
 struct Outcome {
+  bool scored = false;  ///< the course was flown for at least one tick: the errors and rates below mean something
   bool stayed = false;  ///< never below coast and inside the fence until the task was over
   bool coasted = false;
   bool released = false;  ///< control went back before the task was over

@@ -117,13 +117,16 @@ void write_page(const std::string& folder, const Json& report) {
   const auto counted = [](const Json& task) { return of(task.at("stayed"), task.at("flights")); };
   page.figure(svg(map_of(report, "Flights that stay", 1.0, 0.0, share, counted)),
               "Never below coast and inside the fence until the task was over.");
-  const auto pose_m = [](const Json& task) { return task.at("pose_rms_m").at("p95").get<double>(); };
-  const auto pose_words = [&](const Json& task) { return plot::number(pose_m(task)); };
+  const auto or_nothing = [](const Json& value) {
+    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  };
+  const auto pose_m = [&](const Json& task) { return or_nothing(task.at("pose_rms_m").at("p95")); };
+  const auto pose_words = [&](const Json& task) { return number_of(task.at("pose_rms_m").at("p95")); };
   page.figure(
       svg(map_of(report, "Pose error, root mean square, 95 % of the flights [m]", 0.02, 1.0, pose_m, pose_words)),
       "Distance from the reference; a step's own way is in it.");
-  const auto tilt_deg = [](const Json& task) { return task.at("tilt_rms_deg").get<double>(); };
-  const auto tilt_words = [&](const Json& task) { return plot::number(tilt_deg(task)); };
+  const auto tilt_deg = [&](const Json& task) { return or_nothing(task.at("tilt_rms_deg")); };
+  const auto tilt_words = [&](const Json& task) { return number_of(task.at("tilt_rms_deg")); };
   page.figure(svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
               "Of the thrust axis. A hover that tilts far is a limit cycle, whatever the ladder thinks of it.");
   if (failures > 0) {

@@ -28,7 +28,11 @@ double quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
+/// Null where no flight has a value.
 Json spread(const std::vector<double>& values) {
+  if (values.empty()) {
+    return {{"median", nullptr}, {"p95", nullptr}, {"max", nullptr}};
+  }
   return {{"median", quantile(values, 0.5)}, {"p95", quantile(values, 0.95)}, {"max", quantile(values, 1.0)}};
 }
 
@@ -39,6 +43,7 @@ Json json_of(const Campaign& campaign, const Flown& flown) {
           {"world", campaign.worlds[task / campaign.tasks.size()].name},
           {"task", campaign.tasks[task % campaign.tasks.size()].name},
           {"seed", campaign.first_seed + flown.number % campaign.flights},
+          {"scored", out.scored},
           {"stayed", out.stayed},
           {"coasted", out.coasted},
           {"released", out.released},
@@ -74,6 +79,9 @@ struct Sums {
       sums[key] += flight.at(key).get<double>();
     }
     worst_tilt_deg = std::max(worst_tilt_deg, flight.at("worst_tilt_deg").get<double>());
+    if (!flight.value("scored", true)) {
+      return;  // it never flew its course: an error of nought would be a lie
+    }
     const double tilt_deg = flight.at("tilt_rms_deg").get<double>();
     tilt_square += tilt_deg * tilt_deg;
     pose_rms_m.push_back(flight.at("pose_rms_m").get<double>());
@@ -86,14 +94,14 @@ struct Sums {
 };
 
 Json task_json(const Sums& sums) {
-  const auto flights = static_cast<double>(sums.flights);
+  const auto scored = static_cast<double>(sums.pose_rms_m.size());
   return {{"flights", sums.flights},
           {"stayed", sums.counts.at("stayed")},
           {"oscillating", sums.counts.at("oscillating")},
           {"worst_tilt_deg", sums.worst_tilt_deg},
           {"pose_rms_m", spread(sums.pose_rms_m)},
-          {"tilt_rms_deg", std::sqrt(sums.tilt_square / flights)},
-          {"command_deg_s", sums.sums.at("command_deg_s") / flights}};
+          {"tilt_rms_deg", scored > 0.0 ? Json(std::sqrt(sums.tilt_square / scored)) : Json()},
+          {"command_deg_s", scored > 0.0 ? Json(sums.sums.at("command_deg_s") / scored) : Json()}};
 }
 
 /// A word of a shell's command line that the shell leaves as it is.

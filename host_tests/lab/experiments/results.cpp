@@ -90,7 +90,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.seeds = options.seeds;
   result.mean = mean_of(cells);
   result.spread = spread_of(cells);
-  if (!task.steps_m.empty()) {
+  if (!task.steps_m.empty() && result.flown()) {
     result.time_optimal_m =
         time_optimal_rms_m(task.steps_m, options.vehicle.vehicle.translation.tilt_limit_rad, task.to_s - task.from_s);
     const double ours = std::hypot(result.mean.x_m, result.mean.y_m);
@@ -99,10 +99,11 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   return result;
 }
 
-nlohmann::json json_of(const Cell& cell) {
+/// Null for what was never flown: an error of nought would be a lie.
+nlohmann::json json_of(const Cell& cell, bool flown = true) {
   nlohmann::json out;
   for (const CellField& field : cell_fields()) {
-    out[field.name] = cell.*field.member;
+    out[field.name] = flown ? nlohmann::json(cell.*field.member) : nlohmann::json();
   }
   return out;
 }
@@ -137,7 +138,8 @@ int cells_above_paper(const std::vector<TaskResult>& results) {
   for (const TaskResult& result : results) {
     for (const Row& row : rows()) {
       const double papers = paper_value(result, row);
-      above += papers >= 0.0 && (!row.tilt || result.task->tilt_counts) && result.mean.*row.ours > papers ? 1 : 0;
+      const bool worse = !result.flown() || result.mean.*row.ours > papers;
+      above += papers >= 0.0 && (!row.tilt || result.task->tilt_counts) && worse ? 1 : 0;
     }
   }
   return above;
@@ -169,6 +171,10 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
         << "ours" << std::right;
     for (const Row& row : rows()) {
       const double papers = paper_value(result, row);
+      if (!result.flown()) {
+        out << std::setw(18) << "not flown!";
+        continue;
+      }
       const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
       out << std::setw(18)
           << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
@@ -203,8 +209,8 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
 nlohmann::json to_json(const std::vector<TaskResult>& results) {
   nlohmann::json out;
   for (const TaskResult& result : results) {
-    nlohmann::json cell = json_of(result.mean);
-    cell["spread"] = json_of(result.spread);
+    nlohmann::json cell = json_of(result.mean, result.flown());
+    cell["spread"] = json_of(result.spread, result.flown());
     cell["seeds"] = result.seeds;
     cell["not_flown"] = result.refused;
     cell["largest_tilt_deg"] = result.largest_tilt_deg;

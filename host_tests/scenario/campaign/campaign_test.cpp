@@ -63,6 +63,8 @@ TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
   const auto& blind = report.at("worlds").at("blind");
   EXPECT_EQ(blind.at("stayed"), 0);
   ASSERT_EQ(blind.at("failures").size(), 4U);
+  EXPECT_TRUE(blind.at("pose_rms_m").at("median").is_null()) << "what never flew has no error, not an error of nought";
+  EXPECT_TRUE(blind.at("tasks").at("hover").at("tilt_rms_deg").is_null());
   const auto& first = blind.at("failures").at(0);
   EXPECT_EQ(first.at("task"), "hover");
   EXPECT_EQ(first.at("seed"), 7);
