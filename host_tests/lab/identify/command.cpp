@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -24,6 +23,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -68,26 +68,6 @@ void check_outputs(const Options& options) {
   require_writable(options.vehicle, "--vehicle");
 }
 
-/// One flight under two names would be unseen data under one of them.
-void check_logs(const Options& options) {
-  if (options.validation_log.empty() && !options.validation_columns.empty()) {
-    throw InputError("--validate-columns", 0, options.validation_columns,
-                     "is a map for --validate-log, which is missing");
-  }
-  std::vector<std::string> logs = options.logs;
-  if (!options.validation_log.empty()) {
-    logs.push_back(options.validation_log);
-  }
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      std::error_code error;
-      if (std::filesystem::equivalent(logs[i], logs[k], error) && !error) {
-        throw InputError(logs[i], 0, "", "is the same file as " + logs[k] + ": give it once, and its ranges apart");
-      }
-    }
-  }
-}
-
 /// @throws InputError where the log cannot tell the gain of a stick: a vehicle file holds it per count.
 void check_gain_of_sticks(const Options& options, const logs::FlightLog& log) {
   using logs::Signal;
@@ -102,10 +82,12 @@ void check_gain_of_sticks(const Options& options, const logs::FlightLog& log) {
   }
 }
 
-/// What shows that the column map is probably wrong: such numbers must not fly. Empty: nothing.
+/// What shows that the column map or the clock is wrong: such numbers must not fly. Empty: nothing.
 std::string misread(const identify::IdentifyResult& result) {
   for (const identify::Finding& finding : result.findings) {
-    if (finding.what == "sign_reversed" || finding.what == "swapped_axes" || finding.what == "wrong_unit") {
+    const bool wrong = finding.what == "sign_reversed" || finding.what == "swapped_axes" ||
+                       finding.what == "wrong_unit" || finding.what == "clock_shift";
+    if (wrong && finding.certain) {
       return finding.text;
     }
   }
@@ -118,19 +100,6 @@ std::string base_names(const std::vector<std::string>& files) {
     out += (out.empty() ? "" : " + ") + file.substr(file.find_last_of('/') + 1);
   }
   return out;
-}
-
-void check_disjoint(const identify::Request& request) {
-  if (request.log != request.validation_log) {
-    return;
-  }
-  for (const Range& a : request.train) {
-    for (const Range& b : request.validate) {
-      if (a.first < b.second - 1e-9 && b.first < a.second - 1e-9) {
-        throw InputError("--validate", 0, "", "overlaps --train: the error would be quoted on data the fit has seen");
-      }
-    }
-  }
 }
 
 /// What the flight was made for, beside what it showed; a sentence on stdout. Empty: no forecast, or of another axis.
@@ -201,7 +170,10 @@ void write_json(const Options& options, const identify::IdentifyResult& result,
 
 void run(const Options& options) {
   check_outputs(options);
-  check_logs(options);
+  if (options.validation_log.empty() && !options.validation_columns.empty()) {
+    throw InputError("--validate-columns", 0, options.validation_columns,
+                     "is a map for --validate-log, which is missing");
+  }
   const logs::FlightLog log = load_all(options);
   check_gain_of_sticks(options, log);
   std::optional<logs::FlightLog> other;
@@ -218,7 +190,7 @@ void run(const Options& options) {
   request.bootstrap_draws = options.draws;
   request.seed = options.seed;
   ask_for_ranges(options, log, other ? &*other : nullptr, request);
-  check_disjoint(request);
+  identify::refuse_data_used_twice(request);
   const bool terminal = isatty(STDERR_FILENO) == 1;
   if (terminal) {
     request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
@@ -251,7 +223,8 @@ void run(const Options& options) {
     std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
   }
   if (!options.vehicle.empty() && !wrong.empty()) {
-    throw InputError(options.vehicle, 0, "--vehicle", "is not written: " + wrong);
+    std::cerr << printable(options.vehicle + ": '--vehicle': is not written: " + wrong) << "\n";
+    throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
 

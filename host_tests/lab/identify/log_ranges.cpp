@@ -52,7 +52,84 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
           logs::joined_time(log, flight, std::min(range.second, there.second))};
 }
 
+/// A range of one log of those that were given, on that log's own clock.
+struct Piece {
+  const logs::FlightLog* log;
+  std::size_t flight;  ///< of a joined log
+  std::size_t begin;   ///< first sample of the flight
+  std::size_t size;
+  double start_s;
+  Range own;
+  bool training;
+};
+
+void add_pieces(const logs::FlightLog& log, const std::vector<Range>& ranges, bool training, std::vector<Piece>& out) {
+  for (const Range& range : ranges) {
+    Piece piece{&log, 0, 0, log.size, log.start_s, range, training};
+    for (std::size_t k = 0; k < log.flights.size(); ++k) {
+      const logs::Flight& flight = log.flights[k];
+      const double begins_s = log.time_s(flight.begin);
+      if (range.first > begins_s - 0.5 * log.period_s) {
+        const double shift_s = flight.start_s - begins_s;
+        piece = {&log,           k,
+                 flight.begin,   flight.end - flight.begin,
+                 flight.start_s, {range.first + shift_s, range.second + shift_s},
+                 training};
+      }
+    }
+    out.push_back(piece);
+  }
+}
+
+/// Whether two logs are one flight, whatever the names of their files: one signal that moves is the same throughout.
+bool same_flight(const Piece& a, const Piece& b) {
+  if (a.log == b.log && a.flight == b.flight) {
+    return true;
+  }
+  if (a.size != b.size || a.start_s != b.start_s || a.log->period_s != b.log->period_s) {
+    return false;
+  }
+  for (std::size_t i = 0; i < logs::kSignals; ++i) {
+    const std::vector<double>& x = a.log->signals[i];
+    const std::vector<double>& y = b.log->signals[i];
+    if (x.empty() || y.empty()) {
+      continue;
+    }
+    const auto from = x.begin() + static_cast<std::ptrdiff_t>(a.begin);
+    const auto to = from + static_cast<std::ptrdiff_t>(a.size);
+    const bool moves = std::any_of(from, to, [&](double value) { return value != *from; });
+    if (moves && std::equal(from, to, y.begin() + static_cast<std::ptrdiff_t>(b.begin))) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
+
+void refuse_data_used_twice(const Request& request) {
+  std::vector<Piece> pieces;
+  add_pieces(*request.log, request.train, true, pieces);
+  add_pieces(request.validation_log != nullptr ? *request.validation_log : *request.log, request.validate, false,
+             pieces);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const Piece& a = pieces[i];
+      const Piece& b = pieces[k];
+      constexpr double kTouching_s = 1e-6;  // clocks of absolute time hold no more digits
+      if (!(a.own.first < b.own.second - kTouching_s && b.own.first < a.own.second - kTouching_s) ||
+          !same_flight(a, b)) {
+        continue;
+      }
+      if (a.training == b.training) {
+        throw InputError(a.training ? "--train" : "--validate", 0, "",
+                         "has ranges of one flight that overlap: their samples would count twice");
+      }
+      throw InputError("--validate", 0, "",
+                       "overlaps --train in the same flight: the error would be quoted on data the fit has seen");
+    }
+  }
+}
 
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log) {
   std::vector<Range> out;
@@ -61,13 +138,6 @@ std::vector<Range> ranges(const std::string& option, const std::string& text, co
   }
   if (out.empty()) {
     throw InputError(option, 0, "", "is needed (or --split)");
-  }
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (out[i].first < out[k].second - 1e-9 && out[k].first < out[i].second - 1e-9) {
-        throw InputError(option, 0, text, "has ranges that overlap: their samples would count twice");
-      }
-    }
   }
   return out;
 }

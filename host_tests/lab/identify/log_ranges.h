@@ -20,6 +20,11 @@ std::vector<Range> ranges(const std::string& option, const std::string& text, co
 /// @throws InputError as ranges(); another word, pieces shorter than a block.
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request);
 
+/// One flight under two names is one flight: a signal that moves is the same throughout. Ranges must not share samples
+/// of a flight, neither training with validation nor within one option.
+/// @throws InputError.
+void refuse_data_used_twice(const Request& request);
+
 /// Adds a finding "gap" for each signal that was not sampled inside of the ranges.
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings);
 
