@@ -174,10 +174,26 @@ double cut_share(const std::vector<double>& stick, const std::vector<char>& used
   return static_cast<double>(at_stop) / static_cast<double>(std::max<std::size_t>(1, count));
 }
 
-std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::string& signal) {
+std::vector<char> inside(const FlightLog& log, const std::vector<std::pair<double, double>>& ranges, double margin_s) {
+  std::vector<char> out(log.size, ranges.empty() ? 1 : 0);
+  for (const auto& [from_s, to_s] : ranges) {
+    const std::size_t end = log.index_of(to_s + margin_s);
+    for (std::size_t i = log.index_of(from_s - margin_s); i < end; ++i) {
+      out[i] = 1;
+    }
+  }
+  return out;
+}
+
+std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vector<char>& used,
+                                  const std::string& signal) {
   // Not the largest: one broken sample must not rescale a log.
-  std::vector<double> sizes(angle_rad.size());
-  std::transform(angle_rad.begin(), angle_rad.end(), sizes.begin(), [](double value) { return std::abs(value); });
+  std::vector<double> sizes;
+  for (std::size_t i = 0; i < angle_rad.size(); ++i) {
+    if (used[i] != 0) {
+      sizes.push_back(std::abs(angle_rad[i]));
+    }
+  }
   const double most = quantile(std::move(sizes), 0.995);
   if (!(most > 1.02 * std::numbers::pi)) {
     return {};

@@ -36,8 +36,14 @@ double hold_s(const std::vector<double>& values, const std::vector<char>& used, 
 double cut_share(const std::vector<double>& stick, const std::vector<char>& used);
 
 /// Degrees, taken for radians: roll or pitch beyond half a turn, which no attitude is. Turns them into radians.
+/// @param used  which samples are looked at: what was not asked about does not matter
 /// @returns one finding, or nothing.
-std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::string& signal);
+std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vector<char>& used,
+                                  const std::string& signal);
+
+/// 0 where a sample is neither inside of a range nor within `margin_s` of one. Empty ranges: all samples.
+std::vector<char> inside(const logs::FlightLog& log, const std::vector<std::pair<double, double>>& ranges,
+                         double margin_s);
 
 /// Samples of a response that are not measurements. Frozen: five equal rows or more, against the signal's own cadence
 /// (a tenth of the signal's runs may be as long as a quarter of it), and a jump where it moves on; they are taken out

@@ -23,11 +23,30 @@ struct Request {
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
   const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; may be the same
-  double noise_floor = 0.0;                         ///< declared; 0: none
+  std::vector<Range> asked{};  ///< of `log`, where a study of a part of it keeps what was asked at first; see asked_of
+  double noise_floor = 0.0;    ///< declared; 0: none
   std::size_t bootstrap_draws = 200;
   std::uint64_t seed = 1;
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
 };
+
+/// Whether training and validation ranges lie in one log.
+inline bool in_one_log(const Request& request) {
+  return request.validation_log == nullptr || request.validation_log == request.log;
+}
+
+/// The ranges that were asked about, of the log of the training part or of the validation part: spoilt samples outside
+/// of them do not matter.
+inline std::vector<Range> asked_of(const Request& request, bool training) {
+  if (!training && !in_one_log(request)) {
+    return request.validate;
+  }
+  std::vector<Range> out = request.asked.empty() ? request.train : request.asked;
+  if (request.asked.empty() && in_one_log(request)) {
+    out.insert(out.end(), request.validate.begin(), request.validate.end());
+  }
+  return out;
+}
 
 /// One of the stick axes. @throws InputError: missing signal, axis never moved, too few blocks, unknown effect.
 IdentifyResult identify_axis(const Request& request);

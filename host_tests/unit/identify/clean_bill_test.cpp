@@ -122,7 +122,7 @@ TEST(Units, OneOutlierDoesNotMakeDegrees) {
   std::vector<double> angle = log.of(Signal::kAttitudeRoll);
   angle[700] = 7.0;
   const std::vector<double> before = angle;
-  EXPECT_TRUE(repair_units(angle, "attitude_roll").empty());
+  EXPECT_TRUE(repair_units(angle, std::vector<char>(angle.size(), 1), "attitude_roll").empty());
   EXPECT_EQ(angle, before);
 }
 
@@ -138,6 +138,38 @@ TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   const IdentifyResult result = ask(flown, "roll", &rested);
   EXPECT_EQ(result.verdict, "unexplained") << said(result);
   EXPECT_NE(said(result).find("it tests nothing"), std::string::npos) << said(result);
+}
+
+// The longer side of a change may have too little for a study of its own: the change is the answer all the same.
+TEST(Change, WithALongerSideOfGapsIsStillFound) {
+  SyntheticAxis vehicle;
+  vehicle.change_s = 16.0;
+  vehicle.hidden_later = {{"gain", 1.4}};
+  FlightLog log = vehicle.fly();
+  std::fill(log.gap.begin() + 1900, log.gap.begin() + 3000, std::uint8_t{1});
+  const IdentifyResult result = ask(log);
+  ASSERT_EQ(result.changes.size(), 1U) << said(result);
+  EXPECT_EQ(result.changes[0].name, "gain");
+  EXPECT_NEAR(result.changes[0].at_s, 16.0, 1.0);
+}
+
+// What lies outside of the ranges is not asked about: a landing may be as rough as it likes.
+TEST(SpoiltSamples, OutsideOfTheRangesDoNotMatter) {
+  const FlightLog clean = SyntheticAxis{}.fly();
+  FlightLog spoilt = clean;
+  std::vector<double>& angle = spoilt.of(Signal::kAttitudeRoll);
+  for (std::size_t i = 20; i < 260; i += 20) {
+    angle[i] = 9.0;  // beyond half a turn, too
+  }
+  std::fill(angle.begin() + 4420, angle.begin() + 4490, angle[4420]);
+  const IdentifyResult result = ask(spoilt);
+  EXPECT_FALSE(found(result, "outliers")) << said(result);
+  EXPECT_FALSE(found(result, "frozen")) << said(result);
+  EXPECT_FALSE(found(result, "wrong_unit")) << said(result);
+  EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
+  EXPECT_EQ(result.final_model.validation_rmse, ask(clean).final_model.validation_rmse);
+  angle[1000] = 9.0;
+  EXPECT_TRUE(found(ask(spoilt), "outliers"));
 }
 
 TEST(ValidationLog, OfOtherInputsIsRefused) {

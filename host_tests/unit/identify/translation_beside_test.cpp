@@ -111,6 +111,39 @@ INSTANTIATE_TEST_SUITE_P(
              "position_force: "}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+// Frozen samples are a finding and are kept out; outside of the ranges they do not matter, nor do outliers there.
+TEST(BesideTranslation, SpoiltSamplesAreKeptOutWhereTheyMatter) {
+  const FlightLog clean = flight(808);
+  const auto spoil = [&](std::size_t from, bool per_signal) {
+    FlightLog log = clean;
+    if (per_signal) {
+      log.signal_gap[Signal::kAttitudeRoll].assign(log.size, 0);  // as a log that was read from a file has them
+    }
+    for (const Signal signal : {Signal::kVelocityX, Signal::kVelocityY}) {
+      std::vector<double>& values = log.of(signal);
+      std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(from), 60, values[from]);
+    }
+    return log;
+  };
+  const auto told = [](const IdentifyResult& result, const char* what) {
+    return std::any_of(result.findings.begin(), result.findings.end(),
+                       [&](const Finding& finding) { return finding.what == what; });
+  };
+  const double error = ask(clean).final_model.validation_rmse;
+  for (const bool per_signal : {false, true}) {
+    const IdentifyResult inside = ask(spoil(3300, per_signal));
+    EXPECT_TRUE(told(inside, "frozen")) << said(inside);
+    EXPECT_NE(inside.verdict, "nothing_missing");
+    EXPECT_LT(inside.final_model.validation_rmse, 1.1 * error) << "frozen samples count as measurements";
+  }
+  FlightLog outside = spoil(4440, true);
+  outside.of(Signal::kVelocityX)[100] += 5.0;
+  const IdentifyResult result = ask(outside);
+  EXPECT_FALSE(told(result, "frozen")) << said(result);
+  EXPECT_FALSE(told(result, "outliers")) << said(result);
+  EXPECT_EQ(result.final_model.validation_rmse, error);
+}
+
 // Catches a scan that takes gusts for a change, and a vehicle that is flown back for a tethered one.
 TEST(BesideTranslation, HealthyFlightsHaveNothingBeside) {
   for (std::uint64_t seed = 801; seed <= 806; ++seed) {

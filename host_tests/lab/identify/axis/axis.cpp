@@ -6,11 +6,11 @@
 #include <cstdio>
 #include <memory>
 #include <numeric>
-#include <optional>
 
 #include "host_tests/lab/identify/axis/axis_change.h"
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
+#include "host_tests/lab/identify/axis/flight_trims.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
 
@@ -34,12 +34,12 @@ double length_s(const std::vector<Range>& ranges) {
                          [](double sum, const Range& range) { return sum + range.second - range.first; });
 }
 
-/// The request cut to one side of a change: the longer one on which a model can be chosen and tested. Where the cut
-/// leaves no validation part, the last third is taken for it.
-std::optional<Request> one_side(const Request& request, const Change& change) {
+/// The request cut to the sides of a change on which a model can be chosen and tested, the longer one first. Where the
+/// cut leaves no validation part, the last third is taken for it.
+std::vector<Request> sides_of(const Request& request, const Change& change) {
   constexpr double kLeastTraining_s = 5.0 * AxisBlocks::kBlock_s;
-  const bool one_log = request.validation_log == nullptr || request.validation_log == request.log;
-  std::optional<Request> best;
+  const bool one_log = in_one_log(request);
+  std::vector<Request> out;
   double most_s = 0.0;
   for (const Range& side : {Range{-1e9, change.low_s}, Range{change.high_s, 1e9}}) {
     Request cut = request;
@@ -58,23 +58,31 @@ std::optional<Request> one_side(const Request& request, const Change& change) {
       cut.train = clipped(all, {from_s, split_s});
       cut.validate = clipped(all, {split_s, all.back().second});
     }
-    if (length_s(cut.train) >= kLeastTraining_s && !cut.validate.empty() && whole_s > most_s) {
-      most_s = whole_s;
-      best = std::move(cut);
+    if (length_s(cut.train) >= kLeastTraining_s && !cut.validate.empty()) {
+      out.insert(whole_s > most_s ? out.begin() : out.end(), std::move(cut));
+      most_s = std::max(most_s, whole_s);
     }
   }
-  return best;
+  return out;
 }
 
 /// Clock before structure, structure before change: the order in which a log is asked.
 class AxisInquiry {
  public:
-  explicit AxisInquiry(const Request& request) : request_(request) {}
+  explicit AxisInquiry(const Request& request) : request_(request) { request_.asked = asked_of(request, true); }
 
   IdentifyResult run() {
     const auto started = std::chrono::steady_clock::now();
     study_ = std::make_unique<AxisStudy>(request_);
+    const bool own_trims = request_.log->flights.size() > 1 && take_trims(declared_fit());
     chosen_ = choose(*study_, request_, {});
+    if (own_trims &&
+        take_trims(chosen_.final_model.fit)) {  // a dead zone hides trims: asked again under what was found
+      chosen_ = choose(*study_, request_, {});
+    }
+    if (own_trims) {
+      beside_.findings.push_back(note(in_words(flight_trims_)));
+    }
     ask_the_clock();
     ask_for_a_change();
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
@@ -83,6 +91,29 @@ class AxisInquiry {
   }
 
  private:
+  Fit declared_fit() const {
+    const AxisFamily& family = study_->axis_family();
+    return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
+  }
+
+  /// Gives each flight of a joined log a trim of its own where they differ. @returns whether the study is a new one.
+  bool take_trims(const Fit& fit) {
+    std::vector<FlightTrim> more = flight_trims(*study_, fit);
+    if (!(flight_trims_.empty() ? differ(*study_, more) : moved(*study_, more))) {
+      return false;
+    }
+    std::vector<double> values;
+    for (std::size_t k = 0; k < more.size(); ++k) {
+      const double before = flight_trims_.empty() ? 0.0 : flight_trims_[k].size.value;
+      more[k].size = {more[k].size.value + before, more[k].size.low + before, more[k].size.high + before};
+      values.push_back(more[k].size.value);
+    }
+    flight_trims_ = std::move(more);
+    trims_ = std::move(values);
+    study_ = std::make_unique<AxisStudy>(request_, shift_s_, trims_);
+    return true;
+  }
+
   /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained
   /// the shift (a lead zero, mostly) is no longer needed. The shift must still be there under the new structure.
   void ask_the_clock() {
@@ -90,7 +121,7 @@ class AxisInquiry {
     if (!first.likely) {
       return;
     }
-    auto moved = std::make_unique<AxisStudy>(request_, -first.shift_s);
+    auto moved = std::make_unique<AxisStudy>(request_, -first.shift_s, trims_);
     Selection chosen = choose(*moved, request_, {});
     const ClockShift clock = clock_of(study_->free_run(), moved->axis_family(), chosen.final_model.fit);
     if (!clock.likely) {
@@ -118,12 +149,12 @@ class AxisInquiry {
     if (!change.found) {
       return;
     }
-    if (const std::optional<Request> side = one_side(request_, change.change); side) {
-      std::unique_ptr<AxisStudy> calm = study_of(*side);
+    for (const Request& side : sides_of(request_, change.change)) {
+      std::unique_ptr<AxisStudy> calm = study_of(side);
       if (calm == nullptr) {
-        return take(change.change);
+        continue;
       }
-      Selection chosen = choose(*calm, *side, {});
+      Selection chosen = choose(*calm, side, {});
       change = change_of(run, calm->axis_family(), chosen.final_model.fit);
       if (!change.found) {
         return;
@@ -131,10 +162,11 @@ class AxisInquiry {
       std::array<char, 120> text{};
       std::snprintf(text.data(), text.size(),
                     "effects, errors and intervals are those of one side of the change: %.1f to %.1f s",
-                    side->train.front().first, side->validate.back().second);
+                    side.train.front().first, side.validate.back().second);
       beside_.findings.push_back(note(text.data()));
       study_ = std::move(calm);
       chosen_ = std::move(chosen);
+      break;
     }
     take(change.change);
   }
@@ -142,7 +174,7 @@ class AxisInquiry {
   /// One side of a change; null where it has too little that can be used: the stick rests there, or gaps cut it up.
   std::unique_ptr<AxisStudy> study_of(const Request& side) const {
     try {
-      return std::make_unique<AxisStudy>(side, shift_s_);
+      return std::make_unique<AxisStudy>(side, shift_s_, trims_);
     } catch (const InputError&) {
       return nullptr;
     }
@@ -182,6 +214,8 @@ class AxisInquiry {
 
   Request request_;
   double shift_s_ = 0.0;
+  std::vector<FlightTrim> flight_trims_;  ///< empty: the flights do not differ
+  std::vector<double> trims_;             ///< their values
   std::unique_ptr<AxisStudy> study_;
   Selection chosen_;
   Beside beside_;

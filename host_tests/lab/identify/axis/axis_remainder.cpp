@@ -55,6 +55,17 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
 
 }  // namespace
 
+AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims) {
+  AxisData& data = signals.data;
+  for (std::size_t k = 0; k < std::min(trims.size(), data.flights.size()); ++k) {
+    const std::size_t end = k + 1 < data.flights.size() ? data.flights[k + 1] : data.stick.size();
+    for (std::size_t i = data.flights[k]; i < end; ++i) {
+      data.stick[i] -= trims[k];
+    }
+  }
+  return signals;
+}
+
 std::vector<std::string> remainder_of(const Request& request, const AxisPart& training, const AxisPart& validation,
                                       const model::StickAxis& model) {
   ResidualInput input;

@@ -10,14 +10,19 @@
 
 namespace m100::lab::identify {
 
+/// The signals with a trim taken from the stick of each flight; no trims: as they are.
+AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims);
+
 /// One log with its axis, its ranges and its blocks.
 struct AxisPart {
-  /// The log must outlive the part. @param stick_earlier_s  by which the sticks are moved before anything else
+  /// The log must outlive the part. @param asked  as for axis_signals
+  /// @param stick_earlier_s  by which the sticks are moved before anything else
+  /// @param trims  of each flight of a joined log, taken from its stick; empty: none
   /// @throws InputError as axis_signals does.
   AxisPart(const logs::FlightLog& flight_log, const std::string& axis, const std::vector<Range>& given,
-           double stick_earlier_s = 0.0)
+           const std::vector<Range>& asked, double stick_earlier_s = 0.0, const std::vector<double>& trims = {})
       : log(flight_log),
-        signals(axis_signals(flight_log, axis, stick_earlier_s)),
+        signals(without_trims(axis_signals(flight_log, axis, asked, stick_earlier_s), trims)),
         ranges(given),
         blocks(signals.data, given) {}
   AxisPart(const AxisPart&) = delete;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "host_tests/lab/identify/log_defects.h"
 #include "host_tests/lab/input_error.h"
@@ -12,6 +13,7 @@ namespace {
 
 using logs::Signal;
 
+constexpr double kStart_s = 0.06;       // before a range, from which the state at its begin is read
 constexpr double kInputMemory_s = 0.3;  // after a gap, what the delayed stick was is not known for so long
 
 struct Choice {
@@ -95,7 +97,8 @@ void move_earlier(std::vector<double>& values, double samples) {
 
 }  // namespace
 
-AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, double stick_earlier_s) {
+AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
+                         double stick_earlier_s) {
   const Choice* choice =
       std::find_if(std::begin(kChoices), std::end(kChoices), [&](const Choice& one) { return axis == one.axis; });
   if (choice == std::end(kChoices)) {
@@ -140,10 +143,16 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, do
   const auto append = [&](std::vector<Finding> more) {
     out.findings.insert(out.findings.end(), more.begin(), more.end());
   };
+  std::vector<char> used = inside(log, asked, kStart_s);
   if (choice->response == Signal::kAttitudeRoll || choice->response == Signal::kAttitudePitch) {
-    append(repair_units(out.data.measured, out.response_name));
+    append(repair_units(out.data.measured, used, out.response_name));
   }
-  append(repair_samples(out.data.measured, out.data.valid, {log.start_s, log.period_s}, out.response_name));
+  const std::vector<char> wanted = used;
+  std::transform(used.begin(), used.end(), out.data.valid.begin(), used.begin(), std::logical_and<>());
+  append(repair_samples(out.data.measured, used, {log.start_s, log.period_s}, out.response_name));
+  for (std::size_t i = 0; i < log.size; ++i) {
+    out.data.valid[i] = wanted[i] != 0 ? used[i] : out.data.valid[i];
+  }
   return out;
 }
 

@@ -22,9 +22,11 @@ struct AxisSignals {
 
 /// Picks stick (or command in SI units), the other axis' stick and the measured response of `axis` out of a log. A
 /// climb speed or yaw rate that was not logged is the slope of height or yaw.
+/// @param asked  ranges outside of which spoilt samples do not matter; empty: none
 /// @param stick_earlier_s  by which both sticks are moved, at least 0: for clocks that disagree
 /// @throws InputError naming file and signal.
-AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, double stick_earlier_s = 0.0);
+AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
+                         double stick_earlier_s = 0.0);
 
 /// What the residual of this axis may depend on, over the samples [begin, end) of the log: lags, powers and products of
 /// the sticks, time, and every extra channel. Only causes: a channel that the residual itself would move (rates,

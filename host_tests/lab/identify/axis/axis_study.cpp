@@ -70,11 +70,12 @@ void check_moved(const AxisPart& part, const char* option) {
 
 }  // namespace
 
-AxisStudy::AxisStudy(const Request& request, double stick_earlier_s)
+AxisStudy::AxisStudy(const Request& request, double stick_earlier_s, const std::vector<double>& flight_trims)
     : request_(request),
-      training_(*request.log, request.axis, request.train, stick_earlier_s),
+      training_(*request.log, request.axis, request.train, asked_of(request, true), stick_earlier_s, flight_trims),
       validation_(request.validation_log != nullptr ? *request.validation_log : *request.log, request.axis,
-                  request.validate, stick_earlier_s) {
+                  request.validate, asked_of(request, false), stick_earlier_s,
+                  in_one_log(request) ? flight_trims : std::vector<double>{}) {
   check_declared(request.declared, kBases, AxisFamily::knows, "a stick axis");
   check_blocks(training_.blocks.size(), request.log->file, validation_.blocks.size(), validation_.log.file);
   check_moved(training_, "training");

@@ -16,9 +16,13 @@ namespace m100::lab::identify {
 class AxisStudy final : public Study {
  public:
   /// @param stick_earlier_s  by which the sticks are moved first: clocks that disagree
-  explicit AxisStudy(const Request& request, double stick_earlier_s = 0.0);
+  /// @param flight_trims  of each flight of a joined log, taken from its stick; empty: none
+  explicit AxisStudy(const Request& request, double stick_earlier_s = 0.0,
+                     const std::vector<double>& flight_trims = {});
   const Family& family() const override { return *family_; }
   const AxisFamily& axis_family() const { return *family_; }
+  const AxisPart& training() const { return training_; }
+  const AxisPart& validation() const { return validation_; }
   const Request& request() const { return request_; }
   const std::string& stick_name() const { return training_.signals.stick_name; }
   /// Training part and, where it lies in the same log, validation part, without restarts.

@@ -252,9 +252,10 @@ IdentifyResult identify_translation(const Request& request) {
   SelectionOptions options;
   options.minimum_cv_gain = kMinimumCvGain;
   Beside beside;
-  const logs::FlightLog log = repaired(*request.log, beside.findings);
-  const bool one_log = request.validation_log == nullptr || request.validation_log == request.log;
-  const logs::FlightLog other = one_log ? logs::FlightLog{} : repaired(*request.validation_log, beside.findings);
+  const logs::FlightLog log = repaired(*request.log, asked_of(request, true), beside.findings);
+  const bool one_log = in_one_log(request);
+  const logs::FlightLog other =
+      one_log ? logs::FlightLog{} : repaired(*request.validation_log, asked_of(request, false), beside.findings);
   Request cleaned = request;
   cleaned.log = &log;
   cleaned.validation_log = one_log ? &log : &other;

@@ -91,8 +91,10 @@ double left_by(const Reading& reading, const FlightLog& log, const TranslationDa
 
 }  // namespace
 
-FlightLog repaired(const FlightLog& log, std::vector<Finding>& findings) {
+FlightLog repaired(const FlightLog& log, const std::vector<Range>& asked, std::vector<Finding>& findings) {
+  constexpr double kFilter_s = 0.3;  // more than the widest filter looks to either side
   FlightLog out = log;
+  const std::vector<char> wanted = inside(log, asked, kFilter_s);
   const auto append = [&](std::vector<Finding> more) { findings.insert(findings.end(), more.begin(), more.end()); };
   for (const Signal signal :
        {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kVelocityX, Signal::kVelocityY,
@@ -102,13 +104,15 @@ FlightLog repaired(const FlightLog& log, std::vector<Finding>& findings) {
     }
     const std::string name(logs::name_of(signal));
     if (signal == Signal::kAttitudeRoll || signal == Signal::kAttitudePitch) {
-      append(repair_units(out.of(signal), name));
+      append(repair_units(out.of(signal), wanted, name));
     }
     std::vector<char> used(out.size);
-    std::transform(out.gap.begin(), out.gap.end(), used.begin(), [](auto gap) { return gap != 0 ? 0 : 1; });
+    for (std::size_t i = 0; i < out.size; ++i) {
+      used[i] = wanted[i] != 0 && out.gap[i] == 0 ? 1 : 0;
+    }
     append(repair_samples(out.of(signal), used, {out.start_s, out.period_s}, name));
     for (std::size_t i = 0; i < out.size; ++i) {
-      if (used[i] != 0 || out.gap[i] != 0) {
+      if (used[i] != 0 || wanted[i] == 0 || out.gap[i] != 0) {
         continue;
       }
       out.gap[i] = 1;

@@ -11,7 +11,8 @@ namespace m100::lab::identify::translation {
 
 /// The log with what is no measurement taken out: degrees turned into radians, outliers replaced, frozen samples of
 /// attitude, velocity and position marked as gaps. Says so in `findings`.
-logs::FlightLog repaired(const logs::FlightLog& log, std::vector<Finding>& findings);
+/// @param asked  ranges outside of which spoilt samples do not matter; empty: none
+logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& asked, std::vector<Finding>& findings);
 
 /// Whether another reading of the attitude predicts the measured acceleration much better than the column map's:
 /// signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. A reading that is
