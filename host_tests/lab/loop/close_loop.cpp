@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/loop/close_loop.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -9,13 +10,14 @@
 #include "host_tests/lab/identify/answer/to_vehicle.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/loop/believed.h"
 #include "host_tests/lab/loop/flown_log.h"
+#include "host_tests/lab/loop/trial.h"
 
 namespace m100::lab::loop {
 namespace {
 
-constexpr double kLeastGain = 0.02;
-constexpr std::array kAxes{"roll", "pitch", "climb", "yaw_rate"};
+constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translation"};
 
 std::string text(const char* format, double a, double b) {
   std::array<char, 128> out{};
@@ -46,33 +48,6 @@ identify::Range flown(const logs::FlightLog& log, double flight_s) {
   return {std::max(log.start_s, end_s - flight_s + 1.0), end_s};
 }
 
-std::vector<std::string> declared(const model::StickAxis& axis) {
-  std::vector<std::string> out{axis.time_constant_s > 0.0 ? "first_order" : "second_order"};
-  const auto add = [&out](bool has, const char* name) {
-    if (has) {
-      out.emplace_back(name);
-    }
-  };
-  add(axis.transport_delay_s > 0.0, "transport_delay");
-  add(axis.dead_zone_counts > 0.0, "dead_zone");
-  add(axis.trim_counts != 0.0, "trim_offset");
-  add(axis.stick_exponent != 1.0, "stick_curve");
-  add(axis.gain_asymmetry != 1.0, "gain_asymmetry");
-  return out;
-}
-
-std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& axis) {
-  return axis == "roll"    ? declared(vehicle.roll)
-         : axis == "pitch" ? declared(vehicle.pitch)
-         : axis == "climb" ? declared(vehicle.climb)
-                           : declared(vehicle.yaw_rate);
-}
-
-/// 1 s prediction errors of one axis, before and after.
-double one_second(const Prediction& prediction, const std::string& axis) {
-  return axis == "roll" ? prediction.roll_rad[2] : axis == "pitch" ? prediction.pitch_rad[2] : prediction.climb_m_s[2];
-}
-
 std::vector<experiments::TaskResult> tables(const LoopOptions& options, const companion::VehicleFile& vehicle,
                                             std::uint64_t seed, const std::vector<std::string>& tasks, int seeds) {
   experiments::SuiteOptions suite;
@@ -94,27 +69,29 @@ std::vector<experiments::TaskResult> tables(const LoopOptions& options, const co
 
 class Loop {
  public:
-  explicit Loop(const LoopOptions& options) : options_(options) { result_.vehicle = options.vehicle; }
+  explicit Loop(const LoopOptions& options) : options_(options), believed_(options.vehicle.vehicle) {
+    result_.vehicle = options.vehicle;
+  }
 
   LoopResult run() {
     tell("flying the present vehicle");
     result_.before.experiments = tables(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
     const logs::FlightLog first = fly_and_log(options_, options_.seed + 101, "loop_train.ulg");
     const logs::FlightLog second = fly_and_log(options_, options_.seed + 202, "loop_validate.ulg");
-    const identify::Range unseen = flown(second, options_.flight_s);
-    result_.before.prediction = predict(options_.vehicle.vehicle, second, unseen.first, unseen.second);
-    model::Vehicle vehicle = options_.vehicle.vehicle;
-    for (const char* const axis : kAxes) {
-      tell(std::string("identifying ") + axis);
-      learn(axis, first, second, vehicle);
+    const logs::FlightLog third = fly_and_log(options_, options_.seed + 404, "loop_quote.ulg");
+    std::set<std::string> better;
+    for (const char* const channel : kChannels) {
+      tell(std::string("identifying ") + channel);
+      if (learn(channel, first, second)) {
+        better.insert(channel);
+      }
     }
-    const model::Vehicle axes_only = vehicle;
-    tell("identifying translation");
-    const bool moved = learn_translation(first, second, vehicle);
-    if (!trial(vehicle) && moved) {
-      trial(axes_only);
+    take_over(better);
+    quote(third);
+    if (result_.taken_over.empty()) {
+      result_.after.experiments = result_.before.experiments;  // the same vehicle and seeds: the same numbers
+      return std::move(result_);
     }
-    result_.after.prediction = predict(result_.vehicle.vehicle, second, unseen.first, unseen.second);
     tell("flying the new vehicle");
     result_.after.experiments = tables(options_, result_.vehicle, options_.seed, options_.tasks, options_.seeds);
     return std::move(result_);
@@ -127,101 +104,84 @@ class Loop {
     }
   }
 
-  void learn(const std::string& axis, const logs::FlightLog& first, const logs::FlightLog& second,
-             model::Vehicle& vehicle) {
+  /// Identifies one channel from the first flight. @returns whether it predicts the second one better.
+  bool learn(const std::string& channel, const logs::FlightLog& first, const logs::FlightLog& second) {
+    const bool translation = channel == "translation";
     identify::Request request;
-    request.axis = axis;
-    request.declared = declared(options_.vehicle.vehicle, axis);
+    request.axis = channel;
+    request.declared = declared(believed_, channel);
     request.log = &first;
     request.validation_log = &second;
     request.train = {flown(first, options_.flight_s)};
     request.validate = {flown(second, options_.flight_s)};
     request.bootstrap_draws = 40;
     try {
-      const identify::IdentifyResult found = identify::identify_axis(request);
-      result_.identified[axis] = found;
-      model::Vehicle candidate = vehicle;
+      identify::IdentifyResult found =
+          translation ? identify::identify_translation(request) : identify::identify_axis(request);
+      model::Vehicle candidate = believed_;
       const std::vector<std::string> homeless = identify::put_axis(found, candidate);
-      judge(axis, found, second, request.validate.front(), candidate, vehicle);
+      const Unseen flight{&second, request.validate.front().first, request.validate.front().second};
+      found.refitted = believed_and_found(believed_, found, channel, flight, candidate);
+      result_.believed_found[channel] = found.refitted;
+      result_.identified[channel] = std::move(found);
       result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
+      return judge(channel, flight, candidate);
     } catch (const InputError& error) {
-      result_.decisions.push_back(axis + ": left as it was: " + error.what());
-    }
-  }
-
-  /// Takes the axis over if it predicts the unseen flight better than the present vehicle does.
-  void judge(const std::string& axis, const identify::IdentifyResult& found, const logs::FlightLog& second,
-             const identify::Range& unseen, const model::Vehicle& candidate, model::Vehicle& vehicle) {
-    if (axis == "yaw_rate") {
-      vehicle = candidate;
-      result_.decisions.push_back(axis + ": taken over, " +
-                                  text("%.4f rad/s on the unseen flight (refitted as declared: %.4f)",
-                                       found.final_model.validation_rmse, found.declared.validation_rmse));
-      return;
-    }
-    const double before = one_second(predict(vehicle, second, unseen.first, unseen.second), axis);
-    const double after = one_second(predict(candidate, second, unseen.first, unseen.second), axis);
-    const bool better = after < (1.0 - kLeastGain) * before;
-    if (better) {
-      vehicle = candidate;
-    }
-    result_.decisions.push_back(axis + (better ? ": taken over, " : ": left as it was, ") +
-                                text("1 s prediction %.4f before, %.4f after", before, after));
-  }
-
-  /// Drag and gains, if they predict the velocity of the unseen flight better. @returns whether they were taken over.
-  bool learn_translation(const logs::FlightLog& first, const logs::FlightLog& second, model::Vehicle& vehicle) {
-    const logs::FlightLog seen = with_captured_velocity(first);
-    const logs::FlightLog unseen = with_captured_velocity(second);
-    identify::Request request;
-    request.axis = "translation";
-    request.declared = {"rigid_body"};
-    request.log = &seen;
-    request.validation_log = &unseen;
-    request.train = {flown(first, options_.flight_s)};
-    request.validate = {flown(second, options_.flight_s)};
-    request.bootstrap_draws = 40;
-    try {
-      const identify::IdentifyResult found = identify::identify_translation(request);
-      result_.identified["translation"] = found;
-      model::Vehicle candidate = vehicle;
-      const std::vector<std::string> homeless = identify::put_axis(found, candidate);
-      result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
-      const identify::Range& range = request.validate.front();
-      const double before = predict(vehicle, second, range.first, range.second).velocity_m_s[2];
-      const double after = predict(candidate, second, range.first, range.second).velocity_m_s[2];
-      const bool better = after < (1.0 - kLeastGain) * before;
-      if (better) {
-        vehicle = candidate;
-      }
-      result_.decisions.push_back(std::string("translation") + (better ? ": taken over, " : ": left as it was, ") +
-                                  text("1 s prediction of the velocity %.4f m/s before, %.4f after", before, after));
-      return better;
-    } catch (const InputError& error) {
-      result_.decisions.push_back(std::string("translation: left as it was: ") + error.what());
+      result_.decisions.push_back(channel + ": left as it was: " + error.what());
       return false;
     }
   }
 
-  /// A flight of its own decides whether the new vehicle may stay. @returns whether it may.
-  bool trial(const model::Vehicle& vehicle) {
+  bool judge(const std::string& channel, const Unseen& flight, const model::Vehicle& candidate) {
+    const double before = one_second(believed_, flight, channel);
+    const double after = one_second(candidate, flight, channel);
+    const bool better = after < (1.0 - kLeastGain) * before;
+    candidates_[channel] = candidate;
+    result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
+                                text("1 s ahead on the second flight %.4f before, %.4f after", before, after));
+    return better;
+  }
+
+  companion::VehicleFile vehicle_with(const std::set<std::string>& channels) const {
+    model::Vehicle vehicle = believed_;
     std::map<std::string, std::string> sources = options_.vehicle.sources;
-    for (const auto& [axis, found] : result_.identified) {
-      sources[(axis == "translation" ? "" : "axis.") + axis] =
-          "m100-lab loop, two identification flights of " + std::to_string(static_cast<int>(options_.flight_s)) + " s";
+    for (const std::string& channel : channels) {
+      vehicle = with_channel(vehicle, candidates_.at(channel), channel);
+      sources[(channel == "translation" ? "" : "axis.") + channel] =
+          "m100-lab loop, identification flight of " + std::to_string(static_cast<int>(options_.flight_s)) +
+          " s, judged on a second one";
     }
-    const companion::VehicleFile candidate = companion::as_file(vehicle, sources);
-    const std::uint64_t seed = options_.seed + 303;
-    const double before = trajectory_error_m(tables(options_, options_.vehicle, seed, {"trajectory"}, 1));
-    const double after = trajectory_error_m(tables(options_, candidate, seed, {"trajectory"}, 1));
-    const bool keep = after <= before;
-    result_.decisions.push_back(std::string(keep ? "kept" : "taken back") + " after a trial flight: " +
-                                text("pose RMS %.4f m before, %.4f m after", before, after));
-    result_.vehicle = keep ? candidate : options_.vehicle;
-    return keep;
+    return companion::as_file(vehicle, sources);
+  }
+
+  /// Trial flights of their own decide what of the better channels may stay.
+  void take_over(const std::set<std::string>& better) {
+    if (better.empty()) {
+      return;
+    }
+    tell("trial flights");
+    const auto fly = [&](const companion::VehicleFile& vehicle) {
+      return tables(options_, vehicle, options_.seed + 303, {"trajectory"}, 1);
+    };
+    const Trial trial = try_out(better, fly(options_.vehicle),
+                                [&](const std::set<std::string>& channels) { return fly(vehicle_with(channels)); });
+    result_.decisions.insert(result_.decisions.end(), trial.said.begin(), trial.said.end());
+    result_.taken_over = trial.kept;
+    if (!trial.kept.empty()) {
+      result_.vehicle = vehicle_with(trial.kept);
+    }
+  }
+
+  /// The numbers that are published come from a flight that decided nothing.
+  void quote(const logs::FlightLog& third) {
+    const identify::Range range = flown(third, options_.flight_s);
+    result_.before.prediction = predict(believed_, third, range.first, range.second);
+    result_.after.prediction = predict(result_.vehicle.vehicle, third, range.first, range.second);
   }
 
   const LoopOptions& options_;
+  const model::Vehicle& believed_;
+  std::map<std::string, model::Vehicle> candidates_;
   LoopResult result_;
 };
 
@@ -237,6 +197,28 @@ double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
     }
   }
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+}
+
+TrajectoryErrors trajectory_errors(const LoopResult& result) {
+  TrajectoryErrors out;
+  double count = 0.0;
+  for (std::size_t i = 0; i < std::min(result.before.experiments.size(), result.after.experiments.size()); ++i) {
+    const experiments::TaskResult& before = result.before.experiments[i];
+    const experiments::TaskResult& after = result.after.experiments[i];
+    for (const auto& [cell, when] : {std::pair{&before, " before"}, std::pair{&after, " after"}}) {
+      if (diverged(*cell)) {
+        out.diverged.push_back(cell->task->task + ", " + cell->task->condition + when);
+      }
+    }
+    if (before.task->task == "trajectory" && !diverged(before) && !diverged(after)) {
+      out.before_m = std::hypot(out.before_m, before.mean.pose_m);
+      out.after_m = std::hypot(out.after_m, after.mean.pose_m);
+      count += 1.0;
+    }
+  }
+  out.before_m /= std::sqrt(std::max(1.0, count));
+  out.after_m /= std::sqrt(std::max(1.0, count));
+  return out;
 }
 
 LoopResult close_loop(const LoopOptions& options) { return Loop(options).run(); }

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,22 +30,39 @@ struct LoopOptions {
 
 struct Side {
   std::vector<experiments::TaskResult> experiments;
-  Prediction prediction;  ///< on the second identification flight, which no fit has seen
+  Prediction prediction;  ///< on a third flight, which no fit and no decision has seen
 };
 
 struct LoopResult {
   Side before;
   Side after;
   companion::VehicleFile vehicle;  ///< the new belief
-  std::map<std::string, identify::IdentifyResult> identified;
-  std::vector<std::string> decisions;  ///< which axis was taken over or left, and why
+  std::map<std::string, identify::IdentifyResult>
+      identified;  ///< by channel: roll, pitch, climb, yaw_rate, translation
+  std::map<std::string, std::vector<identify::Refitted>> believed_found;  ///< by channel: every parameter of its model
+  std::set<std::string> taken_over;    ///< channels that the new vehicle file has new
+  std::vector<std::string> decisions;  ///< which channel was taken over or left, and why
 };
 
 /// Flies, identifies from the logs alone, believes what predicts better on a flight that the fit has not seen, flies
-/// again. An axis is taken over only if its 2.5 s simulation error on the second flight is at least 2 % smaller; the
-/// translation likewise, by the 1 s prediction of the velocity. The
-/// whole is kept only if a trial flight tracks no worse than before (trial seeds are not those of the tables).
+/// again. Everything that the vehicle file says is declared, so that only what it lacks is called missing. Each channel
+/// (an axis, or translation) is decided by itself: its error 1 s ahead on the second identification flight must be at
+/// least 15 % smaller, and trial flights must not be worse with it (trial seeds are not those of the tables). A cell
+/// that diverges before and after is reported and vetoes nothing. Predictions are quoted on a third flight.
 LoopResult close_loop(const LoopOptions& options);
+
+/// What the new vehicle file predicts worse than the old one 1 s ahead on the third flight, by more than 2 %;
+/// sentences.
+std::vector<std::string> predicted_worse(const LoopResult& result);
+
+/// Pose RMS of the trajectory task over the cells that diverged neither before nor after, and the names of all cells
+/// that did.
+struct TrajectoryErrors {
+  double before_m = 0.0;
+  double after_m = 0.0;
+  std::vector<std::string> diverged;
+};
+TrajectoryErrors trajectory_errors(const LoopResult& result);
 
 /// Pose RMS of the trajectory task, calm and windy together.
 double trajectory_error_m(const std::vector<experiments::TaskResult>& results);

@@ -29,6 +29,7 @@ struct Options {
   std::uint64_t seed = 1;
   int seeds = 1;
   std::string law = "mpc";
+  std::string tasks = "hover,step,trajectory";
 };
 
 void run(const Options& options) {
@@ -42,6 +43,12 @@ void run(const Options& options) {
   loop.seed = options.seed;
   loop.seeds = options.seeds;
   loop.law = law_of(options.law);
+  loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : parts(options.tasks, ',');
+  for (const std::string& task : loop.tasks) {
+    if (task != "hover" && task != "step" && task != "trajectory") {
+      throw InputError("--tasks", 0, task, "is no task: hover, step, trajectory, or none");
+    }
+  }
   loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
   if (!options.logs.empty()) {
     std::filesystem::create_directories(options.logs);
@@ -79,6 +86,7 @@ void add_loop(CLI::App& lab) {
   command->add_option("--json", options->json, "file for the numbers");
   command->add_option("--logs", options->logs, "folder that keeps the two identification flights and their column map");
   command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
+  command->add_option("--tasks", options->tasks, "flown before and after: some of hover,step,trajectory; or none");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--seed", options->seed, "first seed");

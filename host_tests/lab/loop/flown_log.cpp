@@ -1,13 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/loop/flown_log.h"
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/loop/prediction.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
+namespace {
+
+/// The values of so many samples ago (negative: of later ones), between samples by straight lines; the ends are held.
+std::vector<double> moved_later(const std::vector<double>& values, double samples) {
+  std::vector<double> out(values.size());
+  const double last = static_cast<double>(values.size()) - 1.0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const double at = std::clamp(static_cast<double>(i) - samples, 0.0, last);
+    const auto below = static_cast<std::size_t>(at);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    out[i] = values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
+  }
+  return out;
+}
+
+}  // namespace
 
 const std::string& own_columns() {
   static const std::string text = R"(time = { column = "tick.timestamp", scale = 1.0 }
@@ -58,7 +76,17 @@ logs::FlightLog load_flown(const experiments::FlightResult& flight, const std::s
       throw InputError(path, 0, "", "cannot be written");
     }
   }
-  return logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns(), "(own columns)"));
+  logs::FlightLog log = logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns(), "(own columns)"));
+  using logs::Signal;
+  for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
+    const double way_s = stick == Signal::kStickThrottle ? kClimbUplink_s : kUplink_s;
+    log.of(stick) = moved_later(log.of(stick), way_s / log.period_s);
+  }
+  for (const Signal felt : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kRateX,
+                            Signal::kRateY, Signal::kRateZ}) {
+    log.of(felt) = moved_later(log.of(felt), -kTelemetry_s / log.period_s);
+  }
+  return with_captured_velocity(log);
 }
 
 }  // namespace m100::lab::loop

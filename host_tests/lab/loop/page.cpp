@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/plot/html.h"
@@ -17,17 +18,18 @@ struct Quantity {
   const char* name;
   Errors Prediction::*member;
 };
-constexpr std::array<Quantity, 4> kQuantities{{{"roll [rad]", &Prediction::roll_rad},
+constexpr std::array<Quantity, 5> kQuantities{{{"roll [rad]", &Prediction::roll_rad},
                                                {"pitch [rad]", &Prediction::pitch_rad},
                                                {"horizontal velocity [m/s]", &Prediction::velocity_m_s},
-                                               {"climb speed [m/s]", &Prediction::climb_m_s}}};
+                                               {"climb speed [m/s]", &Prediction::climb_m_s},
+                                               {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s}}};
 
 std::string change(double before, double after) {
   return before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "";
 }
 
 void predictions(const LoopResult& result, plot::Page& page) {
-  page.heading("Prediction error on the second identification flight, which no fit has seen");
+  page.heading("Prediction error on a third flight, which no fit and no decision has seen");
   std::vector<std::vector<std::string>> rows{{"root mean square", "ahead [s]", "before", "after", "change"}};
   for (const Quantity& quantity : kQuantities) {
     const Errors& before = result.before.prediction.*quantity.member;
@@ -98,6 +100,55 @@ void tracking(const LoopResult& result, plot::Page& page) {
   }
 }
 
+/// One parameter a row, each on a scale of its own: believed as a hollow square, found as a dot on its interval.
+std::string drawing_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
+  constexpr double kRow = 26.0, kLeft = 220.0, kRight = 600.0, kWidth = 860.0;
+  std::ostringstream out;
+  const double height = 40.0 + kRow * static_cast<double>(rows.size());
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height
+      << "\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><text x=\"12\" y=\"16\" font-weight=\"bold\">"
+      << plot::escape(channel) << ": believed (square) and found (dot, 95 %)</text>\n";
+  double y = 38.0;
+  for (const identify::Refitted& one : rows) {
+    const double low = std::min(one.found.low, one.believed);
+    const double high = std::max(one.found.high, one.believed);
+    const double span = high > low ? high - low : 1.0;
+    const auto at = [&](double value) { return kLeft + (kRight - kLeft) * (0.1 + 0.8 * (value - low) / span); };
+    const char* const color = one.matters ? plot::kOrange : plot::kBlue;
+    out << "<text x=\"" << kLeft - 8 << "\" y=\"" << y + 4 << "\" text-anchor=\"end\">" << plot::escape(one.parameter)
+        << "</text>\n<line x1=\"" << kLeft << "\" x2=\"" << kRight << "\" y1=\"" << y << "\" y2=\"" << y
+        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << at(one.found.low) << "\" x2=\"" << at(one.found.high) << "\" y1=\""
+        << y << "\" y2=\"" << y << "\" stroke=\"" << color << "\" stroke-width=\"4\"/>\n<rect x=\""
+        << at(one.believed) - 5 << "\" y=\"" << y - 5 << "\" width=\"10\" height=\"10\" fill=\"none\" stroke=\""
+        << plot::kBlack << "\" stroke-width=\"2\"/>\n<circle cx=\"" << at(one.found.value) << "\" cy=\"" << y
+        << "\" r=\"4\" fill=\"" << color << "\"/>\n<text x=\"" << kRight + 10 << "\" y=\"" << y + 4 << "\">"
+        << plot::number(one.believed) << " -&gt; " << plot::number(one.found.value) << " ["
+        << plot::number(one.found.low) << ", " << plot::number(one.found.high) << "]</text>\n";
+    y += kRow;
+  }
+  out << "</svg>\n";
+  return out.str();
+}
+
+void believed_to_found(const LoopResult& result, plot::Page& page) {
+  page.heading("Believed -> found");
+  page.paragraph(
+      "Orange: the believed value predicts a flight that no fit has seen at least 1 % worse than the found one.");
+  std::vector<std::vector<std::string>> rows{
+      {"channel", "parameter", "believed", "found", "95 % low", "high", "matters", "taken over"}};
+  for (const auto& [channel, parameters] : result.believed_found) {
+    if (!parameters.empty()) {
+      page.figure(drawing_of(channel, parameters), channel + ": each parameter on a scale of its own.");
+    }
+    for (const identify::Refitted& one : parameters) {
+      rows.push_back({channel, one.parameter, plot::number(one.believed), plot::number(one.found.value),
+                      plot::number(one.found.low), plot::number(one.found.high), one.matters ? "yes" : "no",
+                      result.taken_over.count(channel) > 0 ? "yes" : "no"});
+    }
+  }
+  page.table(rows);
+}
+
 void found(const LoopResult& result, plot::Page& page) {
   page.heading("What the logs said");
   std::vector<std::vector<std::string>> rows{{"axis", "verdict", "named", "error declared", "error final", "left"}};
@@ -122,16 +173,24 @@ void found(const LoopResult& result, plot::Page& page) {
 
 void write_page(const LoopResult& result, const std::string& file) {
   plot::Page page("Closing the loop: believed, found, flown again");
-  const double before = trajectory_error_m(result.before.experiments);
-  const double after = trajectory_error_m(result.after.experiments);
-  page.verdict("Pose error on the trajectory: " + plot::number(before) + " m before, " + plot::number(after) +
-                   " m after (" + change(before, after) + ").",
-               after < before           ? "good"
-               : after <= 1.05 * before ? "warn"
-                                        : "bad");
+  const TrajectoryErrors errors = trajectory_errors(result);
+  page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
+                   plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + ").",
+               errors.after_m < errors.before_m           ? "good"
+               : errors.after_m <= 1.05 * errors.before_m ? "warn"
+                                                          : "bad");
+  for (const std::string& cell : errors.diverged) {
+    page.verdict("Diverged: " + cell + ". It is left out of the mean above.", "bad");
+  }
+  for (const std::string& sentence : predicted_worse(result)) {
+    page.verdict("Worse: " + sentence + ".", "bad");
+  }
   page.paragraph(
-      "All flights are simulated. The plant was shown to the simulator only: the new vehicle file comes from the logs "
-      "of two identification flights, the second of which no fit has seen.");
+      "All flights are simulated. The plant was shown to the simulator only: the new vehicle file comes from the log "
+      "of "
+      "one identification flight, each channel was decided on a second one, and the predictions below are those of a "
+      "third.");
+  believed_to_found(result, page);
   found(result, page);
   predictions(result, page);
   tracking(result, page);

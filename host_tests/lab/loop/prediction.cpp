@@ -34,7 +34,7 @@ std::array<double, kHorizons_s.size()> errors(const AxisData& data, double from_
   return out;
 }
 
-/// Commands of one axis over the whole log, delayed.
+/// Commands of one axis over the whole log, delayed, with what a lead zero adds.
 std::vector<double> commands(const AxisData& data, const model::StickAxis& model) {
   model::StickLaw<double> law(model, data.period_s);
   std::vector<double> now(data.stick.size());
@@ -48,6 +48,10 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
     const auto low = static_cast<std::size_t>(at);
     const double part = at - static_cast<double>(low);
     late[i] = now[low] * (1.0 - part) + now[std::min(low + 1, now.size() - 1)] * part;
+  }
+  const double lead = model.lead_zero_s / data.period_s;
+  for (std::size_t i = late.size(); lead != 0.0 && i-- > 1;) {
+    late[i] += lead * (late[i] - late[i - 1]);
   }
   return late;
 }
@@ -63,12 +67,13 @@ std::size_t pose_age_samples(const logs::FlightLog& log) {
   return static_cast<std::size_t>(std::lround(mean_s / log.period_s));
 }
 
-std::vector<double> velocity(const logs::FlightLog& log, Signal position) {
+/// @param half  samples to either side: noise of the position against detail of the velocity
+std::vector<double> velocity(const logs::FlightLog& log, Signal position, std::size_t half = 5) {
   const std::vector<double>& x = log.of(position);
   const std::size_t shift = pose_age_samples(log);
   std::vector<double> out(x.size(), 0.0);
-  for (std::size_t i = 5; i + shift + 5 < x.size(); ++i) {
-    out[i] = (x[i + shift + 5] - x[i + shift - 5]) / (10.0 * log.period_s);
+  for (std::size_t i = half; i + shift + half < x.size(); ++i) {
+    out[i] = (x[i + shift + half] - x[i + shift - half]) / (2.0 * static_cast<double>(half) * log.period_s);
   }
   return out;
 }
@@ -179,29 +184,68 @@ std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation&
   return out;
 }
 
+using Errors = std::array<double, kHorizons_s.size()>;
+
+Errors velocity_ahead(const model::Vehicle& vehicle, const Unseen& flight) {
+  const logs::FlightLog& log = *flight.log;
+  const AxisForecast roll(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
+  const AxisForecast pitch(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
+  const AxisForecast climb(log, Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ, vehicle.climb);
+  return velocity_errors(vehicle.translation, log, roll, pitch, climb, flight.from_s, flight.to_s);
+}
+
+Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+  const auto of = [&](Signal stick, Signal other, Signal measured, const model::StickAxis& axis) {
+    return errors(axis_data(*flight.log, stick, other, measured), flight.from_s, flight.to_s, axis);
+  };
+  if (channel == "translation") {
+    return velocity_ahead(vehicle, flight);
+  }
+  if (channel == "roll") {
+    return of(Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
+  }
+  if (channel == "pitch") {
+    return of(Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
+  }
+  if (channel == "climb") {
+    return of(Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ, vehicle.climb);
+  }
+  model::StickAxis yaw = vehicle.yaw_rate;  // its stick is positive to the right, the rate to the left
+  yaw.scale_per_count = -yaw.scale_per_count;
+  return of(Signal::kStickYaw, Signal::kStickThrottle, Signal::kRateZ, yaw);
+}
+
 }  // namespace
 
 logs::FlightLog with_captured_velocity(const logs::FlightLog& log) {
   logs::FlightLog out = log;
   const std::size_t shift = pose_age_samples(log);
   for (int c = 0; c < 3; ++c) {
-    out.of(logs::offset(Signal::kVelocityX, c)) = velocity(log, logs::offset(Signal::kPositionX, c));
+    const std::size_t half = c == 2 ? 2 : 5;  // a climb is fitted to its velocity, whose detail is the fast dynamics
+    out.of(logs::offset(Signal::kVelocityX, c)) = velocity(log, logs::offset(Signal::kPositionX, c), half);
     std::vector<double>& x = out.of(logs::offset(Signal::kPositionX, c));
     std::copy(x.begin() + static_cast<std::ptrdiff_t>(shift), x.end(), x.begin());
+  }
+  if (const auto age = out.extra.find("pose_age"); age != out.extra.end()) {
+    std::fill(age->second.begin(), age->second.end(), 0.0);
   }
   return out;
 }
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s) {
-  const AxisForecast roll(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
-  const AxisForecast pitch(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
-  const AxisForecast climb(log, Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ, vehicle.climb);
+  const Unseen flight{&log, from_s, to_s};
   Prediction out;
-  out.roll_rad = errors(roll.data, from_s, to_s, vehicle.roll);
-  out.pitch_rad = errors(pitch.data, from_s, to_s, vehicle.pitch);
-  out.climb_m_s = errors(climb.data, from_s, to_s, vehicle.climb);
-  out.velocity_m_s = velocity_errors(vehicle.translation, log, roll, pitch, climb, from_s, to_s);
+  out.roll_rad = ahead(vehicle, flight, "roll");
+  out.pitch_rad = ahead(vehicle, flight, "pitch");
+  out.climb_m_s = ahead(vehicle, flight, "climb");
+  out.yaw_rate_rad_s = ahead(vehicle, flight, "yaw_rate");
+  out.velocity_m_s = ahead(vehicle, flight, "translation");
   return out;
+}
+
+double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+  static_assert(kHorizons_s[2] == 1.0);
+  return ahead(vehicle, flight, channel)[2];
 }
 
 }  // namespace m100::lab::loop

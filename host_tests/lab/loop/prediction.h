@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "firmware/model/vehicle.h"
@@ -10,7 +11,7 @@
 namespace m100::lab::loop {
 
 /// The log with the velocity that motion capture saw, not the one that the observer believed: the slope of the position
-/// over 0.1 s; both moved earlier by the mean age of the poses.
+/// over 0.1 s (upwards 0.04 s); both moved earlier by the mean age of the poses, which is then nought.
 logs::FlightLog with_captured_velocity(const logs::FlightLog& log);
 
 /// How far ahead predictions are looked at.
@@ -25,7 +26,18 @@ struct Prediction {
   std::array<double, kHorizons_s.size()> pitch_rad{};
   std::array<double, kHorizons_s.size()> velocity_m_s{};
   std::array<double, kHorizons_s.size()> climb_m_s{};
+  std::array<double, kHorizons_s.size()> yaw_rate_rad_s{};
 };
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
+
+/// A flight that no fit has seen, and the part of it that was flown under control. The log must outlive it.
+struct Unseen {
+  const logs::FlightLog* log = nullptr;
+  double from_s = 0.0;
+  double to_s = 0.0;
+};
+
+/// The error 1 s ahead of one channel alone: "roll", "pitch", "climb", "yaw_rate", or "translation" for the velocity.
+double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
 
 }  // namespace m100::lab::loop

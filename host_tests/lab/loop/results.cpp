@@ -7,6 +7,7 @@
 
 #include "host_tests/lab/identify/answer/json.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/trial.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -21,7 +22,8 @@ nlohmann::json json_of(const Prediction& prediction, std::size_t horizon) {
   return {{"roll_rad", prediction.roll_rad[horizon]},
           {"pitch_rad", prediction.pitch_rad[horizon]},
           {"velocity_m_s", prediction.velocity_m_s[horizon]},
-          {"climb_m_s", prediction.climb_m_s[horizon]}};
+          {"climb_m_s", prediction.climb_m_s[horizon]},
+          {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
 }
 
 nlohmann::json json_of(const Side& side) {
@@ -36,8 +38,36 @@ nlohmann::json json_of(const Side& side) {
 
 }  // namespace
 
+std::vector<std::string> predicted_worse(const LoopResult& result) {
+  struct Row {
+    const char* name;
+    std::array<double, kHorizons_s.size()> Prediction::*member;
+  };
+  constexpr std::array kRows{Row{"roll [rad]", &Prediction::roll_rad}, Row{"pitch [rad]", &Prediction::pitch_rad},
+                             Row{"climb [m/s]", &Prediction::climb_m_s},
+                             Row{"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s},
+                             Row{"horizontal velocity [m/s]", &Prediction::velocity_m_s}};
+  constexpr double kWorse = 1.02;
+  std::vector<std::string> out;
+  for (const Row& row : kRows) {
+    const double before = (result.before.prediction.*row.member)[2];
+    const double after = (result.after.prediction.*row.member)[2];
+    if (after > kWorse * before) {
+      out.push_back(std::string("the prediction of ") + row.name +
+                    " 1 s ahead is worse on the third flight: " + text("%.4f before, %.4f after", before, after));
+    }
+  }
+  return out;
+}
+
 nlohmann::json to_json(const LoopResult& result) {
   nlohmann::json out;
+  out["believed_found"] = nlohmann::json::object();
+  for (const auto& [channel, rows] : result.believed_found) {
+    out["believed_found"][channel] = nlohmann::json::parse(identify::to_json(rows).dump());
+  }
+  out["taken_over"] = result.taken_over;
+  out["predicted_worse"] = predicted_worse(result);
   out["before"] = json_of(result.before);
   out["after"] = json_of(result.after);
   for (const auto& [axis, found] : result.identified) {
@@ -47,18 +77,39 @@ nlohmann::json to_json(const LoopResult& result) {
   return out;
 }
 
+namespace {
+
+void print_believed_found(std::ostream& out, const LoopResult& result) {
+  out << "Believed -> found, with 95 % intervals; * matters for the prediction\n";
+  for (const auto& [channel, rows] : result.believed_found) {
+    for (const identify::Refitted& one : rows) {
+      std::array<char, 160> line{};
+      std::snprintf(line.data(), line.size(), "  %-11s %-24s %10.5g -> %10.5g [%.5g, %.5g]%s\n", channel.c_str(),
+                    one.parameter.c_str(), one.believed, one.found.value, one.found.low, one.found.high,
+                    one.matters ? " *" : "");
+      out << line.data();
+    }
+  }
+}
+
+}  // namespace
+
 void print(std::ostream& out, const LoopResult& result) {
+  print_believed_found(out, result);
   for (const auto& [axis, found] : result.identified) {
     out << axis << ": " << found.verdict << ":";
     for (const identify::EffectResult& effect : found.effects) {
       out << " " << effect.name;
     }
-    out << "\n";
+    out << (found.effects.empty() ? " the file lacks nothing\n" : "\n");
   }
   for (const std::string& decision : result.decisions) {
     out << "  " << decision << "\n";
   }
-  out << "\nPrediction on the unseen flight, 1 s ahead: roll "
+  for (const std::string& sentence : predicted_worse(result)) {
+    out << "  WORSE: " << sentence << "\n";
+  }
+  out << "\nPrediction on a third flight, which decided nothing, 1 s ahead: roll "
       << text("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
       << ", pitch "
       << text("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])
@@ -66,11 +117,15 @@ void print(std::ostream& out, const LoopResult& result) {
       << text("%.3f -> %.3f m/s", result.before.prediction.velocity_m_s[2], result.after.prediction.velocity_m_s[2])
       << ", climb "
       << text("%.3f -> %.3f m/s", result.before.prediction.climb_m_s[2], result.after.prediction.climb_m_s[2])
+      << ", yaw rate "
+      << text("%.4f -> %.4f rad/s", result.before.prediction.yaw_rate_rad_s[2],
+              result.after.prediction.yaw_rate_rad_s[2])
       << "\n\nPose RMS [m] (simulated), before -> after\n";
   for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];
     out << "  " << before.task->task << " " << before.task->condition << ": "
+        << (diverged(before) || diverged(after) ? std::string("DIVERGED ") : std::string())
         << text("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
         << text("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
   }

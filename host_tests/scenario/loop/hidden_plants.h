@@ -8,6 +8,7 @@
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab::loop {
 
@@ -82,6 +83,32 @@ inline constexpr std::array kHiddenPlants{
     Hidden{"SlungLoadAndDelay", [](model::StickAxis& a) { a.transport_delay_s = 0.08; },
            [](sim::Plant& plant) { plant.payload = {.mass_kg = 0.4, .slung_length_m = 1.2}; }},
 };
+
+/// What the loop finds with the project's vehicle file, without the tables before and after.
+inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed) {
+  LoopOptions options;
+  options.plant = plant;
+  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.seed = seed;
+  options.tasks = {};
+  options.work_folder = ::testing::TempDir();
+  return close_loop(options);
+}
+
+/// Nothing is found where the vehicle file itself is the plant: no name, no number that matters, nothing taken over.
+inline void expect_nothing_found(std::uint64_t seed) {
+  const LoopResult result = found_on(sim::plant_of_options("", M100_VEHICLE_FILE), seed);
+  EXPECT_TRUE(result.taken_over.empty()) << "seed " << seed << ": " << ::testing::PrintToString(result.taken_over);
+  for (const auto& [channel, found] : result.identified) {
+    EXPECT_TRUE(found.effects.empty()) << "seed " << seed << ": " << channel << " " << found.effects.front().name;
+  }
+  for (const auto& [channel, rows] : result.believed_found) {
+    for (const identify::Refitted& one : rows) {
+      EXPECT_FALSE(one.matters) << "seed " << seed << ": " << channel << " " << one.parameter << " " << one.believed
+                                << " -> " << one.found.value;
+    }
+  }
+}
 
 /// Root mean square of the pose error on the trajectory, before and after the loop.
 struct Errors {

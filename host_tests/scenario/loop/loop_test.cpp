@@ -6,5 +6,7 @@ namespace {
 
 TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
 
+TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }
+
 }  // namespace
 }  // namespace m100::lab::loop

@@ -92,19 +92,6 @@ Json changes_of(const IdentifyResult& result) {
   return out;
 }
 
-Json refitted_of(const IdentifyResult& result) {
-  Json out = Json::array();
-  for (const Refitted& one : result.refitted) {
-    out.push_back({{"parameter", one.parameter},
-                   {"believed", one.believed},
-                   {"found", one.found.value},
-                   {"low", one.found.low},
-                   {"high", one.found.high},
-                   {"matters", one.matters}});
-  }
-  return out;
-}
-
 /// Lines of formatted text.
 class Text {
  public:
@@ -172,10 +159,23 @@ nlohmann::ordered_json to_json(const IdentifyResult& result) {
           {"verdict", result.verdict},
           {"findings", findings_of(result)},
           {"changes", changes_of(result)},
-          {"refitted", refitted_of(result)},
+          {"refitted", to_json(result.refitted)},
           {"validation_over_training", result.validation_over_training},
           {"candidates", std::move(candidates)},
           {"elapsed_s", result.elapsed_s}};
+}
+
+nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted) {
+  Json out = Json::array();
+  for (const Refitted& one : refitted) {
+    out.push_back({{"parameter", one.parameter},
+                   {"believed", one.believed},
+                   {"found", one.found.value},
+                   {"low", one.found.low},
+                   {"high", one.found.high},
+                   {"matters", one.matters}});
+  }
+  return out;
 }
 
 std::string to_text(const IdentifyResult& result) {

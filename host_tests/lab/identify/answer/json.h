@@ -12,5 +12,7 @@ nlohmann::ordered_json to_json(const IdentifyResult& result);
 
 /// The page a terminal shows: declared, found, before, after, and what is left.
 std::string to_text(const IdentifyResult& result);
+/// The key "refitted" alone, of one channel: what was believed beside what was found.
+nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted);
 
 }  // namespace m100::lab::identify

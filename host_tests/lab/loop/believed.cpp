@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/believed.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/answer/to_vehicle.h"
+
+namespace m100::lab::loop {
+namespace {
+
+using model::AxisUnit;
+using model::StickAxis;
+
+AxisUnit unit_of(const std::string& channel) {
+  return channel == "climb"      ? AxisUnit::kClimb_m_s
+         : channel == "yaw_rate" ? AxisUnit::kYawRate_rad_s
+                                 : AxisUnit::kTilt_rad;
+}
+
+StickAxis model::Vehicle::*axis_of(const std::string& channel) {
+  return channel == "roll"    ? &model::Vehicle::roll
+         : channel == "pitch" ? &model::Vehicle::pitch
+         : channel == "climb" ? &model::Vehicle::climb
+                              : &model::Vehicle::yaw_rate;
+}
+
+std::vector<std::string> declared_axis(const StickAxis& axis) {
+  std::vector<std::string> out{axis.is_first_order() ? "first_order" : "second_order"};
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    if (model::is_base(effect) || effect.name == "tilt_limit") {  // that one stands in [translation]
+      continue;
+    }
+    const model::AxisNumber& first = effect.numbers[0];
+    const bool brought = effect.name == "transport_delay" && axis.lead_zero_s != 0.0;  // by the lead zero
+    if (axis.*first.member != first.neutral && !brought) {
+      out.emplace_back(effect.name);
+    }
+  }
+  return out;
+}
+
+std::vector<std::string> declared_translation(const model::Translation& translation) {
+  std::vector<std::string> out{"rigid_body"};
+  for (const model::TranslationEffect& effect : model::kTranslationEffects) {
+    if (!effect.has_key() || effect.needs.thrust_set_point) {
+      continue;
+    }
+    const auto parameters = std::span(effect.parameters).first(effect.parameter_count());
+    if (std::any_of(parameters.begin(), parameters.end(), [&](const model::EffectParameter& one) {
+          return model::number_of(translation, one.key) != one.neutral;
+        })) {
+      out.emplace_back(effect.name);
+    }
+  }
+  return out;
+}
+
+/// Sets one number of the channel by its key in the vehicle file.
+void set(model::Vehicle& vehicle, const std::string& channel, const std::string& key, double value) {
+  if (channel == "translation") {
+    vehicle.translation = vehicle.translation.with(key, value);
+    return;
+  }
+  StickAxis& axis = vehicle.*axis_of(channel);
+  model::for_each_axis_number([&](const model::AxisNumber& number) {
+    if (number.file.key[static_cast<std::size_t>(unit_of(channel))] == key) {
+      axis.*number.member = value;
+    }
+  });
+}
+
+double number_of(const model::Vehicle& vehicle, const std::string& channel, const std::string& key) {
+  if (channel == "translation") {
+    return model::number_of(vehicle.translation, key);
+  }
+  double out = 0.0;
+  model::for_each_axis_number([&](const model::AxisNumber& number) {
+    if (number.file.key[static_cast<std::size_t>(unit_of(channel))] == key) {
+      out = vehicle.*axis_of(channel).*number.member;
+    }
+  });
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& channel) {
+  return channel == "translation" ? declared_translation(vehicle.translation)
+                                  : declared_axis(vehicle.*axis_of(channel));
+}
+
+model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel) {
+  model::Vehicle out = believed;
+  if (channel == "translation") {
+    const double limit_rad = out.translation.tilt_limit_rad;  // of roll and pitch
+    out.translation = found.translation;
+    out.translation.tilt_limit_rad = limit_rad;
+    return out;
+  }
+  out.*axis_of(channel) = found.*axis_of(channel);
+  if (found.translation.tilt_limit_rad != believed.translation.tilt_limit_rad) {
+    out.translation.tilt_limit_rad = found.translation.tilt_limit_rad;
+  }
+  return out;
+}
+
+std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
+                                                   const identify::IdentifyResult& result, const std::string& channel,
+                                                   const Unseen& flight, model::Vehicle& found) {
+  constexpr double kMatters = 0.01;
+  constexpr double kUndetermined = 1e-4;
+  std::vector<identify::Refitted> out = identify::refitted(believed, result);
+  const double best = one_second(found, flight, channel);
+  const bool better = best < (1.0 - kLeastGain) * one_second(believed, flight, channel);
+  for (identify::Refitted& one : out) {
+    if (number_of(found, channel, one.parameter) == one.believed) {
+      one.matters = false;
+      continue;
+    }
+    model::Vehicle as_believed = found;
+    set(as_believed, channel, one.parameter, one.believed);
+    const double worse = one_second(as_believed, flight, channel) / best - 1.0;
+    one.matters = better && one.matters && worse > kMatters;
+    if (std::abs(worse) < kUndetermined) {
+      one.found = {one.believed, std::min(one.found.low, one.believed), std::max(one.found.high, one.believed)};
+      set(found, channel, one.parameter, one.believed);
+    }
+  }
+  return out;
+}
+
+}  // namespace m100::lab::loop

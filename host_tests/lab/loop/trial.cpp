@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/loop/trial.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+namespace m100::lab::loop {
+namespace {
+
+using Cells = std::vector<experiments::TaskResult>;
+
+constexpr double kFar_m = 5.0;
+constexpr double kSlack = 1.01;
+
+/// How much worse a trial is than another: cells that diverge in it alone less those that diverge in the other alone,
+/// then the ratio of the errors.
+struct Comparison {
+  int diverged = 0;
+  double now_m = 0.0;
+  double before_m = 0.0;
+  bool is_worse() const { return diverged != 0 ? diverged > 0 : now_m > kSlack * before_m; }
+  double ratio() const { return before_m > 0.0 ? now_m / before_m : 1.0; }
+};
+
+Comparison compare(const Cells& now, const Cells& before) {
+  Comparison out;
+  for (std::size_t i = 0; i < std::min(now.size(), before.size()); ++i) {
+    const bool lost = diverged(now[i]);
+    const bool was_lost = diverged(before[i]);
+    out.diverged += (lost ? 1 : 0) - (was_lost ? 1 : 0);
+    if (!lost && !was_lost) {
+      out.now_m = std::hypot(out.now_m, now[i].mean.pose_m);
+      out.before_m = std::hypot(out.before_m, before[i].mean.pose_m);
+    }
+  }
+  return out;
+}
+
+std::string lost_cells(const Cells& cells) {
+  std::string out;
+  for (const experiments::TaskResult& cell : cells) {
+    if (diverged(cell)) {
+      out += (out.empty() ? "" : ", ") + cell.task->task + " " + cell.task->condition;
+    }
+  }
+  return out;
+}
+
+std::string in_words(const Comparison& comparison) {
+  char text[96];
+  std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after", comparison.before_m, comparison.now_m);
+  return text;
+}
+
+void say_lost(const Cells& before, const Cells& now, Trial& out) {
+  if (const std::string lost = lost_cells(before); !lost.empty()) {
+    out.said.push_back("trial flights: with the present vehicle file diverged: " + lost);
+  }
+  if (const std::string lost = lost_cells(now); !lost.empty()) {
+    out.said.push_back("trial flights: with what was found diverged: " + lost);
+  }
+}
+
+}  // namespace
+
+bool diverged(const experiments::TaskResult& cell) {
+  return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
+}
+
+bool worse(const Cells& now, const Cells& before) { return compare(now, before).is_worse(); }
+
+Trial try_out(const std::set<std::string>& candidates, const Cells& before,
+              const std::function<Cells(const std::set<std::string>&)>& fly) {
+  Trial out{.kept = candidates, .said = {}};
+  if (candidates.empty()) {
+    return out;
+  }
+  Cells now = fly(out.kept);
+  say_lost(before, now, out);
+  while (compare(now, before).is_worse()) {
+    std::optional<std::string> culprit;
+    Cells best;
+    for (const std::string& channel : out.kept) {
+      std::set<std::string> fewer = out.kept;
+      fewer.erase(channel);
+      Cells flown = fewer.empty() ? before : fly(fewer);
+      const Comparison against = culprit ? compare(flown, best) : Comparison{};
+      if (!culprit || against.diverged < 0 || (against.diverged == 0 && against.ratio() < 1.0)) {
+        culprit = channel;
+        best = std::move(flown);
+      }
+    }
+    out.said.push_back(*culprit + ": taken back, trial flights are worse with it: " + in_words(compare(now, before)));
+    out.kept.erase(*culprit);
+    now = std::move(best);
+    if (out.kept.empty()) {
+      return out;
+    }
+  }
+  out.said.push_back("trial flights: " + in_words(compare(now, before)));
+  return out;
+}
+
+}  // namespace m100::lab::loop

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the loop declares, and what its trial flights may decide.
+#include <gtest/gtest.h>
+
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/experiments/tasks.h"
+#include "host_tests/lab/loop/believed.h"
+#include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/trial.h"
+
+namespace m100::lab::loop {
+namespace {
+
+using Cells = std::vector<experiments::TaskResult>;
+using Channels = std::set<std::string>;
+
+/// The trajectory in calm air and in wind.
+Cells cells(double calm_m, double wind_m) {
+  Cells out(2);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i].task = &experiments::paper_tasks().at(i);
+    out[i].seeds = 1;
+    out[i].mean.pose_m = i == 0 ? calm_m : wind_m;
+  }
+  return out;
+}
+
+TEST(Declared, IsAllThatTheVehicleFileSays) {
+  model::Vehicle vehicle = mpc::generated::kVehicle;
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(declared(vehicle, "roll"), (Names{"second_order", "lead_zero", "dead_zone"}));
+  EXPECT_EQ(declared(vehicle, "climb"), (Names{"second_order", "gain_asymmetry", "stick_curve"}));
+  EXPECT_EQ(declared(vehicle, "yaw_rate"), (Names{"first_order", "dead_zone"}));
+  EXPECT_EQ(declared(vehicle, "translation"), (Names{"rigid_body", "linear_drag"}));
+  vehicle.roll.lead_zero_s = 0.0;
+  vehicle.roll.saturation = 0.5;
+  vehicle.roll.rate_limit_per_s = 2.0;
+  vehicle.roll.backlash_counts = 5.0;
+  vehicle.roll.gain_drift_per_minute = 0.1;
+  vehicle.roll.cross_axis = 0.1;
+  EXPECT_EQ(declared(vehicle, "roll"), (Names{"second_order", "transport_delay", "dead_zone", "saturation",
+                                              "rate_limit", "backlash", "gain_drift", "cross_axis"}));
+}
+
+TEST(Trial, KeepsWhatIsBetter) {
+  const Trial trial = try_out({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.1, 0.2); });
+  EXPECT_EQ(trial.kept, (Channels{"climb", "roll"}));
+}
+
+// The finding that was repeated: one wind cell ended 499 m away, and three good axes were taken back.
+TEST(Trial, ACellThatDivergesBeforeAndAfterVetoesNothing) {
+  const Trial trial =
+      try_out({"climb", "pitch", "roll"}, cells(0.2, 450.0), [](const Channels&) { return cells(0.1, 499.0); });
+  EXPECT_EQ(trial.kept.size(), 3U);
+  ASSERT_FALSE(trial.said.empty());
+  EXPECT_NE(trial.said.front().find("diverged"), std::string::npos) << trial.said.front();
+}
+
+TEST(Trial, TakesBackTheOneChannelThatMakesACellDiverge) {
+  const Trial trial = try_out({"climb", "pitch", "roll"}, cells(0.2, 0.3), [](const Channels& channels) {
+    return channels.count("pitch") > 0 ? cells(0.1, 499.0)
+                                       : cells(0.25 - 0.05 * static_cast<double>(channels.size()), 0.2);
+  });
+  EXPECT_EQ(trial.kept, (Channels{"climb", "roll"}));
+}
+
+TEST(Trial, WithNothingThatIsBetterKeepsNothing) {
+  const Trial trial = try_out({"climb", "roll"}, cells(0.2, 0.3), [](const Channels&) { return cells(0.3, 0.4); });
+  EXPECT_TRUE(trial.kept.empty());
+}
+
+TEST(TrajectoryErrors, LeaveOutACellThatDivergesAndNameIt) {
+  LoopResult result;
+  result.before.experiments = cells(0.2, 0.3);
+  result.after.experiments = cells(0.1, 499.0);
+  for (Cells* side : {&result.before.experiments, &result.after.experiments}) {
+    for (experiments::TaskResult& cell : *side) {
+      static experiments::Task trajectory = experiments::paper_tasks().front();
+      trajectory.task = "trajectory";
+      cell.task = &trajectory;
+    }
+  }
+  const TrajectoryErrors errors = trajectory_errors(result);
+  EXPECT_EQ(errors.before_m, 0.2);
+  EXPECT_EQ(errors.after_m, 0.1);
+  ASSERT_EQ(errors.diverged.size(), 1U);
+}
+
+TEST(Prediction, ThatIsWorseIsNamed) {
+  LoopResult result;
+  result.before.prediction.velocity_m_s[2] = 0.10;
+  result.after.prediction.velocity_m_s[2] = 0.12;
+  result.before.prediction.roll_rad[2] = 0.10;
+  result.after.prediction.roll_rad[2] = 0.09;
+  ASSERT_EQ(predicted_worse(result).size(), 1U);
+  EXPECT_NE(predicted_worse(result)[0].find("velocity"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace m100::lab::loop
