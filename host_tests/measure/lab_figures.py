@@ -158,6 +158,19 @@ def hidden_effects(place):
     return {"hidden.shares": table(*rows)}
 
 
+def coverage(place):
+    """How often the 95 % intervals hold the truth, over simulated logs of ten blocks of which it is known."""
+    program = place.program("host_tests/property/identify_coverage", ("host-release",))
+    with tempfile.TemporaryDirectory() as folder:
+        answer = pathlib.Path(folder) / "answer.json"
+        place.run(program, "--logs", 500, "--seed", 20261122, "--json", answer)
+        found = json.loads(answer.read_text())
+    rows = [["parameter", "logs", "covered", "mean half width"]]
+    rows += [[row["parameter"].replace("_", " "), str(row["logs"]), f"{row['covered_percent']:.1f} %",
+              f"{row['half_width_percent']:.1f} %"] for row in found["parameters"]]
+    return {"identify.coverage": table(*rows)}
+
+
 SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
            Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
            Source(("flight.paper", "flight.more", "flight.cells_above_paper"), papers_tasks, quick=False),
@@ -165,4 +178,5 @@ SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights
            Source(("flight.far",), far_tasks, quick=False),
            Source(("flight.modes",), both_modes, quick=False),
            Source(("flight.motion",), motion_curve, quick=False),
-           Source(("hidden.shares",), hidden_effects, quick=False)]
+           Source(("hidden.shares",), hidden_effects, quick=False),
+           Source(("identify.coverage",), coverage, quick=False)]

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "firmware/model/axis_effects.h"
+#include "host_tests/lab/identify/axis/axis_structure.h"
 #include "host_tests/lab/identify/log_defects.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
 #include "host_tests/lab/input_error.h"
@@ -135,8 +136,10 @@ std::vector<Study::Parameter> AxisStudy::parameters(const Fit& fit) const {
 }
 
 double AxisStudy::reported(const Fit& fit, std::size_t parameter, double coordinate) const {
-  Fit moved = fit;
-  moved.parameters[parameter] = coordinate;
+  const model::AxisNumber& number = *parameters_of(fit.structure)[parameter].number;
+  Fit moved = fit;  // an interval ends where the physical range does
+  moved.parameters[parameter] =
+      std::clamp(coordinate, to_fitted(number, number.fit.low), to_fitted(number, number.fit.high));
   return family_->physical(moved, parameter);
 }
 

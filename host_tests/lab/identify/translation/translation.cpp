@@ -99,7 +99,23 @@ class TranslationStudy final : public Study {
     return out;
   }
 
-  double reported(const Fit&, std::size_t, double coordinate) const override { return coordinate; }
+  /// An interval ends where the physical range does.
+  double reported(const Fit& fit, std::size_t parameter, double coordinate) const override {
+    std::size_t first = 0;
+    for (const std::string& name : fit.structure) {
+      const TranslationEffect* effect = model::translation_effect(name);
+      const std::size_t count = TranslationFamily::parameters(fit, name).size();
+      if (effect != nullptr && parameter < first + count && parameter - first < effect->parameter_count()) {
+        const model::EffectParameter& range = effect->parameters[parameter - first];
+        const double value = TranslationFamily::parameters(fit, name)[parameter - first].value;
+        return range.low < range.high && value >= range.low && value <= range.high
+                   ? std::clamp(coordinate, range.low, range.high)
+                   : coordinate;
+      }
+      first += count;
+    }
+    return coordinate;
+  }
 
   /// What changed in mid-flight, and forces that depend on the place. What changed is not named among the effects.
   void ask_beside(Selection& chosen, Beside& beside) const {

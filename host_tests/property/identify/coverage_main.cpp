@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1]: how often the 95 % intervals of identify hold the
+// truth, over simulated logs of which it is known. With --judge the exit code is 1 where 500 logs or more leave the
+// range that was asked for.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/property/identify/synthetic_axis.h"
+
+namespace {
+
+namespace lab = m100::lab;
+using m100::host_tests::SyntheticAxis;
+using Truth = std::map<std::string, double>;
+
+/// One log with what identify should find in it. Ten blocks of 2.5 s are fitted.
+struct Known {
+  lab::logs::FlightLog log;
+  std::string axis;
+  std::vector<std::string> declared;
+  Truth truth;  ///< by the names of the final model's parameters
+};
+
+Known roll(std::uint64_t seed) {
+  SyntheticAxis vehicle = SyntheticAxis::random(seed);
+  const double width = SyntheticAxis::random_size("dead_zone", 1, seed);
+  const double trim = SyntheticAxis::random_size("trim_offset", 1, seed + 1);
+  vehicle.hidden = {{"dead_zone", width}, {"trim_offset", trim}};
+  return {vehicle.fly(),
+          "roll",
+          {"second_order", "transport_delay", "dead_zone", "trim_offset"},
+          {{"gain", vehicle.gain_rad},
+           {"natural_frequency_rad_s", vehicle.natural_frequency_rad_s},
+           {"damping_ratio", vehicle.damping_ratio},
+           {"delay_s", vehicle.delay_s},
+           {"width_counts", width},
+           {"offset_counts", trim}}};
+}
+
+Known translation(std::uint64_t seed) {
+  lab::hidden::FlightPlan plan;
+  plan.axis = "translation";
+  plan.seed = seed;
+  const bool of_body = seed % 2 == 1;
+  if (of_body) {
+    const double drag = lab::hidden::size_of("body_drag", 1, seed);
+    plan.hidden = {{"body_drag", drag}};
+    return {
+        lab::hidden::fly(plan), plan.axis, {"rigid_body", "body_drag"}, {{"x_per_s", 0.3 * drag}, {"y_per_s", drag}}};
+  }
+  const double drag = lab::hidden::size_of("linear_drag", 1, seed);
+  const double gain = lab::hidden::size_of("tilt_gain", 1, seed);
+  plan.hidden = {{"linear_drag", drag}, {"tilt_gain", gain}};
+  return {lab::hidden::fly(plan),
+          plan.axis,
+          {"rigid_body", "linear_drag", "tilt_gain"},
+          {{"rate_per_s", drag}, {"tilt_gain", gain}}};
+}
+
+struct Count {
+  int logs = 0;
+  int covered = 0;
+  double relative_width = 0.0;  ///< summed half width over the truth
+};
+
+/// @returns false where the answer has another structure than what is there: its intervals are those of other numbers.
+bool ask(const Known& known, std::uint64_t seed, std::map<std::string, Count>& counts) {
+  lab::identify::Request request;
+  request.axis = known.axis;
+  request.declared = known.declared;
+  request.train = {{3.0, 28.0}};
+  request.validate = {{28.0, 44.0}};
+  request.log = request.validation_log = &known.log;
+  request.seed = seed;
+  const lab::identify::IdentifyResult result = known.axis == "translation"
+                                                   ? lab::identify::identify_translation(request)
+                                                   : lab::identify::identify_axis(request);
+  if (result.final_model.structure != known.declared || !result.changes.empty()) {
+    return false;
+  }
+  for (const lab::identify::NamedInterval& one : result.final_intervals) {
+    const auto found = known.truth.find(one.name);
+    if (found == known.truth.end()) {
+      continue;
+    }
+    Count& count = counts[known.axis + " " + one.name];
+    ++count.logs;
+    count.covered += one.interval.low <= found->second && found->second <= one.interval.high ? 1 : 0;
+    count.relative_width += 0.5 * (one.interval.high - one.interval.low) / std::abs(found->second);
+  }
+  return true;
+}
+
+int report(const std::map<std::string, Count>& counts, int others, const std::string& file) {
+  constexpr double kLow = 91.0;  // 92 to 98 %, and 1 % of Monte Carlo
+  constexpr double kHigh = 99.0;
+  constexpr int kEnough = 500;
+  bool inside = true;
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  std::printf("%-36s %6s %10s %16s\n", "parameter (simulated)", "logs", "covered", "mean half width");
+  for (const auto& [name, count] : counts) {
+    const double percent = 100.0 * count.covered / std::max(1, count.logs);
+    const double width = 100.0 * count.relative_width / std::max(1, count.logs);
+    std::printf("%-36s %6d %8.1f %% %14.1f %%\n", name.c_str(), count.logs, percent, width);
+    rows.push_back(
+        {{"parameter", name}, {"logs", count.logs}, {"covered_percent", percent}, {"half_width_percent", width}});
+    inside = inside && (count.logs < kEnough || (percent >= kLow && percent <= kHigh));
+  }
+  std::printf("%d logs were answered with another structure and are left out\n", others);
+  if (!file.empty()) {
+    std::ofstream(file) << nlohmann::ordered_json{{"parameters", rows}, {"other_structure", others}}.dump(1) << "\n";
+  }
+  return inside ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  int logs = 500;
+  std::uint64_t seed = 1;
+  std::string file;
+  bool judge = false;
+  const std::vector<std::string> given(words + 1, words + count);
+  for (std::size_t k = 0; k + 1 < given.size(); k += 2) {
+    logs = given[k] == "--logs" ? std::atoi(given[k + 1].c_str()) : logs;
+    seed = given[k] == "--seed" ? std::strtoull(given[k + 1].c_str(), nullptr, 10) : seed;
+    file = given[k] == "--json" ? given[k + 1] : file;
+    judge = judge || given[k] == "--judge";
+  }
+  std::map<std::string, Count> counts;
+  int others = 0;
+  for (int k = 0; k < logs; ++k) {
+    const std::uint64_t number = seed + static_cast<std::uint64_t>(k);
+    for (const Known& known : {roll(number), translation(2 * number), translation(2 * number + 1)}) {
+      try {
+        others += ask(known, number, counts) ? 0 : 1;
+      } catch (const std::exception& refused) {
+        std::printf("%s, seed %llu: %s\n", known.axis.c_str(), static_cast<unsigned long long>(number), refused.what());
+        ++others;
+      }
+    }
+  }
+  const int outside = report(counts, others, file);
+  return judge ? outside : 0;
+}
