@@ -44,8 +44,10 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       observer_(vehicle),
       cross_check_(config.checks_off),
       trajectory_(trajectory),
-      fence_(config.fence),
       law_(vehicle, tables, {.horizontal = config.law}),
+      braking_(ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
+      fence_(config.fence, braking_),
+      place_(braking_),
       excitation_(config.excitation),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
@@ -72,6 +74,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
   excite(now);                                                        // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
+  place_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
   observed_ = observation(now);
   grant_ = supervisor_.review(wanted_, settled(), observed_, core::seconds<T>(elapsed_));  // takes away
   start_when_nominal(before, now);
@@ -175,7 +178,19 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
 /// What brakes by an estimate that is contradicted would fly the lie: then level and trimmed.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::settled() const {
-  return contradiction().check == est::Check::kNone ? ctl::settle(estimate_) : ctl::Command<T>{};
+  return contradiction().check == est::Check::kNone ? ctl::settle(estimate_, braking_) : ctl::Command<T>{};
+}
+
+/// Of a lie, or of a prediction that is worth nothing, none: nobody waits for it to slow down.
+template <typename T, typename S>
+double FlightController<T, S>::speed_m_s() const {
+  constexpr T kWorthless_m2_s2 = T(1);
+  const est::AxisEstimate<T>& x = estimate_.x;
+  const est::AxisEstimate<T>& y = estimate_.y;
+  const bool known = estimate_.predicts && contradiction().check == est::Check::kNone &&
+                     x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
+  return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
+               : 0.0;
 }
 
 template <typename T, typename S>
@@ -196,6 +211,10 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
           .error_m = kErrorSigmas * core::sqrt(static_cast<double>(core::clamp(
                                         estimate_.x.position_variance_m2, estimate_.y.position_variance_m2, T(1e6)))),
           .reserve_m = static_cast<double>(fence_.reserve_m()),
+          .outside_m = static_cast<double>(fence_.outside_m()),
+          .speed_m_s = speed_m_s(),
+          .place_lost_for = core::Duration(static_cast<core::Duration::rep>(place_.lost_s() * T(1e6))),
+          .push_m_s2 = static_cast<double>(place_.push_m_s2()),
           .refused_turn_rad = static_cast<double>(estimate_.refusal.turned_rad),
           .contradicted_by = static_cast<std::uint8_t>(contradicted.check),
           .contradicted_with = static_cast<double>(contradicted.measured),

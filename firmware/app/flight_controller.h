@@ -5,9 +5,11 @@
 
 #include "firmware/app/config.h"
 #include "firmware/app/measure.h"
+#include "firmware/ctl/braking.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
+#include "firmware/ctl/place_watch.h"
 #include "firmware/est/cross_check.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/pose_timing.h"
@@ -100,6 +102,7 @@ class FlightController {
   void take_orders(core::TimePoint now);
   core::Pose<double> pose(core::TimePoint now);
   ctl::Command<T> settled() const;
+  double speed_m_s() const;
   safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
   /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
@@ -126,8 +129,10 @@ class FlightController {
   est::DisturbanceEkf<S, T> observer_;
   est::CrossCheck<T> cross_check_;
   ref::Trajectory<T>& trajectory_;
-  ctl::FenceKeeper<T> fence_;
   ctl::FlightLaw<T> law_;
+  ctl::Braking braking_;
+  ctl::FenceKeeper<T> fence_;
+  ctl::PlaceWatch<T> place_;
   ctl::Excitation<T> excitation_;
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;

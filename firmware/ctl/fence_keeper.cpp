@@ -2,24 +2,21 @@
 #include "firmware/ctl/fence_keeper.h"
 
 #include "firmware/core/maths.h"
-#include "firmware/model/tilt_limit.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::ctl {
 namespace {
 
 constexpr double kGoalMargin_m = 0.2;         // from a side to the nearest goal: overshoot and tracking error
 constexpr double kLargestMarginShare = 0.25;  // of a box that is narrow
-// Transport 55 ms, command period 40 ms, attitude loop 2 zeta / w = 0.23 s. The test compares the sum with the way of
-// an aircraft of that loop, over speeds, tilts and winds.
-constexpr double kReaction_s = 0.35;
-constexpr double kStillGaining_s = 0.3;
-// The law tilts by degrees where it brakes, not at once: a tenth less than the limit gives.
-constexpr double kBraking_m_s2 = 0.89 * model::acceleration_at_limit_m_s2(model::Translation{}.tilt_limit_rad);
-constexpr double kLeastBraking_m_s2 = 1.0;
-constexpr double kGustShare = 0.3;   // of the wind, as an amplitude
-constexpr double kDrag_per_s = 0.3;  // a free rotor aircraft: published 0.2 to 0.5
-constexpr double kBlend_m = 0.4;     // over which braking is taken up
-constexpr double kBehind_m = 3.0;    // a goal so far behind takes all the tilt
+// The attitude has passed level, and no speed is gained any more, so long before it has turned round.
+constexpr double kTurnedRound_s = 0.05;
+// Where wind and gusts leave less than this, hardly a speed is admitted.
+constexpr double kLeastBraking_m_s2 = 0.05;
+constexpr double kGustShare = 0.3;  // of the wind, as an amplitude
+constexpr double kReliefShare = 1.0 / 3.0;
+constexpr double kBlend_m = 0.4;   // over which braking is taken up
+constexpr double kBehind_m = 3.0;  // a goal so far behind takes all the tilt
 constexpr double kSigmas = 3.0;
 
 }  // namespace
@@ -35,11 +32,40 @@ typename FenceKeeper<T>::Side FenceKeeper<T>::side_of(const core::Fence::Side& s
 }
 
 template <typename T>
-FenceKeeper<T>::FenceKeeper(const core::Fence& fence)
+FenceKeeper<T>::FenceKeeper(const core::Fence& fence, const Braking& braking)
     : x_(side_of(fence.side[core::Fence::kX])),
       y_(side_of(fence.side[core::Fence::kY])),
       z_(side_of(fence.side[core::Fence::kZ])),
-      gusts_m_s2_(static_cast<T>(kDrag_per_s * kGustShare * fence.wind_m_s)) {}
+      braking_m_s2_(static_cast<T>(braking.acceleration_m_s2)),
+      reaction_s_(static_cast<T>(braking.reaction_s)),
+      unknown_drag_per_s_(static_cast<T>(braking.unknown_drag_per_s)),
+      wind_m_s2_(static_cast<T>(braking.drag_per_s * fence.wind_m_s)),
+      gusts_m_s2_(static_cast<T>(braking.drag_per_s * kGustShare * fence.wind_m_s)) {}
+
+template <typename T>
+T FenceKeeper<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
+  // What drag of the speed the estimated wind may have in it; it goes as the aircraft slows down, a third of it in the
+  // mean over the way, and leaves at most a wind of the class.
+  const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
+  const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
+  const T push_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + gusts_m_s2_;
+  const T left_m_s2 = braking_m_s2_ - push_m_s2;
+  constexpr T kLeast = static_cast<T>(kLeastBraking_m_s2);
+  const T braking_m_s2 = left_m_s2 > kLeast ? left_m_s2 : kLeast;
+  const T gaining_s = reaction_s_ - static_cast<T>(kTurnedRound_s);
+  const T gained_m_s = ((tilted_m_s2 > T(0) ? tilted_m_s2 : T(0)) + push_m_s2) * gaining_s;
+  const T top_m_s = speed_m_s + gained_m_s;
+  return speed_m_s * reaction_s_ + gained_m_s * (reaction_s_ - T(0.5) * gaining_s) +
+         top_m_s * top_m_s / (T(2) * braking_m_s2);
+}
+
+template <typename T>
+void FenceKeeper<T>::look_outside(const Side& side, T position_m) {
+  const T below_m = side.low_m - position_m;
+  const T above_m = position_m - side.high_m;
+  const T beyond_m = below_m > above_m ? below_m : above_m;
+  outside_m_ = beyond_m > outside_m_ ? beyond_m : outside_m_;
+}
 
 template <typename T>
 void FenceKeeper<T>::hold_axis(Axis& window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign) {
@@ -50,18 +76,9 @@ void FenceKeeper<T>::hold_axis(Axis& window, const Side& side, const est::AxisEs
   const bool up = estimate.velocity_m_s > T(0);
   const T direction = up ? T(1) : T(-1);
   const T speed_m_s = direction * estimate.velocity_m_s;
-  const T wind_m_s2 = direction * estimate.disturbance_m_s2;
-  const T push_m_s2 = (wind_m_s2 > T(0) ? wind_m_s2 : T(0)) + gusts_m_s2_;
-  const T left_m_s2 = static_cast<T>(kBraking_m_s2) - push_m_s2;
-  constexpr T kLeast = static_cast<T>(kLeastBraking_m_s2);
-  const T braking_m_s2 = left_m_s2 > kLeast ? left_m_s2 : kLeast;
   const T tilted_m_s2 = direction * tilt_sign * static_cast<T>(model::kGravity_m_s2) * estimate.tilt_rad;
-  const T gained_m_s = ((tilted_m_s2 > T(0) ? tilted_m_s2 : T(0)) + push_m_s2) * static_cast<T>(kStillGaining_s);
-  const T top_m_s = speed_m_s + gained_m_s;
-  const T stop_m = speed_m_s * static_cast<T>(kReaction_s) +
-                   gained_m_s * static_cast<T>(kReaction_s - 0.5 * kStillGaining_s) +
-                   top_m_s * top_m_s / (T(2) * braking_m_s2);
-  const T room_m = (up ? side.high_m - estimate.position_m : estimate.position_m - side.low_m) - stop_m;
+  const T stop = stop_m(speed_m_s, tilted_m_s2, direction * estimate.disturbance_m_s2);
+  const T room_m = (up ? side.high_m - estimate.position_m : estimate.position_m - side.low_m) - stop;
   reserve_m_ = room_m < reserve_m_ ? room_m : reserve_m_;
   const T sigma_m = core::sqrt(estimate.position_variance_m2);
   const T share =
@@ -84,6 +101,10 @@ template <typename T>
 void FenceKeeper<T>::hold(ref::Window<T>& window, const est::Estimate<T>& estimate) {
   brakes_ = false;
   reserve_m_ = static_cast<T>(1e6);
+  outside_m_ = static_cast<T>(-1e6);
+  look_outside(x_, estimate.x.position_m);
+  look_outside(y_, estimate.y.position_m);
+  look_outside(z_, estimate.height_m);
   hold_axis(window.x, x_, estimate.x, T(1));
   hold_axis(window.y, y_, estimate.y, T(-1));
   const T held_m = core::clamp(window.height.position_m, z_.goal_low_m, z_.goal_high_m);

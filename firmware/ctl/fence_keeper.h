@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/core/fence.h"
+#include "firmware/ctl/braking.h"
 #include "firmware/est/estimate.h"
 #include "firmware/ref/window.h"
 
@@ -9,23 +10,29 @@ namespace m100::ctl {
 
 /// Holds the reference inside the fence, and lets the aircraft be nowhere so fast that it could not stop before a side.
 ///
-/// Stopping distance on one horizontal axis, at a speed v towards a side:
+/// Stopping distance on one horizontal axis, at a speed v towards a side (Braking has the vehicle's numbers):
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
-/// where t is the time until the attitude has turned round (transport delay, attitude loop, command period), s < t
-/// until it has passed level, a0 >= 0 what tilt, wind and gusts of the wind class add meanwhile, and
-///   a = 0.89 g tan(tilt limit) - gusts - the wind that blows towards the side now, at least 1 m/s^2.
+/// where t is the reaction, until the attitude has turned round, s < t until it has passed level, a0 >= 0 what tilt,
+/// wind and gusts of the wind class add meanwhile, and
+///   a = braking - gusts - the wind that blows towards the side.
+/// That wind is the one that is estimated now, and a third of the drag that the speed may have hidden in it: braking
+/// takes the drag away and leaves the wind, at most one of the class. Over the way from v to rest a push that grows by
+/// c (v - v') costs as much as a third of c v all the time.
 /// A state is admitted if position, stopping distance and three sigmas of position end before the side. Where they do
 /// not, the reference is moved, by degrees, to a place behind the aircraft: the law brakes with all its tilt. The
 /// estimate goes on when the pose is lost, so the same holds while coasting. T is float or double.
 template <typename T>
 class FenceKeeper {
  public:
-  explicit FenceKeeper(const core::Fence& fence);
+  FenceKeeper(const core::Fence& fence, const Braking& braking);
 
   void hold(ref::Window<T>& window, const est::Estimate<T>& estimate);
   /// Of the last hold(): the way that is left between where the aircraft can stop and the nearest side; without the
   /// three sigmas. Negative: a stop may come too late.
   T reserve_m() const { return reserve_m_; }
+  /// Of the last hold(): how far the estimated place is beyond the nearest side, floor and ceiling too; negative:
+  /// inside.
+  T outside_m() const { return outside_m_; }
   /// Of the last hold(): the reference was moved because of the speed.
   bool brakes() const { return brakes_; }
 
@@ -36,11 +43,16 @@ class FenceKeeper {
   };
   using Axis = decltype(ref::Window<T>::x);
   static Side side_of(const core::Fence::Side& side);
+  /// At a speed towards the side; a tilt's acceleration and a wind that act towards it are positive.
+  T stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const;
+  void look_outside(const Side& side, T position_m);
   void hold_axis(Axis& window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
 
   Side x_, y_, z_;
-  T gusts_m_s2_;
+  T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
+  T wind_m_s2_, gusts_m_s2_;  ///< of the class
   T reserve_m_{0};
+  T outside_m_{0};
   bool brakes_ = false;
 };
 

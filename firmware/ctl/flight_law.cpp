@@ -152,6 +152,19 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
 }
 
 template <typename T>
+T FlightLaw<T>::slope_limit() const {
+  T least = combined_tangent_ * static_cast<T>(0.7071067811865476);
+  for (const Axis* axis : {&x_, &y_}) {
+    const mpc::GainTable<T>& table = axis->mpc.table();
+    const T up = table.input_gain * table.input_max_rad;
+    const T down = -table.input_gain * table.input_min_rad;
+    least = up < least ? up : least;
+    least = down < least ? down : least;
+  }
+  return least;
+}
+
+template <typename T>
 void FlightLaw<T>::reset() {
   x_.mpc.reset();
   y_.mpc.reset();

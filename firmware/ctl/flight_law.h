@@ -69,6 +69,9 @@ class FlightLaw {
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
   const LawReport& report() const { return report_; }
+  /// The largest slope that one axis surely gets, whatever the other one wants: of the tables' boxes and a half of the
+  /// combined limit (in the square).
+  T slope_limit() const;
   /// For a start in the air: integral and active sets forgotten. The pipes keep what the autopilot was told.
   void reset();
 

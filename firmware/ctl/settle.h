@@ -3,6 +3,7 @@
 
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
+#include "firmware/ctl/braking.h"
 #include "firmware/ctl/command.h"
 #include "firmware/est/estimate.h"
 #include "firmware/model/vehicle.h"
@@ -11,14 +12,17 @@ namespace m100::ctl {
 
 /// The command that brings the aircraft to a stand without a course, and holds it against trim and wind as they were
 /// last estimated: what the ladder lets through in its level rung. Per axis of the yaw-free frame
-///   v' = -k v,  |k v| <= a:  slope = +-(v' - d) / g - m
-/// Both slopes together are at most tan(30 degrees), the law's own limit, and keep their direction.
-/// While no pose comes the velocity is the model's prediction; where its own sigma says that it is worthless, trim and
-/// wind alone are held. Level where there is no prediction. No climb, no turn: the autopilot holds the height.
+///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
+/// The speed is that of a reaction time t later, so that the tilt is taken away in time; with k t = 0.7 the stop does
+/// not overshoot. It brakes as hard as the fence reckons: a gentler stop would end beyond it. Both slopes together are
+/// at most tan(30 degrees), the law's own limit, and keep their direction. While no pose comes the velocity is the
+/// model's prediction; where its own sigma says that it is worthless, trim and wind alone are held. Level where there
+/// is no prediction. No climb, no turn: the autopilot holds the height.
 template <typename T>
-Command<T> settle(const est::Estimate<T>& estimate) {
-  constexpr T kRate_per_s = static_cast<T>(1.2);        // below a third of the attitude loop's bandwidth
-  constexpr T kMostBraking_m_s2 = static_cast<T>(4.0);  // what the fence reckons with, too
+Command<T> settle(const est::Estimate<T>& estimate, const Braking& braking) {
+  const T ahead_s = static_cast<T>(braking.reaction_s);
+  const T rate_per_s = static_cast<T>(0.7 / braking.reaction_s);
+  const T most_m_s2 = static_cast<T>(braking.acceleration_m_s2);
   constexpr T kWorthless_m2_s2 = static_cast<T>(1.0);
   constexpr T kMostSlope = static_cast<T>(0.5773502691896258);  // tan 30 deg: FlightLawOptions
   constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
@@ -27,8 +31,9 @@ Command<T> settle(const est::Estimate<T>& estimate) {
   }
   const auto slope = [=](const est::AxisEstimate<T>& axis, T sign) {
     const bool known = axis.velocity_variance_m2_s2 < kWorthless_m2_s2;
-    const T braking_m_s2 =
-        known ? core::clamp(-kRate_per_s * axis.velocity_m_s, -kMostBraking_m_s2, kMostBraking_m_s2) : T(0);
+    const T now_m_s2 = sign * static_cast<T>(model::kGravity_m_s2) * axis.tilt_rad + axis.disturbance_m_s2;
+    const T soon_m_s = axis.velocity_m_s + ahead_s * now_m_s2;
+    const T braking_m_s2 = known ? core::clamp(-rate_per_s * soon_m_s, -most_m_s2, most_m_s2) : T(0);
     return sign * (braking_m_s2 - axis.disturbance_m_s2) * kPerGravity - axis.input_offset_rad;
   };
   const T x = slope(estimate.x, T(1));

@@ -30,9 +30,9 @@ enum class LadderSign : std::uint32_t {
   kCommandUnsound = 1U << 3U,    ///< the law's command is not finite or far out of range
   kEstimateLost = 1U << 4U,      ///< gate shut for 0.3 s, or covariance beyond its limit
   kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
-  kRecovered = 1U << 6U,         ///< fresh for 10 ticks in a row
+  kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
   kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms
-  kLevelOver = 1U << 8U,         ///< in kLevel for 1 s
+  kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
   // Told, not acted upon: no row of the table asks for these. They stand in the log's field `facts`.
@@ -43,6 +43,8 @@ enum class LadderSign : std::uint32_t {
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimWatch
   // Acted upon again.
   kReserveSpent = 1U << 16U,  ///< while coasting: the predicted error of the position reaches the fence
+  kOutside = 1U << 17U,       ///< the aircraft is beyond a side of its fence
+  kPlaceLost = 1U << 18U,     ///< for 3 s the wind has been stronger than the aircraft
 };
 template <>
 inline constexpr bool kIsSign<LadderSign> = true;
@@ -65,8 +67,10 @@ enum class Cause : std::uint8_t {
   kRecovered,
   kEngaged,       ///< by the operator
   kReserveSpent,  ///< coasting on would not surely stay inside the fence
+  kFenceLeft,
+  kPlaceLost,  ///< the wind is stronger than the aircraft
 };
-inline constexpr std::size_t kCauseCount = 15;
+inline constexpr std::size_t kCauseCount = 17;
 
 std::string_view name(Rung rung);
 std::string_view name(Cause cause);
@@ -95,22 +99,27 @@ inline constexpr std::array kLadder{
     LadderRow{Rung::kNominal, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
     LadderRow{Rung::kCoast, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
     LadderRow{Rung::kLevel, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
-    LadderRow{Rung::kLevel, LadderSign::kLevelOver, LadderSign::kOperatorEngages, Rung::kRelease, Cause::kLevelOver},
+    // An order that can be obeyed is obeyed at the last moment, too; one that cannot does not keep the pilot waiting.
+    LadderRow{Rung::kLevel, LadderSign::kOperatorEngages | LadderSign::kRecovered,
+              LadderSign::kEstimateLost | LadderSign::kCommandUnsound | LadderSign::kOutside, Rung::kNominal,
+              Cause::kEngaged},
+    LadderRow{Rung::kLevel, LadderSign::kLevelOver, LadderSign::kNone, Rung::kRelease, Cause::kLevelOver},
     // Down one step.
     LadderRow{Rung::kNominal, LadderSign::kCommandUnsound, LadderSign::kNone, Rung::kLevel, Cause::kCommandUnsound},
     LadderRow{Rung::kCoast, LadderSign::kCommandUnsound, LadderSign::kNone, Rung::kLevel, Cause::kCommandUnsound},
     LadderRow{Rung::kNominal, LadderSign::kEstimateLost, LadderSign::kNone, Rung::kLevel, Cause::kEstimateLost},
     LadderRow{Rung::kCoast, LadderSign::kEstimateLost, LadderSign::kNone, Rung::kLevel, Cause::kEstimateLost},
+    LadderRow{Rung::kNominal, LadderSign::kOutside, LadderSign::kNone, Rung::kLevel, Cause::kFenceLeft},
+    LadderRow{Rung::kCoast, LadderSign::kOutside, LadderSign::kNone, Rung::kLevel, Cause::kFenceLeft},
+    LadderRow{Rung::kNominal, LadderSign::kPlaceLost, LadderSign::kNone, Rung::kLevel, Cause::kPlaceLost},
     LadderRow{Rung::kCoast, LadderSign::kReserveSpent, LadderSign::kFresh, Rung::kLevel, Cause::kReserveSpent},
     LadderRow{Rung::kCoast, LadderSign::kCoastOver, LadderSign::kFresh, Rung::kLevel, Cause::kCoastOver},
     LadderRow{Rung::kNominal, LadderSign::kNone, LadderSign::kFresh, Rung::kCoast, Cause::kPoseOld},
-    // Up again: from kCoast by itself, from kLevel and kSilent only by the operator.
+    // Up again: from kCoast by itself, from kLevel (above) and kSilent only by the operator.
     LadderRow{Rung::kCoast, LadderSign::kRecovered, LadderSign::kNone, Rung::kNominal, Cause::kRecovered},
-    LadderRow{Rung::kLevel, LadderSign::kOperatorEngages | LadderSign::kRecovered,
-              LadderSign::kEstimateLost | LadderSign::kCommandUnsound, Rung::kNominal, Cause::kEngaged},
     LadderRow{Rung::kSilent, LadderSign::kOperatorEngages | LadderSign::kCommandable | LadderSign::kRecovered,
               LadderSign::kEstimateLost | LadderSign::kCommandUnsound | LadderSign::kOperatorReleases |
-                  LadderSign::kTelemetryDead,
+                  LadderSign::kTelemetryDead | LadderSign::kOutside,
               Rung::kNominal, Cause::kEngaged},
 };
 

@@ -21,11 +21,17 @@ struct Limits {
   bool pose_fresh_is_said = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
+  /// The pilot gets an aircraft that stands: LEVEL lasts on while it is faster than hand_over_m_s, at most so long by
+  /// prediction, and so long with a fresh pose.
+  core::Duration level_moving = std::chrono::milliseconds(2500);
+  core::Duration level_moving_seen = std::chrono::milliseconds(10000);
+  double hand_over_m_s = 0.9;
   core::Duration neutral = std::chrono::milliseconds(500);
   core::Duration telemetry_stale = std::chrono::milliseconds(100);
   core::Duration telemetry_dead = std::chrono::milliseconds(500);
-  core::Duration gate_shut = std::chrono::milliseconds(300);  ///< by poses that agree with each other: a jump
-  std::uint32_t good_ticks_to_recover = 10;
+  core::Duration gate_shut = std::chrono::milliseconds(300);    ///< by poses that agree with each other: a jump
+  core::Duration place_lost = std::chrono::milliseconds(3000);  ///< the wind is stronger than the aircraft
+  std::uint32_t good_poses_to_recover = 10;
 };
 
 inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
@@ -43,7 +49,9 @@ constexpr core::Duration fresh_limit(const Limits& limits, const PoseLatency& me
 
 /// What each command may be, and how fast it may change.
 struct Envelope {
-  double tilt_rad = 0.4363323129985824;  ///< 25 deg, the MPC's own box
+  /// 30 deg, the law's own limit of both axes together: the MPC's box of 25 deg is along the axes of the world, and
+  /// what brakes in a wind needs the rest.
+  double tilt_rad = 0.5235987755982988;
   double tilt_slew_rad_s = 20.0;
   double climb_m_s = 2.0;
   double climb_slew_m_s2 = 40.0;

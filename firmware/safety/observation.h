@@ -19,9 +19,13 @@ struct Observation {
   core::Duration refused_for{0};                        ///< from the first to the last that agree with each other
   double refused_by_m = 0.0;  ///< the last of them, from where it had to be; and what was allowed
   double refused_allowed_m = 0.0;
-  double error_m = 0.0;           ///< three sigmas of the predicted position, on the axis that is worse
-  double reserve_m = 1e6;         ///< between where the aircraft can stop and the nearest side of its fence
-  double refused_turn_rad = 0.0;  ///< from the heading that it had to have
+  double error_m = 0.0;     ///< three sigmas of the predicted position, on the axis that is worse
+  double reserve_m = 1e6;   ///< between where the aircraft can stop and the nearest side of its fence
+  double outside_m = -1e6;  ///< how far the estimated place is beyond the nearest side of the fence; negative: inside
+  double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 where it is worth nothing
+  core::Duration place_lost_for{0};  ///< since when the wind has kept the aircraft from its place
+  double push_m_s2 = 0.0;            ///< of that wind, averaged over 2 s
+  double refused_turn_rad = 0.0;     ///< from the heading that it had to have
   /// The check (est::Check; 0: none) by which the autopilot's telemetry contradicts the poses, which are then refused:
   /// refused_for is at least Limits::gate_shut. By how much, and what is allowed, in its own unit.
   std::uint8_t contradicted_by = 0;

@@ -20,24 +20,45 @@ bool Supervisor<T>::is_sound(const ctl::Command<T>& command) const {
          sound(command.climb_m_s, envelope_.climb_m_s) && sound(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
 }
 
+/// A pose counts once, in however many ticks it is fresh: it is new where the time of its capture has moved on.
+template <typename T>
+void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
+  constexpr core::Duration kNewer = std::chrono::milliseconds(1);  // estimates of one time of capture differ by less
+  if (!fresh) {
+    good_poses_ = 0;
+    return;
+  }
+  const core::TimePoint captured = seen.now - seen.pose_age;
+  const core::Duration moved = captured - last_capture_;
+  if (moved < kNewer && moved > -kNewer) {
+    return;
+  }
+  last_capture_ = captured;
+  good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
+}
+
 template <typename T>
 LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
   LadderSign set = LadderSign::kNone;
   const auto add = [&set](bool holds, LadderSign sign) { set |= when(holds, sign); };
   const bool fresh =
       seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
-  good_ticks_ = fresh ? good_ticks_ + (good_ticks_ < limits_.good_ticks_to_recover ? 1U : 0U) : 0U;
+  count_good_poses(seen, fresh);
   const core::Duration inside = seen.now - entered_;
+  const core::Duration most_level = fresh ? limits_.level_moving_seen : limits_.level_moving;
+  const bool may_hand_over = seen.speed_m_s < limits_.hand_over_m_s || inside >= most_level;
   add(seen.authority && seen.mode_f, LadderSign::kCommandable);
   add(seen.operator_releases, LadderSign::kOperatorReleases);
   add(seen.telemetry_age > limits_.telemetry_dead, LadderSign::kTelemetryDead);
   add(!is_sound(wanted), LadderSign::kCommandUnsound);
   add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, LadderSign::kEstimateLost);
   add(fresh, LadderSign::kFresh);
-  add(good_ticks_ >= limits_.good_ticks_to_recover, LadderSign::kRecovered);
+  add(good_poses_ >= limits_.good_poses_to_recover, LadderSign::kRecovered);
   add(rung_ == Rung::kCoast && inside >= limits_.coast, LadderSign::kCoastOver);
   add(rung_ == Rung::kCoast && seen.error_m > seen.reserve_m, LadderSign::kReserveSpent);
-  add(rung_ == Rung::kLevel && inside >= limits_.level, LadderSign::kLevelOver);
+  add(seen.outside_m > 0.0, LadderSign::kOutside);
+  add(seen.place_lost_for >= limits_.place_lost, LadderSign::kPlaceLost);
+  add(rung_ == Rung::kLevel && inside >= limits_.level && may_hand_over, LadderSign::kLevelOver);
   add(rung_ == Rung::kRelease && inside >= limits_.neutral, LadderSign::kNeutralOver);
   add(seen.operator_engages, LadderSign::kOperatorEngages);
   add(seen.left_model[0], LadderSign::kRollLeftModel);
@@ -70,7 +91,7 @@ void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
   stats_.coasts += rung_ == Rung::kCoast ? 1U : 0U;
   stats_.levels += rung_ == Rung::kLevel ? 1U : 0U;
   stats_.releases += rung_ == Rung::kRelease ? 1U : 0U;
-  good_ticks_ = rung_ == Rung::kCoast ? 0 : good_ticks_;  // ten good ticks are counted from the fault on
+  good_poses_ = rung_ == Rung::kCoast ? 0 : good_poses_;  // ten good poses are counted from the fault on
 }
 
 template <typename T>
@@ -103,7 +124,11 @@ Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const ctl::Command
     enter(kLadder[row], seen);
   }
   const bool passes = passes_law(rung_) && !any(signs_, LadderSign::kCommandUnsound);
-  const bool settles = rung_ == Rung::kLevel && is_sound(settled) && !any(signs_, LadderSign::kCommandUnsound);
+  // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose is held until the
+  // sticks are the pilot's.
+  const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
+  const bool settles =
+      (rung_ == Rung::kLevel || stands) && is_sound(settled) && !any(signs_, LadderSign::kCommandUnsound);
   last_ = limited(passes ? wanted : settles ? settled : ctl::Command<T>{}, step_s);
   return {.command = last_,
           .rung = rung_,

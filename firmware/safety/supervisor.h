@@ -47,7 +47,8 @@ class Supervisor {
   Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope) {}
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  /// @param settled what may leave in kLevel; in kRelease, and where it is unsound: level and trimmed
+  /// @param settled what may leave in kLevel; in kRelease only where LEVEL led
+  ///   there with a fresh pose. Else, and where it is unsound: level and trimmed
   Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s);
 
   Rung rung() const { return rung_; }
@@ -62,6 +63,7 @@ class Supervisor {
  private:
   bool is_sound(const ctl::Command<T>& command) const;
   LadderSign weigh(const ctl::Command<T>& wanted, const Observation& seen);
+  void count_good_poses(const Observation& seen, bool fresh);
   void enter(const LadderRow& row, const Observation& seen);
   Cause cause_of(const LadderRow& row, const Observation& seen) const;
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
@@ -71,7 +73,8 @@ class Supervisor {
   Envelope envelope_;
   Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
-  std::uint32_t good_ticks_ = 0;
+  std::uint32_t good_poses_ = 0;
+  core::TimePoint last_capture_{};
   LadderSign signs_ = LadderSign::kNone;
   LadderStep last_step_;
   LadderStep descent_;

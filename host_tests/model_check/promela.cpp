@@ -81,6 +81,8 @@ constexpr std::array kPlants{
           }},
     Plant{"coast_never_ends", [] { ladder_row(Rung::kCoast, Cause::kCoastOver).to = Rung::kCoast; }},
     Plant{"level_never_ends", [] { ladder_row(Rung::kLevel, Cause::kLevelOver).to = Rung::kLevel; }},
+    Plant{"order_keeps_a_levelled_flight",
+          [] { ladder_row(Rung::kLevel, Cause::kLevelOver).excludes = LadderSign::kOperatorEngages; }},
     Plant{"release_never_ends", [] { ladder_row(Rung::kRelease, Cause::kNeutralOver).to = Rung::kRelease; }},
     Plant{"silence_asks_by_itself",
           [] {
@@ -96,6 +98,25 @@ constexpr std::array kPlants{
 template <typename Number>
 void define(std::string_view name, Number number) {
   std::cout << "#define " << name << " " << number << "\n";
+}
+
+void ladder_signs() {
+  constexpr std::array kLadderSigns{std::pair{"COMMANDABLE", LadderSign::kCommandable},
+                                    std::pair{"OPERATOR_RELEASES", LadderSign::kOperatorReleases},
+                                    std::pair{"TELEMETRY_DEAD", LadderSign::kTelemetryDead},
+                                    std::pair{"UNSOUND", LadderSign::kCommandUnsound},
+                                    std::pair{"ESTIMATE_LOST", LadderSign::kEstimateLost},
+                                    std::pair{"FRESH", LadderSign::kFresh},
+                                    std::pair{"RECOVERED", LadderSign::kRecovered},
+                                    std::pair{"COAST_OVER", LadderSign::kCoastOver},
+                                    std::pair{"LEVEL_OVER", LadderSign::kLevelOver},
+                                    std::pair{"NEUTRAL_OVER", LadderSign::kNeutralOver},
+                                    std::pair{"OPERATOR_ENGAGES", LadderSign::kOperatorEngages},
+                                    std::pair{"OUTSIDE", LadderSign::kOutside},
+                                    std::pair{"PLACE_LOST", LadderSign::kPlaceLost}};
+  for (const auto& [name, sign] : kLadderSigns) {
+    define("L_" + std::string(name), bits_of(sign));
+  }
 }
 
 void constants() {
@@ -129,20 +150,6 @@ void constants() {
   for (const Named& named : kSigns) {
     define("A_" + std::string(named.name), bits_of(named.sign));
   }
-  constexpr std::array kLadderSigns{std::pair{"COMMANDABLE", LadderSign::kCommandable},
-                                    std::pair{"OPERATOR_RELEASES", LadderSign::kOperatorReleases},
-                                    std::pair{"TELEMETRY_DEAD", LadderSign::kTelemetryDead},
-                                    std::pair{"UNSOUND", LadderSign::kCommandUnsound},
-                                    std::pair{"ESTIMATE_LOST", LadderSign::kEstimateLost},
-                                    std::pair{"FRESH", LadderSign::kFresh},
-                                    std::pair{"RECOVERED", LadderSign::kRecovered},
-                                    std::pair{"COAST_OVER", LadderSign::kCoastOver},
-                                    std::pair{"LEVEL_OVER", LadderSign::kLevelOver},
-                                    std::pair{"NEUTRAL_OVER", LadderSign::kNeutralOver},
-                                    std::pair{"OPERATOR_ENGAGES", LadderSign::kOperatorEngages}};
-  for (const auto& [name, sign] : kLadderSigns) {
-    define("L_" + std::string(name), bits_of(sign));
-  }
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
     define("stage_" + std::string(name(static_cast<Stage>(stage))), stage);
   }
@@ -167,6 +174,7 @@ void times() {
   define("CONFIRM_TIME", kConfirmTime / kUnit);
   define("COAST_TIME", (limits.coast + kUnit - m100::core::Duration{1}) / kUnit);
   define("LEVEL_TIME", limits.level / kUnit);
+  define("LEVEL_MOVING_TIME", (limits.level_moving + kUnit - m100::core::Duration{1}) / kUnit);
   define("NEUTRAL_TIME", limits.neutral / kUnit);
 }
 
@@ -215,6 +223,7 @@ int main(int argc, char** argv) {
     }
   }
   std::cout << "/* Written by promela.cpp from firmware/safety/ladder.h and authority_table.h. */\n";
+  ladder_signs();
   constants();
   times();
   tables();

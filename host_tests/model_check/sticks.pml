@@ -14,7 +14,7 @@
 #define ROUNDS 4       /* Keeper::kRounds, 500 ms apart */
 #define RELEASED_WITHIN 5 /* R15: 1.0 s, and the step in which it begins */
 #define DEATH_WITHIN 6 /* R15: 1.5 s */
-#define BLIND_WITHIN (COAST_TIME + LEVEL_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* a step each for entering a rung */
+#define BLIND_WITHIN (COAST_TIME + LEVEL_MOVING_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* a step each for entering a rung */
 
 /* The autopilot (protocol, sections 6.1, 7 and 11). */
 bit f = 1; bit ours; bit other; bit virtual_rc; bit asked_once; bit release_once;
@@ -25,7 +25,7 @@ byte silent; bit seen_f = 1; bit seen_ours; bit seen_virtual_rc;
 bit alive = 1;
 byte stage = stage_ready; bit asked; byte requests; byte switches; bit owed; bit must_release;
 byte since_entry; byte since_request = SPACING; byte since_switch = SPACING;
-byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused; bit pose = 1;
+byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused; bit pose = 1; bit fast;
 mtype = { no_answer_yet, is_done, is_again, is_refused };
 mtype answer = no_answer_yet;
 /* The keeper. */
@@ -123,7 +123,7 @@ inline ladder_step() {
   ladder_signs = ladder_signs | (stage == stage_in_control && seen_f -> L_COMMANDABLE : 0) |
     (silent > HEARD_FOR -> L_TELEMETRY_DEAD : 0) | (pose && silent == 0 -> L_FRESH | L_RECOVERED : 0) |
     (rung == rung_coast && rung_age >= COAST_TIME -> L_COAST_OVER : 0) |
-    (rung == rung_level && rung_age >= LEVEL_TIME -> L_LEVEL_OVER : 0) |
+    (rung == rung_level && rung_age >= LEVEL_TIME && (!fast || (rung_age >= LEVEL_MOVING_TIME && !pose)) -> L_LEVEL_OVER : 0) |
     (rung == rung_release && rung_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0);
   signs = ladder_signs;
   before = rung;
@@ -132,7 +132,8 @@ inline ladder_step() {
   :: row != 255 -> rung = to; rung_age = 0
   :: else
   fi;
-  rung_age = (rung == rung_silent || rung == rung_nominal -> 0 : (rung_age < LEVEL_TIME -> rung_age + 1 : LEVEL_TIME));
+  rung_age = (rung == rung_silent || rung == rung_nominal -> 0 : (rung_age < LEVEL_MOVING_TIME -> rung_age + 1 : LEVEL_MOVING_TIME));
+  fast = fast && rung == rung_level;
   order = order && rung != rung_nominal;
   release_next = before == rung_release && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
   unused = (stage == stage_in_control && rung == rung_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
@@ -144,7 +145,7 @@ inline examine() {
   assert(!(leaves && lost));                     /* R4: no control byte after loss */
   held = (alive && ours && !wants && WELL && !push -> held + 1 : 0);
   assert(held <= RELEASED_WITHIN);               /* R15: what nobody wants goes back */
-  blind = (alive && ours && stage == stage_in_control && !pose && !order && WELL -> blind + 1 : 0);
+  blind = (alive && ours && stage == stage_in_control && !pose && WELL -> blind + 1 : 0);
   assert(blind <= BLIND_WITHIN);                 /* no pose: the ladder ends with the pilot */
   dead_held = (!alive && ours && WELL && (rounds > 0 || dead_held > 0) -> dead_held + 1 : 0);
   assert(dead_held <= DEATH_WITHIN)              /* R15: the keeper gives back */
@@ -152,7 +153,7 @@ inline examine() {
 
 inline begin_program() {
   alive = 1; stage = stage_listening; asked = 0; requests = 0; switches = 0; owed = 0; must_release = 0;
-  since_entry = 0; since_request = SPACING; since_switch = SPACING; rung = rung_silent; rung_age = 0; order = 0;
+  since_entry = 0; since_request = SPACING; since_switch = SPACING; rung = rung_silent; rung_age = 0; fast = 0; order = 0;
   release_next = 0; unused = 0; answer = no_answer_yet; silent = HEARD_FOR + 1; seen_ours = 0; seen_virtual_rc = 0;
   lost = 0; since_obtain = SPACING; obtains = 0; dead_for = 0; rounds = 0; dead_held = 0
 }
@@ -183,6 +184,9 @@ active proctype world() {
      :: alive && stage == stage_in_control -> event = 18
      :: alive && stage == stage_obtaining -> event = 19
      :: alive && order -> event = 20
+     :: alive && rung == rung_level -> event = 22
+     :: alive && (rung == rung_nominal || rung == rung_coast) -> event = 23
+     :: alive && rung == rung_nominal -> event = 24
      fi;
      d_step {
      since_obtain = (since_obtain < SPACING -> since_obtain + 1 : SPACING);
@@ -204,11 +208,14 @@ active proctype world() {
      :: event == 13 -> lose(); push = 0; signs = A_RESTARTED    /* the autopilot restarts and says nothing */
      :: event == 14 -> signs = A_PORT_BACK
      :: event == 15 -> signs = A_OWN_STALL
-     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; release_next = 0; held = 0; blind = 0
+     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; release_next = 0; held = 0; blind = 0
      :: event == 17 -> begin_program()
      :: event == 18 -> signs = A_NO_ANSWER
      :: event == 19 -> answer = no_answer_yet     /* the answer to the request is lost */
      :: event == 20 -> order = 0                  /* the order to fly is too old */
+     :: event == 22 -> fast = !fast               /* the aircraft is too fast for the pilot, or so no longer */
+     :: event == 23 -> ladder_signs = L_OUTSIDE
+     :: event == 24 -> ladder_signs = L_PLACE_LOST
      :: else
      fi;
      if

@@ -81,6 +81,13 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       line.add("without a pose the position is known to ").add(seen.error_m, 2);
       line.add(" m, and the fence leaves ").add(seen.reserve_m, 2).add(" m");
       return;
+    case Cause::kFenceLeft:
+      line.add("the aircraft is ").add(seen.outside_m, 2).add(" m outside its fence");
+      return;
+    case Cause::kPlaceLost:
+      line.add("the wind pushes with ").add(seen.push_m_s2, 1).add(" m/s^2, and for ");
+      line.add(core::seconds<double>(seen.place_lost_for), 1).add(" s the place has not been held");
+      return;
     case Cause::kGivenBack:
     case Cause::kEngaged:
       line.add("by the operator's word");
@@ -157,7 +164,10 @@ Cause obstacle(const safety::Observation& seen, const safety::Limits& limits) {
   if (seen.pose_age > fresh_limit(limits, seen.pose_latency)) {
     return Cause::kPoseOld;
   }
-  return seen.estimate_healthy ? Cause::kNone : Cause::kEstimateLost;
+  if (!seen.estimate_healthy) {
+    return Cause::kEstimateLost;
+  }
+  return seen.outside_m > 0.0 ? Cause::kFenceLeft : Cause::kNone;
 }
 
 }  // namespace m100::companion

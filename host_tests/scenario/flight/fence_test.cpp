@@ -29,6 +29,7 @@ struct Case {
   double pose_lost_at_s;  ///< from the start of the course; negative: never
   double wind_m_s;
   double drag_per_s = 0.3;  ///< of the simulated aircraft; the vehicle file believes 0.01
+  double tilt_limit_rad = mpc::generated::kVehicle.translation.tilt_limit_rad;  ///< of the vehicle file
 };
 
 void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
@@ -46,6 +47,7 @@ TEST_P(Fence, IsNotLeftWhileTheProgramCommands) {
   plan.plant.air.gust_m_s = 0.3 * test.wind_m_s;
   plan.pilot_holds_place = true;
   plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  plan.vehicle.vehicle.translation.tilt_limit_rad = test.tilt_limit_rad;
   plan.flight_file = companion::parse_flight(kFlight, "flight.toml");
   plan.course = test.course;
   plan.duration_s = 12.0;
@@ -83,6 +85,17 @@ INSTANTIATE_TEST_SUITE_P(Courses, Fence,
                                            Case{"IntoTheSky", "step 0 0 0 0 1\nstep 0 0 50 0 60\n", -1.0, 0.0}),
                          [](const auto& one) { return std::string(one.param.name); });
 
+// Catches a keeper that reckons with the braking of another vehicle: with that of 25 degrees the first leaves by
+// metres.
+INSTANTIATE_TEST_SUITE_P(
+    LittleTilt, Fence,
+    ::testing::Values(Case{"Downwind3", "step -4 0 0 0 6\nstep 100 0 0 0 60\n", -1.0, 3.0, 0.3, 0.2},
+                      Case{"Downwind4", "step -4 0 0 0 6\nstep 100 0 0 0 60\n", -1.0, 4.0, 0.3, 0.2},
+                      Case{"PoseLost", "step -4 0 0 0 6\nstep 100 0 0 0 60\n", 8.0, 0.0, kMeasuredDrag_per_s, 0.2},
+                      Case{"PoseLostInDrag", "step -4 0 0 0 6\nstep 100 0 0 0 60\n", 8.5, 0.0, 0.3, 0.2},
+                      Case{"Across", "step -4 0 0 0 6\nstep 100 -100 0 0.8 60\n", -1.0, 2.0, 0.3, 0.2}),
+    [](const auto& one) { return std::string(one.param.name); });
+
 INSTANTIATE_TEST_SUITE_P(
     PoseLost, Fence,
     ::testing::Values(Case{"Starting", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 5.0, 0.0},
@@ -92,6 +105,57 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"BrakingDownwind", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 5.0, kMeasuredDrag_per_s},
                       Case{"HoveringInWind", "step 0 0 0 0 60\n", 4.0, 5.0}),
     [](const auto& one) { return std::string(one.param.name); });
+
+struct Storm {
+  const char* name;
+  double wind_m_s;
+  const char* half_m;  ///< of the box along x
+  std::string descent;
+};
+
+void PrintTo(const Storm& one, std::ostream* out) { *out << one.name; }
+
+class InAStorm : public ::testing::TestWithParam<Storm> {};
+
+// Catches a program that lets the wind carry the aircraft away without a word, and one that then lets go of it in
+// motion: half a second of level sticks in this wind is 2 m/s. And one that speaks where the place is held.
+TEST_P(InAStorm, AnAircraftThatCannotStayIsHandedOverByNameAndNotInMotion) {
+  RecordProperty("promise", "R12");
+  FlightPlan plan;
+  plan.plant = sim::measured_plant();
+  plan.plant.air.linear_drag_per_s = 0.3;
+  plan.plant.air.wind_m_s = {GetParam().wind_m_s, 0.0, 0.0};
+  plan.pilot_holds_place = true;
+  plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  const std::string half_m = GetParam().half_m;
+  plan.flight_file = companion::parse_flight(
+      "[fence]\nx_m = [-" + half_m + ", " + half_m + "]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n", "flight.toml");
+  plan.course = "step 0 0 0 0 60\n";
+  plan.duration_s = 16.0;
+  plan.seed = 3;
+  const FlightResult result = lab::experiments::fly(plan);
+  ASSERT_TRUE(result.flew);
+  EXPECT_EQ(result.descent, GetParam().descent);
+  double last_speed_m_s = 0.0;
+  bool silent = false;
+  for (const TracePoint& point : result.trace) {
+    if (point.rung == static_cast<int>(safety::Rung::kSilent)) {
+      silent = true;
+      break;
+    }
+    last_speed_m_s = std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]);
+  }
+  EXPECT_EQ(silent, GetParam().descent != "given_back");
+  EXPECT_LT(last_speed_m_s, 1.0);
+  EXPECT_LT(result.largest_tilt_deg, 35.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Winds, InAStorm,
+                         ::testing::Values(Storm{"Strong", 15.5, "30", "place_lost"},
+                                           Storm{"VeryStrong", 17.0, "30", "place_lost"},
+                                           Storm{"Held", 13.0, "5", "given_back"},
+                                           Storm{"BesideTheFence", 16.5, "5", "fence_left"}),
+                         [](const auto& one) { return std::string(one.param.name); });
 
 }  // namespace
 }  // namespace m100::scenario
