@@ -99,12 +99,16 @@ void FlightController<T, S>::take_orders(core::TimePoint now) {
     link_.request_control(now);
     order_until_ = now + config_.order_lasts;
   }
+  if (order_stands_ && now >= order_until_ && supervisor_.rung() == safety::Rung::kSilent) {
+    link_.release(now);  // nothing came of it in its time: an ask that still waits for the autopilot would be another's
+  }
   if ((tick_orders_ & log::kOrderRelease) != 0) {
     order_until_ = now;
     if (supervisor_.rung() == safety::Rung::kSilent) {
       link_.release(now);  // nothing flies yet: whatever was asked for, or granted meanwhile, goes back at once
     }
   }
+  order_stands_ = now < order_until_;
 }
 
 template <typename T, typename S>

@@ -153,6 +153,7 @@ class FlightController {
   core::Duration elapsed_ = core::kTickPeriod;
   core::TimePoint started_{};
   core::TimePoint order_until_{};
+  bool order_stands_ = false;  ///< as of this tick
   core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon

@@ -4,10 +4,16 @@
 #include <chrono>
 #include <string_view>
 
+#include "firmware/core/fence.h"
 #include "firmware/core/status.h"
 #include "firmware/ref/trajectory.h"
 
 namespace m100::app {
+
+/// The box of a board without files, in the world of the pose, around the courses below, and the class of its wind; the
+/// example of a flight file has the same.
+inline constexpr core::Fence kBoardFence{
+    .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 
 /// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre in x and y, 0.2 m up, and
 /// back) and "trajectory" (once around a square of one metre).

@@ -7,6 +7,7 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/app/image/board_course.h"
 #include "firmware/app/image/order_line.h"
+#include "firmware/app/image/own_time.h"
 #include "firmware/core/assert.h"
 #include "firmware/link/farewell.h"
 #include "firmware/mpc/generated/gain_table.h"
@@ -101,11 +102,14 @@ void fly_in_lockstep(Controller& controller) {
 /// For ever, by the board's own clock. The watchdog is fed where a tick has ended, and nowhere else.
 [[noreturn]] void fly_by_own_clock(Controller& controller) {
   watchdog.start(kPatience);
-  for (core::TimePoint next = system_clock.now();; next += core::kTickPeriod) {
+  core::TimePoint next = system_clock.now();
+  for (;;) {
     system_clock.sleep_until(next);
     obey(pose_line.take(), controller);
-    static_cast<void>(controller.tick(system_clock.now()));
+    const core::TimePoint now = system_clock.now();
+    static_cast<void>(controller.tick(now));
     watchdog.feed();
+    next = app::tick_after(next, now);
   }
 }
 
@@ -136,6 +140,7 @@ int main() {
   }
   app::FlightConfig config = app::kDefaultFlight;
   config.link.app_id = 1;
+  config.fence = app::kBoardFence;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_line, course, nullptr);
   static const link::Farewell farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
   last_words = &farewell;

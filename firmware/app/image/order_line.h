@@ -43,21 +43,33 @@ class OrderLine final : public hal::Uart {
     for (const std::byte value : destination.first(count.value_or(0))) {
       const core::Expected<bool> position = parser_.push(value);
       const Order order = position ? switch_.set(*position) : Order::kNone;
-      pending_ = order == Order::kNone ? pending_ : order;
+      note(order);
     }
     return count;
   }
   core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
   core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
 
-  /// @returns the last movement of the switch since the call before.
-  Order take() { return std::exchange(pending_, Order::kNone); }
+  /// @returns the movements of the switch that were not taken yet, the earliest first. To stop is never lost: behind it
+  ///   there may be an order to fly, and in front of it none any more.
+  Order take() {
+    if (std::exchange(releases_, false)) {
+      return Order::kRelease;
+    }
+    return std::exchange(engages_, false) ? Order::kEngage : Order::kNone;
+  }
 
  private:
+  void note(Order order) {
+    releases_ = releases_ || order == Order::kRelease;
+    engages_ = order == Order::kEngage || (engages_ && order == Order::kNone);
+  }
+
   Line& line_;
   protocol::OrderParser parser_;
   OrderSwitch switch_;
-  Order pending_ = Order::kNone;
+  bool releases_ = false;
+  bool engages_ = false;
 };
 
 }  // namespace m100::app

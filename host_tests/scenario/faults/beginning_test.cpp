@@ -45,6 +45,49 @@ TEST(Beginning, AnOrderGivenWhileTheLawFliesIsNotKeptForTheNextDescent) {
   EXPECT_EQ(bench.controller().supervisor().descent().to, Rung::kCoast);
 }
 
+/// A line on which nothing passes for a while, with nobody to say that it was unplugged.
+class DeadLine final : public hal::Uart {
+ public:
+  explicit DeadLine(hal::Uart& line) : line_(line) {}
+  void set_dead(bool dead) { dead_ = dead; }
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const core::Expected<std::size_t> count = line_.read(destination);
+    return dead_ ? core::Expected<std::size_t>(0) : count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override {
+    return dead_ ? core::Expected<std::size_t>(source.size()) : line_.write(source);
+  }
+
+ private:
+  hal::Uart& line_;
+  bool dead_ = true;
+};
+
+// Catches an order that waits for an autopilot that is switched on much later, and then takes control from whoever
+// flies.
+TEST(Beginning, AnOrderGivenWhileTheAutopilotIsSilentGrowsOld) {
+  RecordProperty("promise", "R4");
+  const mpc::GainTables<float> tables{mpc::generated::kX<float>, mpc::generated::kY<float>};
+  for (const int dead_s : {5, 25}) {
+    sim::World world(sim::measured_plant(), {.seed = 5});
+    DeadLine line(world.autopilot_uart());
+    const auto course = std::make_unique<ref::Trajectory<float>>();
+    course->hold({.position_w_m = world.vehicle().state().position_w_m.cast<float>()});
+    app::FlightConfig config = app::kDefaultFlight;
+    config.link.app_id = 1;
+    app::FlightController<float> controller(mpc::generated::kVehicle, tables, config, line, world.pose_uart(), *course,
+                                            nullptr);
+    controller.engage();
+    for (int k = 0; k < 100 * (dead_s + 15); ++k) {
+      line.set_dead(k < 100 * dead_s);
+      world.advance(core::kTickPeriod);
+      static_cast<void>(controller.tick(world.now()));
+    }
+    EXPECT_EQ(world.autopilot().record().obtain_requests > 0, dead_s < 20) << dead_s;
+    EXPECT_EQ(controller.grant().rung == Rung::kNominal, dead_s < 20) << dead_s;
+  }
+}
+
 // The other side of it: the order counts where the law does not fly.
 TEST(Beginning, AnOrderGivenInLevelGoesUpWhenPosesAreBack) {
   FaultBench bench;

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <initializer_list>
 #include <vector>
 
+#include "firmware/app/image/board_course.h"
+#include "firmware/app/image/own_time.h"
 #include "hal/mock/manual_clock.h"
 #include "hal/mock/uart_pair.h"
 #include "protocol/mavlink/parser.h"
@@ -48,8 +52,58 @@ TEST_F(OrderLineTest, HearsTheSwitchBetweenPosesAndPassesEveryByteOn) {
     stream.insert(stream.end(), pose.begin(), pose.end());
   }
   EXPECT_EQ(pass(stream), stream);
-  EXPECT_EQ(line.take(), Order::kEngage) << "the last movement counts";
-  EXPECT_EQ(line.take(), Order::kNone) << "and counts once";
+  EXPECT_EQ(line.take(), Order::kRelease) << "the earlier movement first";
+  EXPECT_EQ(line.take(), Order::kEngage);
+  EXPECT_EQ(line.take(), Order::kNone) << "and each counts once";
+}
+
+// Catches an order to stop that is lost because the switch bounced, or went on again between two ticks; and an order to
+// fly that outlives the order to stop behind it.
+TEST_F(OrderLineTest, AnOrderToStopIsNeverLost) {
+  RecordProperty("promise", "R4");
+  const auto move = [this](std::initializer_list<bool> positions) {
+    for (const bool position : positions) {
+      (void)pass(protocol::encode_order(position));
+    }
+  };
+  move({false, true});
+  (void)line.take();
+  ASSERT_EQ(line.take(), Order::kEngage);
+  move({false, true, false, true});
+  EXPECT_EQ(line.take(), Order::kRelease);
+  EXPECT_EQ(line.take(), Order::kEngage);
+  move({false, true, false});
+  EXPECT_EQ(line.take(), Order::kRelease);
+  EXPECT_EQ(line.take(), Order::kNone);
+}
+
+// Catches a board that makes good a stall of half a second by fifty ticks at once.
+TEST(OwnTime, IsCountedAnewAfterAStall) {
+  RecordProperty("promise", "R9");
+  using std::chrono::milliseconds;
+  const core::TimePoint due{milliseconds(1000)};
+  EXPECT_EQ(tick_after(due, due), due + milliseconds(10));
+  EXPECT_EQ(tick_after(due, due + milliseconds(20)), due + milliseconds(10)) << "made good";
+  EXPECT_EQ(tick_after(due, due + milliseconds(21)), due + milliseconds(31));
+  EXPECT_EQ(tick_after(due, due + milliseconds(500)), due + milliseconds(510));
+}
+
+// Catches a board that flies without a box, or one whose courses leave it.
+TEST(BoardFence, HoldsTheCoursesOfTheBoard) {
+  RecordProperty("promise", "R16");
+  for (const char* const name : {"hover", "step", "trajectory"}) {
+    ref::Trajectory<float> course;
+    ASSERT_EQ(lay_board_course(name, course), core::Status::kOk);
+    course.start(core::TimePoint{});
+    for (core::TimePoint at{}; !course.finished(at); at += std::chrono::milliseconds(50)) {
+      const ref::Window<float> window = course.window(at, core::Duration{0});
+      const std::array<float, 3> place{window.x[0].position_m, window.y[0].position_m, window.height.position_m};
+      for (std::size_t axis = 0; axis < place.size(); ++axis) {
+        ASSERT_GT(place[axis], kBoardFence.side[axis].low_m + 0.5) << name;
+        ASSERT_LT(place[axis], kBoardFence.side[axis].high_m - 0.5) << name;
+      }
+    }
+  }
 }
 
 // The message is short, so each of its bits is tried.
