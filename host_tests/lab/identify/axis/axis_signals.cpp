@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/log_units.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
@@ -146,6 +147,9 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
   std::vector<char> used = inside(log, asked, kStart_s);
   if (choice->response == Signal::kAttitudeRoll || choice->response == Signal::kAttitudePitch) {
     append(repair_units(out.data.measured, used, out.response_name));
+  }
+  if (out.findings.empty() || out.findings.back().what != "wrong_unit") {
+    append(unit_contradictions(log, axis, asked));
   }
   const std::vector<char> wanted = used;
   std::transform(used.begin(), used.end(), out.data.valid.begin(), used.begin(), std::logical_and<>());

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/log_units.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/study.h"
 #include "host_tests/lab/identify/translation/translation_change.h"
@@ -275,6 +276,8 @@ IdentifyResult identify_translation(const Request& request) {
   Request cleaned = request;
   cleaned.log = &log;
   cleaned.validation_log = one_log ? &log : &other;
+  const std::vector<Finding> units = unit_contradictions(log, request.axis, asked_of(request, true));
+  beside.findings.insert(beside.findings.end(), units.begin(), units.end());
   const std::vector<Finding> signs = misread(log, request.train);
   beside.findings.insert(beside.findings.end(), signs.begin(), signs.end());
   const TranslationStudy study(cleaned);
