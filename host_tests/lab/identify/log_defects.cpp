@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <numbers>
 
 namespace m100::lab::identify {
@@ -13,9 +14,11 @@ namespace {
 using logs::FlightLog;
 using logs::Signal;
 
-constexpr double kWindow_s = 0.5;        // a response that is still for so long under a held stick does not answer
+constexpr double kWindow_s = 0.5;        // over which a stick's way is averaged: a shorter push moves little
+constexpr double kAnswer_s = 1.0;        // within which every vehicle answers: delay and dynamics together
 constexpr double kStillShare = 0.15;     // of the response's own large values; half a stick gives more
 constexpr double kHeldShare = 0.5;       // of the stick's own large values
+constexpr double kNoises = 8.0;          // of a rest's own standard deviations: no sample of an hour is farther off
 constexpr double kAfterTakeOff_s = 1.0;  // ground effect, motors still spinning up
 
 double quantile(std::vector<double> values, double fraction) {
@@ -36,11 +39,27 @@ double large(const std::vector<double>& values) {
 struct Pair {
   const std::vector<double>* stick;
   const std::vector<double>* response;
-  double held;
-  double still;
+  double held;   ///< a stick that moves by more, and stays there, is answered in the air
+  double still;  ///< a response that moves by less stands still
+  bool tells;    ///< whether half a stick's answer would be seen above the noise
 };
 
-std::vector<Pair> pairs_of(const FlightLog& log) {
+/// What a signal's own noise moves it by where it rests: the quietest twentieth of its windows.
+double noise_of(const std::vector<double>& values, std::size_t window) {
+  std::vector<double> sigmas;
+  for (std::size_t begin = 0; window > 1 && begin + window <= values.size(); begin += window) {
+    double mean = 0.0;
+    double square = 0.0;
+    for (std::size_t i = begin; i < begin + window; ++i) {
+      mean += values[i] / static_cast<double>(window);
+      square += values[i] * values[i] / static_cast<double>(window);
+    }
+    sigmas.push_back(std::sqrt(std::max(0.0, square - mean * mean)));
+  }
+  return quantile(std::move(sigmas), 0.05);
+}
+
+std::vector<Pair> pairs_of(const FlightLog& log, std::size_t window) {
   constexpr std::pair<Signal, Signal> kPairs[] = {
       {Signal::kStickRoll, Signal::kAttitudeRoll},     {Signal::kStickPitch, Signal::kAttitudePitch},
       {Signal::kStickThrottle, Signal::kVelocityZ},    {Signal::kCommandRoll, Signal::kAttitudeRoll},
@@ -48,8 +67,10 @@ std::vector<Pair> pairs_of(const FlightLog& log) {
   std::vector<Pair> out;
   for (const auto& [stick, response] : kPairs) {
     if (log.has(stick) && log.has(response)) {
-      const Pair pair{&log.of(stick), &log.of(response), kHeldShare * large(log.of(stick)),
-                      kStillShare * large(log.of(response))};
+      const double most = large(log.of(response));
+      const double still = std::max(kStillShare * most, kNoises * noise_of(log.of(response), window));
+      const Pair pair{&log.of(stick), &log.of(response), kHeldShare * large(log.of(stick)), still,
+                      still < 0.5 * kHeldShare * most};
       if (pair.held > 0.0 && pair.still > 0.0) {
         out.push_back(pair);
       }
@@ -58,24 +79,57 @@ std::vector<Pair> pairs_of(const FlightLog& log) {
   return out;
 }
 
-/// Length of the stretch from one end of the log on which every response stays where it was, and whether a stick was
-/// held on it in vain. `sample(k)`: the k-th from that end.
+/// How far apart the means of a stick over a window have been.
+class Travel {
+ public:
+  explicit Travel(std::size_t window) : window_(std::max<std::size_t>(1, window)) {}
+  void add(double value) {
+    last_.push_back(value);
+    sum_ += value;
+    if (last_.size() > window_) {
+      sum_ -= last_.front();
+      last_.pop_front();
+    }
+    if (last_.size() == window_) {
+      highest_ = std::max(highest_, sum_ / static_cast<double>(window_));
+      lowest_ = std::min(lowest_, sum_ / static_cast<double>(window_));
+    }
+  }
+  double apart() const { return highest_ - lowest_; }
+
+ private:
+  std::size_t window_;
+  std::deque<double> last_;
+  double sum_ = 0.0;
+  double highest_ = -1e300;
+  double lowest_ = 1e300;
+};
+
+/// Length of the stretch from one end of the log on which every response stays where it was, and whether a stick went
+/// from one place to another on it, long enough for an answer, in vain: one that is held from the log's end on may be
+/// answered by what does not move. `sample(k)`: the k-th from that end.
 template <typename Sample>
-std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, std::size_t window, Sample&& sample) {
+std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
+  const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));
+  const auto answer = static_cast<std::size_t>(std::lround(kAnswer_s / period_s));
   std::vector<double> first(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    first[p] = (*pairs[p].response)[sample(0)];
+    std::vector<double> begin;
+    for (std::size_t k = 0; k < std::min(window, size); ++k) {
+      begin.push_back((*pairs[p].response)[sample(k)]);
+    }
+    first[p] = quantile(std::move(begin), 0.5);
   }
-  std::vector<std::size_t> held(pairs.size(), 0);
-  bool in_vain = false;
+  std::vector<Travel> travels(pairs.size(), Travel(window));
+  std::size_t moved = size;  // sample from which on a stick's way asks for an answer
   std::size_t k = 0;
   for (; k < size; ++k) {
     for (std::size_t p = 0; p < pairs.size(); ++p) {
       if (std::abs((*pairs[p].response)[sample(k)] - first[p]) > pairs[p].still) {
-        return in_vain ? k : 0;
+        return k > moved + answer ? k : 0;
       }
-      held[p] = std::abs((*pairs[p].stick)[sample(k)]) > pairs[p].held ? held[p] + 1 : 0;
-      in_vain = in_vain || held[p] > window;
+      travels[p].add((*pairs[p].stick)[sample(k)]);
+      moved = pairs[p].tells && travels[p].apart() > pairs[p].held ? std::min(moved, k) : moved;
     }
   }
   return 0;  // nothing ever moved: that is for others to say
@@ -85,11 +139,10 @@ std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, std
 
 std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
   std::vector<std::pair<double, double>> out;
-  const std::vector<Pair> pairs = pairs_of(log);
+  const std::vector<Pair> pairs = pairs_of(log, static_cast<std::size_t>(std::lround(kWindow_s / log.period_s)));
   if (pairs.empty()) {
     return out;
   }
-  const auto window = static_cast<std::size_t>(std::lround(kWindow_s / log.period_s));
   std::vector<std::pair<std::size_t, std::size_t>> parts;
   for (const logs::Flight& flight : log.flights) {
     parts.emplace_back(flight.begin, flight.end);
@@ -101,8 +154,8 @@ std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
     const std::size_t first = part.first;
     const std::size_t end = part.second;
     const std::size_t count = end - first;
-    const std::size_t before = still_from_end(pairs, count, window, [&](std::size_t k) { return first + k; });
-    const std::size_t after = still_from_end(pairs, count, window, [&](std::size_t k) { return end - 1 - k; });
+    const std::size_t before = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return first + k; });
+    const std::size_t after = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return end - 1 - k; });
     if (before > 0) {
       out.emplace_back(log.time_s(first), log.time_s(first + before));
     }

@@ -14,9 +14,9 @@ namespace m100::lab::identify {
 // What is wrong with a log, as far as the log itself shows it. Nothing here knows a model.
 
 /// Seconds of a log on which the vehicle stood on the ground: from its start to take-off, from landing to its end. Seen
-/// by every logged response (roll, pitch, climb) standing still while a stick that belongs to one of them is held
-/// beyond half of its usual travel: in the air it would be answered. A log that begins or ends in a hover with centred
-/// sticks has none. Cost: linear in the log.
+/// by every logged response (roll, pitch, climb) standing still, as far as its own noise lets it, for a second after a
+/// stick that belongs to one of them went by half of its usual travel: in the air it would be answered. A log that
+/// begins or ends in a hover with centred or with held sticks has none. Cost: linear in the log.
 std::vector<std::pair<double, double>> ground_times(const logs::FlightLog& log);
 
 /// Findings for ground_times(), one each.

@@ -8,11 +8,13 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <string>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/remainder/residual_lines.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/property/identify/synthetic_axis.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -206,6 +208,78 @@ TEST(GroundTimes, AFlightThatBeginsInAHoverHasNone) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     EXPECT_TRUE(ground_times(clean_flight(seed)).empty()) << "seed " << seed;
   }
+}
+
+/// A roll axis as flown; the climb hardly moves, and its noise is a tenth of that.
+FlightLog quiet_climb(std::uint64_t seed) {
+  FlightLog log = host_tests::SyntheticAxis::random(seed).fly();
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double>& climb = log.of(Signal::kVelocityZ);
+  double air = 0.0;
+  for (std::size_t k = 0; k < log.size; ++k) {
+    air += 0.01 * (0.06 * 4.5 * normal(random) - air) / 0.5;
+    climb.push_back(0.06 * std::sin(0.9 * log.time_s(k)) + air + 0.01 * normal(random));
+  }
+  log.of(Signal::kStickThrottle).assign(log.size, 0.0);
+  return log;
+}
+
+/// The vehicle stands: its sticks move, and sensors show their noise only.
+void stand(FlightLog& log, std::size_t from, std::size_t to) {
+  std::mt19937_64 random(from + 17);
+  std::normal_distribution<double> normal;
+  for (std::size_t k = from; k < to; ++k) {
+    roll(log)[k] = 0.004 + 0.002 * normal(random);
+    log.of(Signal::kVelocityZ)[k] = 0.01 * normal(random);
+  }
+}
+
+// Catches a bound of standing that is smaller than the noise of an axis that hardly flies.
+TEST(GroundTimes, AreFoundBesideAnAxisThatHardlyMoves) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    FlightLog log = quiet_climb(seed);
+    stand(log, 0, 1000);
+    stand(log, 3600, log.size);
+    const auto times = ground_times(log);
+    ASSERT_EQ(times.size(), 2U) << "seed " << seed;
+    // A hand that rests before landing or after take-off looks like standing a little longer.
+    EXPECT_NEAR(times[0].second, 10.9, 1.0) << "seed " << seed;
+    EXPECT_NEAR(times[1].first, 35.1, 1.0) << "seed " << seed;
+    const IdentifyResult result = ask(log);
+    EXPECT_TRUE(result.changes.empty()) << said(result);
+    EXPECT_NE(result.verdict, "explained") << said(result);
+  }
+}
+
+// A stick that is held when the log ends is answered by a roll that stays: catches a landing seen in it.
+TEST(GroundTimes, AHeldStickThatIsAnsweredIsNone) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    FlightLog log = quiet_climb(seed);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    for (std::size_t k = log.size - 300; k < log.size; ++k) {
+      log.of(Signal::kStickRoll)[k] = 300.0;
+      roll(log)[k] = 0.25 + 0.002 * normal(random);
+      log.of(Signal::kVelocityZ)[k] = 0.01 * normal(random);
+    }
+    EXPECT_TRUE(ground_times(log).empty()) << "seed " << seed;
+  }
+}
+
+// Pitch flies on, so that it does not stand; roll answers no longer. That is no other gain.
+TEST(GroundTimes, AStickThatIsNoLongerAnsweredHasNoOtherGain) {
+  FlightLog log = quiet_climb(3);
+  stand(log, 3300, log.size);
+  std::vector<double>& pitch = log.of(Signal::kAttitudePitch);
+  for (std::size_t k = 0; k < log.size; ++k) {
+    pitch.push_back(0.1 * std::sin(1.3 * log.time_s(k)));
+  }
+  const IdentifyResult result = ask(log);
+  EXPECT_TRUE(ground_times(log).empty());
+  EXPECT_EQ(result.verdict, "unexplained") << said(result);
+  EXPECT_TRUE(result.changes.empty()) << said(result);
+  EXPECT_NE(said(result).find("is not answered after 3"), std::string::npos) << said(result);
 }
 
 TEST(FastLine, IsFoundAtItsFrequencyAndNotInNoise) {

@@ -180,7 +180,30 @@ class AxisInquiry {
     }
   }
 
+  /// A stick that is no longer answered is no other gain: the vehicle stands, or another hand or mode flies it.
+  bool silent(const Change& change) {
+    constexpr double kSilent = 0.15;  // of the other side's gain: as in ground_times, no answer
+    if (change.name != "gain") {
+      return false;
+    }
+    const double before = change.parameters.front().value;
+    const double after = change.parameters.back().value;
+    const bool stops = std::abs(after) < std::abs(before);
+    if ((stops ? after / before : before / after) > kSilent) {
+      return false;
+    }
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(),
+                  "%s is not answered %s %.1f s: on the ground, or in another mode; leave that part out",
+                  study_->stick_name().c_str(), stops ? "after" : "before", change.at_s);
+    beside_.unexplained.emplace_back(text.data());
+    return true;
+  }
+
   void take(const Change& change) {
+    if (silent(change)) {
+      return;
+    }
     if (!change.rivals.empty()) {
       std::string names = change.name;
       for (const std::string& rival : change.rivals) {
