@@ -13,15 +13,6 @@ namespace m100::lab::identify {
 
 // What is wrong with a log, as far as the log itself shows it. Nothing here knows a model.
 
-/// Seconds of a log on which the vehicle stood on the ground: from its start to take-off, from landing to its end. Seen
-/// by every logged response (roll, pitch, climb) standing still, as far as its own noise lets it, for a second after a
-/// stick that belongs to one of them went by half of its usual travel: in the air it would be answered. A log that
-/// begins or ends in a hover with centred or with held sticks has none. Cost: linear in the log.
-std::vector<std::pair<double, double>> ground_times(const logs::FlightLog& log);
-
-/// Findings for ground_times(), one each.
-std::vector<Finding> ground_findings(const std::vector<std::pair<double, double>>& times);
-
 /// 0 where `valid` is to be left out: on the ground and the first second after, and `memory_s` after every gap, in
 /// which the past input is not known. @param gap of the signals that are used, as FlightLog::gap_of gives it.
 void mask_unusable(const logs::FlightLog& log, const std::vector<std::uint8_t>& gap,
@@ -53,9 +44,16 @@ std::vector<char> inside(const logs::FlightLog& log, const std::vector<std::pair
 struct Clock {
   double start_s = 0.0;
   double period_s = 0.01;
+  double row_s = 0.0;  ///< between the rows in which the signal was logged, where that is more than a period
 };
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const Clock& clock,
                                     const std::string& signal);
+
+/// Samples of a stick that jump away and back within a tenth of a second, as no hand does: by more than 12 sigma (sigma
+/// from second differences, at least that of its rounding) and 5 % of its large values, with neighbours that agree. The
+/// median takes their place. Rows more than 50 ms apart cannot tell. @returns at most one finding.
+std::vector<Finding> repair_stick(std::vector<double>& values, const std::vector<char>& used, const Clock& clock,
+                                  const std::string& signal);
 
 /// How much of a response one stick explains by a gain and a lag up to 0.6 s: the square of the best correlation.
 double share_explained(const std::vector<double>& stick, const std::vector<double>& response,

@@ -112,6 +112,11 @@ class Loader {
   std::vector<double> on_grid(const Stream& stream, Signal first, int signals) {
     std::vector<std::uint8_t> gap(log_.size, 0);
     std::vector<double> grid = resampled(stream, log_.start_s, log_.period_s, log_.size, gap);
+    std::vector<double> rows(stream.time_s.size());
+    std::adjacent_difference(stream.time_s.begin(), stream.time_s.end(), rows.begin());
+    for (int i = 0; i < signals && rows.size() > 1; ++i) {
+      log_.row_s[offset(first, i)] = median({rows.begin() + 1, rows.end()});
+    }
     if (std::find(gap.begin(), gap.end(), 1) == gap.end()) {
       return grid;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <initializer_list>
@@ -40,6 +41,7 @@ struct FlightLog {
   std::map<std::string, std::vector<double>> extra;
   std::vector<std::uint8_t> gap;  ///< 1: some mapped signal was not sampled here; its value is interpolated or held
   std::map<Signal, std::vector<std::uint8_t>> signal_gap;  ///< the same of each signal that has any
+  std::map<Signal, double> row_s;                          ///< between a signal's own rows, where it was resampled
   Alignment alignment;
   std::vector<std::string> notes;  ///< findings of the reader: repeated stamps, dropouts, shifts
   std::vector<Flight> flights;     ///< of a joined log: two or more; else empty
@@ -48,6 +50,11 @@ struct FlightLog {
   bool has3(Signal first) const { return has(first) && has(offset(first, 1)) && has(offset(first, 2)); }
   const std::vector<double>& of(Signal signal) const { return signals[static_cast<std::size_t>(signal)]; }
   std::vector<double>& of(Signal signal) { return signals[static_cast<std::size_t>(signal)]; }
+  /// Seconds between the rows in which a signal was logged, at least a period: what lies in between is a straight line.
+  double row_of(Signal signal) const {
+    const auto found = row_s.find(signal);
+    return found == row_s.end() ? period_s : std::max(period_s, found->second);
+  }
   double time_s(std::size_t k) const { return start_s + static_cast<double>(k) * period_s; }
   /// Sample at or after a time, at most size.
   std::size_t index_of(double time_s) const;

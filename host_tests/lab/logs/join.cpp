@@ -40,6 +40,7 @@ void join_signals(const std::vector<FlightLog>& logs, std::size_t pause, FlightL
     for (const FlightLog& log : logs) {
       append(out.of(signal), log.of(signal), pause);
       append_gap(out.signal_gap[signal], log.gap_of({signal}), log.size, pause);
+      out.row_s[signal] = std::max(out.row_s[signal], log.row_of(signal));
     }
   }
   for (const auto& [name, unused] : logs.front().extra) {

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "host_tests/lab/hidden/hidden_flight.h"
+#include "host_tests/lab/identify/log_ground.h"
 #include "host_tests/lab/identify/remainder/residual_lines.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
@@ -280,6 +281,104 @@ TEST(GroundTimes, AStickThatIsNoLongerAnsweredHasNoOtherGain) {
   EXPECT_EQ(result.verdict, "unexplained") << said(result);
   EXPECT_TRUE(result.changes.empty()) << said(result);
   EXPECT_NE(said(result).find("is not answered after 3"), std::string::npos) << said(result);
+}
+
+/// Written in rows that are slower than the log's clock, and not in step with it.
+void write_slowly(FlightLog& log, double row_s) {
+  for (const Signal signal : {Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll}) {
+    const std::vector<double> fast = log.of(signal);
+    const auto at_row = [&](double number) {
+      const auto sample = static_cast<std::size_t>(std::lround(number * row_s / log.period_s));
+      return fast[std::min(sample, fast.size() - 1)];
+    };
+    for (std::size_t k = 0; k < log.size; ++k) {
+      const double number = static_cast<double>(k) * log.period_s / row_s;
+      const double part = number - std::floor(number);
+      log.of(signal)[k] = (1.0 - part) * at_row(std::floor(number)) + part * at_row(std::floor(number) + 1.0);
+    }
+    log.row_s[signal] = row_s;
+  }
+}
+
+// Catches saturations and curves that are invented where a stick was logged with spoilt samples.
+TEST(SpoiltStick, IsSaidAndMended) {
+  for (const double row_s : {0.01, 0.034}) {
+    FlightLog log = host_tests::SyntheticAxis::random(12).fly();
+    std::mt19937_64 random(3);
+    for (std::size_t k = 300; k < log.size; k += 120 + random() % 200) {
+      // As long as a row, so that one row has it.
+      for (std::size_t i = k; i < std::min(k + (row_s > 0.02 ? 3U : 1U), log.size); ++i) {
+        log.of(Signal::kStickRoll)[i] += k % 2 == 0 ? 400.0 : -300.0;
+      }
+    }
+    if (row_s > 0.02) {
+      write_slowly(log, row_s);
+    }
+    const IdentifyResult result = ask(log);
+    EXPECT_EQ(result.verdict, "unexplained") << said(result);
+    EXPECT_NE(said(result).find("outliers: "), std::string::npos) << said(result);
+    EXPECT_TRUE(result.effects.empty()) << said(result);
+  }
+}
+
+// A hand, steps of a program and a stick that hardly moves are no spoilt samples.
+TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    for (const double row_s : {0.01, 0.02, 0.034, 0.05, 0.1}) {
+      FlightLog log = host_tests::SyntheticAxis::random(seed).fly();
+      write_slowly(log, row_s);
+      const std::vector<char> used(log.size, 1);
+      std::vector<double> hand = log.of(Signal::kStickRoll);
+      std::vector<double> steps = hand;
+      std::vector<double> rest = hand;
+      for (std::size_t k = 0; k < log.size; ++k) {
+        steps[k] = std::copysign(200.0, hand[k]);
+        rest[k] = std::round(hand[k] / 200.0);
+      }
+      for (std::vector<double>* stick : {&hand, &steps, &rest}) {
+        EXPECT_TRUE(repair_stick(*stick, used, {0.0, log.period_s, row_s}, "stick").empty()) << seed << " " << row_s;
+      }
+    }
+  }
+}
+
+// Catches a test of samples that looks at straight lines between rows.
+TEST(SlowRows, OutliersOfOneRowAreFound) {
+  for (const double row_s : {0.02, 0.034}) {
+    FlightLog log = host_tests::SyntheticAxis::random(5).fly();
+    const auto row = static_cast<std::size_t>(std::lround(row_s / log.period_s));
+    for (std::size_t k = 400; k < log.size; k += 370) {
+      std::for_each_n(roll(log).begin() + static_cast<std::ptrdiff_t>(k), row, [](double& angle) { angle += 0.6; });
+    }
+    write_slowly(log, row_s);
+    const IdentifyResult result = ask(log);
+    EXPECT_NE(said(result).find("outliers: "), std::string::npos) << said(result);
+    EXPECT_EQ(said(result).find("bursts"), std::string::npos) << said(result);
+  }
+}
+
+TEST(SlowRows, HaveNoLineAboveTheirOwnRate) {
+  std::vector<double> residual(4000);
+  for (std::size_t k = 0; k < residual.size(); ++k) {
+    residual[k] = std::sin(2.0 * std::numbers::pi * 8.2 * 0.01 * static_cast<double>(k));
+  }
+  EXPECT_GT(fast_line(residual, 0.01).share, 0.5);
+  EXPECT_EQ(fast_line(residual, 0.01, 0.1).share, 0.0);
+}
+
+// A stick that moves between two rows: no delay is known to a fraction of a row, and a reader is told why.
+TEST(SlowRows, UndersampledSticksAreSaidAndChangeNoDelay) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    host_tests::SyntheticAxis vehicle = host_tests::SyntheticAxis::random(seed);
+    vehicle.air_rad = 0.002;
+    FlightLog log = vehicle.fly();
+    write_slowly(log, 0.1);
+    const IdentifyResult result = ask(log);
+    EXPECT_TRUE(result.changes.empty()) << seed << said(result);
+    EXPECT_NE(said(result).find("undersampled"), std::string::npos) << seed << said(result);
+  }
+  FlightLog log = host_tests::SyntheticAxis::random(1).fly();
+  EXPECT_EQ(said(ask(log)).find("undersampled"), std::string::npos);
 }
 
 TEST(FastLine, IsFoundAtItsFrequencyAndNotInNoise) {

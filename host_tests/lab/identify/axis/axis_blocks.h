@@ -16,6 +16,8 @@ namespace m100::lab::identify {
 struct AxisData {
   double start_s = 0.0;
   double period_s = 0.01;
+  double row_s = 0.0;                ///< between the rows in which the response was logged; 0: a period
+  double stick_row_s = 0.0;          ///< the same of the stick
   std::vector<double> stick;         ///< counts from neutral
   std::vector<double> other;         ///< stick of the other axis; empty: not logged
   std::vector<double> measured;      ///< unit of the axis

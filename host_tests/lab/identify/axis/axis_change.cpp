@@ -69,7 +69,10 @@ std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
         {{"frequency", &StickAxis::natural_frequency_rad_s, 0.02 * w, 0.1 * w, 10.0 * w}, 0.06 * w, "_rad_s"});
     out.push_back({{"damping", &StickAxis::damping_ratio, 0.03 * z, 0.1 * z, 10.0 * z}, 0.15 * z, ""});
   }
-  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6}, 0.008, "_s"});
+  // When between two rows a stick moved is not known: half a row of delay may be the beat of two clocks.
+  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6},
+                 std::max(0.008, 0.5 * family.stick_row_s()),
+                 "_s"});
   out.push_back({{"dead_zone", &StickAxis::dead_zone_counts, 4.0 * counts, 0.0, 0.7 * stick}, 4.0 * counts, "_counts"});
   out.push_back({{"trim_offset", &StickAxis::trim_counts, 4.0 * counts, -stick, stick}, 4.0 * counts, "_counts"});
   return out;

@@ -39,6 +39,7 @@ class AxisFamily final : public Family {
   double physical(const Fit& fit, std::size_t parameter) const;
   const AxisScale& scale() const { return scale_; }
   double period_s() const { return training_.data().period_s; }
+  double stick_row_s() const { return training_.data().stick_row_s; }
 
   static bool knows(const std::string& name);
 

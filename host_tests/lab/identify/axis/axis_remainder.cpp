@@ -70,6 +70,7 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
                                       const model::StickAxis& model) {
   ResidualInput input;
   input.sample_period_s = training.signals.data.period_s;
+  input.row_s = std::max(training.signals.data.row_s, training.signals.data.stick_row_s);
   input.residuals.resize(1);
   input.noise_floor = request.noise_floor;
   append_free_run(training, model, 0, input);

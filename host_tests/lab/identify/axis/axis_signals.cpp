@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/log_ground.h"
 #include "host_tests/lab/identify/log_units.h"
 #include "host_tests/lab/input_error.h"
 
@@ -15,6 +16,7 @@ namespace {
 using logs::Signal;
 
 constexpr double kStart_s = 0.06;       // before a range, from which the state at its begin is read
+constexpr double kMemory_s = 1.0;       // before a range, in which a spoilt stick still shows
 constexpr double kInputMemory_s = 0.3;  // after a gap, what the delayed stick was is not known for so long
 
 struct Choice {
@@ -117,10 +119,19 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
   out.data.start_s = log.start_s;
   out.data.period_s = log.period_s;
   out.data.stick = log.of(stick);
+  out.data.stick_row_s = log.row_of(stick);
   const Signal other = counts ? choice->other : choice->other_command;
   if (has(log, other)) {
     out.other_name = logs::name_of(other);
     out.data.other = log.of(other);
+  }
+  const std::vector<char> near = inside(log, asked, kMemory_s);
+  std::vector<Finding> jumps =
+      repair_stick(out.data.stick, near, {log.start_s, log.period_s, out.data.stick_row_s}, out.stick_name);
+  if (has(log, other)) {
+    const std::vector<Finding> more =
+        repair_stick(out.data.other, near, {log.start_s, log.period_s, log.row_of(other)}, out.other_name);
+    jumps.insert(jumps.end(), more.begin(), more.end());
   }
   move_earlier(out.data.stick, stick_earlier_s / log.period_s);
   move_earlier(out.data.other, stick_earlier_s / log.period_s);
@@ -133,9 +144,11 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
                      "axis " + axis + " needs this signal; the column map has none");
   }
   out.response_name = logs::name_of(has(log, choice->response) ? choice->response : choice->integral);
+  out.data.row_s = log.row_of(has(log, choice->response) ? choice->response : choice->integral);
   out.data.valid.assign(log.size, 1);
   const auto ground = ground_times(log);
   out.findings = ground_findings(ground);
+  out.findings.insert(out.findings.end(), jumps.begin(), jumps.end());
   const Signal measured = has(log, choice->response) ? choice->response : choice->integral;
   mask_unusable(log, log.gap_of({stick, measured}), ground, kInputMemory_s, out.data.valid);
   for (const logs::Flight& flight : log.flights) {
@@ -153,7 +166,7 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
   }
   const std::vector<char> wanted = used;
   std::transform(used.begin(), used.end(), out.data.valid.begin(), used.begin(), std::logical_and<>());
-  append(repair_samples(out.data.measured, used, {log.start_s, log.period_s}, out.response_name));
+  append(repair_samples(out.data.measured, used, {log.start_s, log.period_s, out.data.row_s}, out.response_name));
   for (std::size_t i = 0; i < log.size; ++i) {
     out.data.valid[i] = wanted[i] != 0 ? used[i] : out.data.valid[i];
   }

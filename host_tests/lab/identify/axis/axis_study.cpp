@@ -147,6 +147,7 @@ void AxisStudy::examine(const Selection& selection, IdentifyResult& result) cons
   const Fit& fit = selection.final_model.fit;
   result.unexplained = remainder_of(request_, training_, validation_, family_->model(fit));
   doubts(selection, result);
+  undersampled(family_->model(fit), result);
   if (!(request_.noise_floor > 0.0)) {
     result.noise_floor = quiet_floor(training_, family_->model(fit), family_->scale().minimum_counts);
     if (result.noise_floor > 0.0) {
@@ -242,6 +243,39 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
   if (fit_percent > kHardlyFollows) {
     misreadings(model.scale_per_count, result);
   }
+}
+
+void AxisStudy::undersampled(const model::StickAxis& model, IdentifyResult& result) const {
+  constexpr double kShows = 0.3;  // of the root mean square that is left: a tenth of its power
+  const AxisData& data = training_.signals.data;
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  if (row < 2) {
+    return;
+  }
+  // Between two rows the stick went by a straight line, or jumped: what the response makes of the difference is what
+  // nobody can know.
+  AxisData jumping = data;
+  for (std::size_t i = 0; i < data.stick.size(); ++i) {
+    jumping.stick[i] = data.stick[std::min(i / row * row + row / 2, data.stick.size() - 1)];
+  }
+  const AxisBlocks blocks(jumping, training_.ranges);
+  const std::vector<double> line = training_.blocks.response(model);
+  const std::vector<double> jump = blocks.response(model);
+  double square = 0.0;
+  for (std::size_t i = 0; i < std::min(line.size(), jump.size()); ++i) {
+    square += (line[i] - jump[i]) * (line[i] - jump[i]) / static_cast<double>(line.size());
+  }
+  const double rmse = training_.blocks.rmse(model);
+  if (std::sqrt(square) < kShows * rmse) {
+    return;
+  }
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(),
+                "%s is undersampled: one row every %.3f s, and it moves in between; %.0f %% of what is left may come "
+                "from there, and no delay is known to better than half a row",
+                training_.signals.stick_name.c_str(), data.stick_row_s,
+                100.0 * std::min(1.0, square / std::max(1e-300, rmse * rmse)));
+  result.findings.push_back(note(text.data()));
 }
 
 bool AxisStudy::follows_the_other() const {

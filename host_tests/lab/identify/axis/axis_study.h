@@ -41,6 +41,8 @@ class AxisStudy final : public Study {
  private:
   /// What makes any name a guess, or the log unfit, though no regression finds it.
   void doubts(const Selection& selection, IdentifyResult& result) const;
+  /// Says so where the stick moved between the rows of the log by so much that the response shows it.
+  void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
   /// Whether the response is that of the other stick. Precondition: the other stick was logged.
   bool follows_the_other() const;
   /// What a gain [unit per count, or per unit of the command] says about the signs and units of the column map.

@@ -14,12 +14,12 @@ constexpr double kFastestShare = 0.45;  // of the sample rate
 
 }  // namespace
 
-FastLine fast_line(const std::vector<double>& residual, double period_s) {
+FastLine fast_line(const std::vector<double>& residual, double period_s, double row_s) {
   FastLine line;
   const auto length = static_cast<std::size_t>(std::lround(kPiece_s / period_s));
   const double resolution_hz = 1.0 / (static_cast<double>(length) * period_s);
   const auto first = static_cast<std::size_t>(std::ceil(kSlowest_hz / resolution_hz));
-  const auto last = static_cast<std::size_t>(kFastestShare / period_s / resolution_hz);
+  const auto last = static_cast<std::size_t>(kFastestShare / std::max(period_s, row_s) / resolution_hz);
   if (residual.size() < 2 * length || last <= first + 20) {
     return line;
   }

@@ -16,7 +16,8 @@ struct FastLine {
 
 /// Strongest line between 4 Hz and 0.45 of the sample rate: periodograms of 5 s pieces, averaged. Above what the
 /// thinned residual can show, where a line would appear under a false frequency. Cost: linear in samples.
-FastLine fast_line(const std::vector<double>& residual, double period_s);
+/// @param row_s  between the log's own rows, where it was resampled from slower ones: what lies above is its own making
+FastLine fast_line(const std::vector<double>& residual, double period_s, double row_s = 0.0);
 
 struct Drift {
   double share = 0.0;  ///< of the power of the residual that a straight line over time takes

@@ -189,7 +189,7 @@ void report_lines(const ResidualInput& input, const std::vector<Vector>& targets
     finding.unexplained.emplace_back(text);
   };
   for (const std::vector<double>& residual : input.residuals) {
-    const FastLine line = fast_line(residual, input.sample_period_s);
+    const FastLine line = fast_line(residual, input.sample_period_s, input.row_s);
     if (line.share > options.periodic_share && line.peak > options.periodic_peak) {
       finding.line_hz = line.hz;
       finding.line_share = line.share;

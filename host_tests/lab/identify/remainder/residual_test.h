@@ -17,6 +17,7 @@ struct RegressorGroup {
 
 struct ResidualInput {
   double sample_period_s = 0.01;
+  double row_s = 0.0;                          ///< between the rows in which the log was written, where that is more
   std::vector<std::vector<double>> residuals;  ///< one per direction of motion; the stick axes have one
   std::vector<std::size_t> block_begin;        ///< first sample of each block, ascending, the first is 0; blocks are
                                                ///< what cross validation leaves out

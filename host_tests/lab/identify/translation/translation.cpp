@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/log_ground.h"
 #include "host_tests/lab/identify/log_units.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/study.h"

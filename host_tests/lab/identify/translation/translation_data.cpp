@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/identify/translation/translation_data.h"
 #include "host_tests/lab/identify/log_defects.h"
+#include "host_tests/lab/identify/log_ground.h"
 
 #include <algorithm>
 #include <cmath>

@@ -110,7 +110,7 @@ FlightLog repaired(const FlightLog& log, const std::vector<Range>& asked, std::v
     for (std::size_t i = 0; i < out.size; ++i) {
       used[i] = wanted[i] != 0 && out.gap[i] == 0 ? 1 : 0;
     }
-    append(repair_samples(out.of(signal), used, {out.start_s, out.period_s}, name));
+    append(repair_samples(out.of(signal), used, {out.start_s, out.period_s, out.row_of(signal)}, name));
     for (std::size_t i = 0; i < out.size; ++i) {
       if (used[i] != 0 || wanted[i] == 0 || out.gap[i] != 0) {
         continue;

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/log_ground.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+
+namespace m100::lab::identify {
+namespace {
+
+using logs::FlightLog;
+using logs::Signal;
+
+constexpr double kWindow_s = 0.5;     // over which a stick's way is averaged: a shorter push moves little
+constexpr double kAnswer_s = 1.0;     // within which every vehicle answers: delay and dynamics together
+constexpr double kStillShare = 0.15;  // of the response's own large values; half a stick gives more
+constexpr double kHeldShare = 0.5;    // of the stick's own large values
+constexpr double kNoises = 8.0;       // of a rest's own standard deviations: no sample of an hour is farther off
+
+double quantile(std::vector<double> values, double fraction) {
+  if (values.empty()) {
+    return 0.0;
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+double large(const std::vector<double>& values) {
+  std::vector<double> sizes(values.size());
+  std::transform(values.begin(), values.end(), sizes.begin(), [](double v) { return std::abs(v); });
+  return quantile(std::move(sizes), 0.98);
+}
+
+struct Pair {
+  const std::vector<double>* stick;
+  const std::vector<double>* response;
+  double held;   ///< a stick that moves by more, and stays there, is answered in the air
+  double still;  ///< a response that moves by less stands still
+  bool tells;    ///< whether half a stick's answer would be seen above the noise
+};
+
+/// What a signal's own noise moves it by where it rests: the quietest twentieth of its windows.
+double noise_of(const std::vector<double>& values, std::size_t window) {
+  std::vector<double> sigmas;
+  for (std::size_t begin = 0; window > 1 && begin + window <= values.size(); begin += window) {
+    double mean = 0.0;
+    double square = 0.0;
+    for (std::size_t i = begin; i < begin + window; ++i) {
+      mean += values[i] / static_cast<double>(window);
+      square += values[i] * values[i] / static_cast<double>(window);
+    }
+    sigmas.push_back(std::sqrt(std::max(0.0, square - mean * mean)));
+  }
+  return quantile(std::move(sigmas), 0.05);
+}
+
+std::vector<Pair> pairs_of(const FlightLog& log, std::size_t window) {
+  constexpr std::pair<Signal, Signal> kPairs[] = {
+      {Signal::kStickRoll, Signal::kAttitudeRoll},     {Signal::kStickPitch, Signal::kAttitudePitch},
+      {Signal::kStickThrottle, Signal::kVelocityZ},    {Signal::kCommandRoll, Signal::kAttitudeRoll},
+      {Signal::kCommandPitch, Signal::kAttitudePitch}, {Signal::kCommandClimb, Signal::kVelocityZ}};
+  std::vector<Pair> out;
+  for (const auto& [stick, response] : kPairs) {
+    if (log.has(stick) && log.has(response)) {
+      const double most = large(log.of(response));
+      const double still = std::max(kStillShare * most, kNoises * noise_of(log.of(response), window));
+      const Pair pair{&log.of(stick), &log.of(response), kHeldShare * large(log.of(stick)), still,
+                      still < 0.5 * kHeldShare * most};
+      if (pair.held > 0.0 && pair.still > 0.0) {
+        out.push_back(pair);
+      }
+    }
+  }
+  return out;
+}
+
+/// How far apart the means of a stick over a window have been.
+class Travel {
+ public:
+  explicit Travel(std::size_t window) : window_(std::max<std::size_t>(1, window)) {}
+  void add(double value) {
+    last_.push_back(value);
+    sum_ += value;
+    if (last_.size() > window_) {
+      sum_ -= last_.front();
+      last_.pop_front();
+    }
+    if (last_.size() == window_) {
+      highest_ = std::max(highest_, sum_ / static_cast<double>(window_));
+      lowest_ = std::min(lowest_, sum_ / static_cast<double>(window_));
+    }
+  }
+  double apart() const { return highest_ - lowest_; }
+
+ private:
+  std::size_t window_;
+  std::deque<double> last_;
+  double sum_ = 0.0;
+  double highest_ = -1e300;
+  double lowest_ = 1e300;
+};
+
+/// Length of the stretch from one end of the log on which every response stays where it was, and whether a stick went
+/// from one place to another on it, long enough for an answer, in vain: one that is held from the log's end on may be
+/// answered by what does not move. `sample(k)`: the k-th from that end.
+template <typename Sample>
+std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
+  const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));
+  const auto answer = static_cast<std::size_t>(std::lround(kAnswer_s / period_s));
+  std::vector<double> first(pairs.size());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    std::vector<double> begin;
+    for (std::size_t k = 0; k < std::min(window, size); ++k) {
+      begin.push_back((*pairs[p].response)[sample(k)]);
+    }
+    first[p] = quantile(std::move(begin), 0.5);
+  }
+  std::vector<Travel> travels(pairs.size(), Travel(window));
+  std::size_t moved = size;  // sample from which on a stick's way asks for an answer
+  std::size_t k = 0;
+  for (; k < size; ++k) {
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      if (std::abs((*pairs[p].response)[sample(k)] - first[p]) > pairs[p].still) {
+        return k > moved + answer ? k : 0;
+      }
+      travels[p].add((*pairs[p].stick)[sample(k)]);
+      moved = pairs[p].tells && travels[p].apart() > pairs[p].held ? std::min(moved, k) : moved;
+    }
+  }
+  return 0;  // nothing ever moved: that is for others to say
+}
+
+}  // namespace
+
+std::vector<std::pair<double, double>> ground_times(const FlightLog& log) {
+  std::vector<std::pair<double, double>> out;
+  const std::vector<Pair> pairs = pairs_of(log, static_cast<std::size_t>(std::lround(kWindow_s / log.period_s)));
+  if (pairs.empty()) {
+    return out;
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> parts;
+  for (const logs::Flight& flight : log.flights) {
+    parts.emplace_back(flight.begin, flight.end);
+  }
+  if (parts.empty()) {
+    parts.emplace_back(0, log.size);
+  }
+  for (const auto& part : parts) {
+    const std::size_t first = part.first;
+    const std::size_t end = part.second;
+    const std::size_t count = end - first;
+    const std::size_t before = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return first + k; });
+    const std::size_t after = still_from_end(pairs, count, log.period_s, [&](std::size_t k) { return end - 1 - k; });
+    if (before > 0) {
+      out.emplace_back(log.time_s(first), log.time_s(first + before));
+    }
+    if (after > 0) {
+      out.emplace_back(log.time_s(end - after), log.time_s(end));
+    }
+  }
+  return out;
+}
+
+std::vector<Finding> ground_findings(const std::vector<std::pair<double, double>>& times) {
+  std::vector<Finding> out;
+  for (const auto& [from_s, to_s] : times) {
+    char text[120];
+    std::snprintf(text, sizeof text, "%.1f to %.1f s: on the ground, a held stick was not answered: kept out", from_s,
+                  to_s);
+    out.push_back({.what = "on_ground", .signal = "", .from_s = from_s, .to_s = to_s, .text = text});
+  }
+  return out;
+}
+
+}  // namespace m100::lab::identify
