@@ -29,6 +29,7 @@ struct LinkHealth {
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
   std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
+  std::uint32_t old_packages = 0;      ///< of telemetry that were said before: repeated or overtaken; not counted above
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
   std::uint32_t undecipherable = 0;    ///< encrypted, and we have no key
   std::uint32_t commands_sent = 0;     ///< flight commands

@@ -13,6 +13,7 @@
 #include "firmware/link/link_health.h"
 #include "firmware/link/link_meter.h"
 #include "firmware/link/outbox.h"
+#include "firmware/link/telemetry_clock.h"
 #include "firmware/safety/authority.h"
 #include "hal/uart.h"
 #include "protocol/acks.h"
@@ -127,10 +128,11 @@ class SerialLink {
   void give_up_false_frames(core::TimePoint now);
   core::TimePoint arrived(const protocol::FrameView& frame, core::TimePoint now) const;
   void handle(const protocol::FrameView& frame, core::TimePoint now);
-  void handle_telemetry(const protocol::Message& message, core::TimePoint now);
+  /// @returns false: it was said before.
+  bool handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);
-  void watch_clock(core::TimePoint now);
+  bool watch_clock(core::TimePoint now);
   void watch_mode_switch(core::TimePoint now);
   safety::AuthoritySign sign_of(const protocol::Answer& answer);
   safety::AuthoritySign level_signs(core::TimePoint now) const;
@@ -179,10 +181,7 @@ class SerialLink {
   core::TimePoint first_command_{};
   bool rc_item_is_real_ = false;  ///< it shows the transmitter even while Virtual RC is on
   bool port_was_gone_ = false;
-  bool clock_known_ = false;
-  std::uint32_t clock_ticks_ = 0;
-  core::TimePoint clock_earliest_{};  ///< between these two times it came
-  core::TimePoint clock_latest_{};
+  TelemetryClock clock_;
 };
 
 }  // namespace m100::link

@@ -13,10 +13,6 @@ namespace {
 using safety::AuthoritySign;
 using safety::when;
 
-/// The autopilot counts 400 Hz ticks. A jump of more than this against our own clock means that it restarted.
-constexpr core::Duration kClockTick = std::chrono::microseconds(2500);
-constexpr core::Duration kClockJump = std::chrono::seconds(1);
-
 }  // namespace
 
 std::span<const std::byte> SerialLink::read_waiting(core::TimePoint now) {
@@ -49,7 +45,7 @@ void SerialLink::forget_autopilot() {
   answers_.reset();
   ever_heard_ = false;
   seen_items_ = 0;
-  clock_known_ = false;
+  clock_.forget();
   rc_item_is_real_ = false;
   sdk_version_ = 0;
   layout_ = protocol::TelemetryLayout::kM100;
@@ -82,22 +78,23 @@ core::TimePoint SerialLink::arrived(const protocol::FrameView& frame, core::Time
 }
 
 void SerialLink::handle(const protocol::FrameView& frame, core::TimePoint now) {
-  last_frame_ = now;
-  ever_heard_ = true;
   const core::Expected<protocol::Message> message = protocol::open(frame, config_.cipher, scratch_);
+  bool says_something_new = true;
   if (!message) {
     ++meter_.counters().undecipherable;
   } else if (message->header.is_ack) {
     handle_answer(*message, now);
   } else if (message->has_id && message->id == protocol::ids::kTelemetry) {
-    handle_telemetry(*message, now);
+    says_something_new = handle_telemetry(*message, now);
   } else {
     handle_push(*message);
   }
+  last_frame_ = says_something_new ? now : last_frame_;
+  ever_heard_ = ever_heard_ || says_something_new;
   dropped_bytes_ = parser_.stats().bytes_dropped;
 }
 
-void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePoint now) {
+bool SerialLink::handle_telemetry(const protocol::Message& message, core::TimePoint now) {
   const protocol::Telemetry former = telemetry_;
   protocol::FamilyItems more;
   const core::Status decoded = layout_ == protocol::TelemetryLayout::kFamily
@@ -105,7 +102,12 @@ void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
                                    : protocol::decode_telemetry(message.value, telemetry_);
   if (decoded != core::Status::kOk) {
     ++meter_.counters().bad_packages;
-    return;
+    return true;
+  }
+  if (telemetry_.has(protocol::TelemetryItem::kTime) && !watch_clock(now)) {
+    telemetry_ = former;
+    ++meter_.counters().old_packages;
+    return false;
   }
   meter_.counters().refused_items += keep_finite(telemetry_, former);
   meter_.package(now);
@@ -114,12 +116,10 @@ void SerialLink::handle_telemetry(const protocol::Message& message, core::TimePo
       item_times_[item] = now;
     }
   }
-  if (telemetry_.has(protocol::TelemetryItem::kTime)) {
-    watch_clock(now);
-  }
   watch_mode_switch(now);
   seen_items_ = static_cast<std::uint16_t>(seen_items_ | telemetry_.items);
   telemetry_.items = static_cast<std::uint16_t>(telemetry_.items | former.items);
+  return true;
 }
 
 void SerialLink::watch_mode_switch(core::TimePoint now) {
@@ -129,25 +129,19 @@ void SerialLink::watch_mode_switch(core::TimePoint now) {
                            telemetry_.control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeF);
 }
 
-void SerialLink::watch_clock(core::TimePoint now) {
+bool SerialLink::watch_clock(core::TimePoint now) {
   // It came between the read before and now. After a stall of our own that is a long time, and no restart.
   const std::uint32_t ticks = telemetry_.time.ticks;
-  if (clock_known_) {
-    // Signed, so that the wrap of the counter is a step of one tick.
-    const auto stepped = static_cast<std::int32_t>(ticks - clock_ticks_) * kClockTick;
-    if (stepped > now - clock_earliest_ + kClockJump || stepped < last_step_ - clock_latest_ - kClockJump) {
-      edges_ |= AuthoritySign::kRestarted;
-      meter_.restart();
-    }
+  const TelemetryClock::Verdict verdict = clock_.note(ticks, last_step_, now);
+  if (verdict.restarted) {
+    edges_ |= AuthoritySign::kRestarted;
+    meter_.restart();
   }
-  clock_known_ = true;
-  clock_ticks_ = ticks;
-  clock_earliest_ = last_step_;
-  clock_latest_ = now;
   // A package behind dropped bytes may have waited for the parser to find it: it says nothing about the way.
-  if (dropped_bytes_ == parser_.stats().bytes_dropped) {
-    meter_.timed_package(now, static_cast<std::int64_t>(ticks) * kClockTick);
+  if (verdict.is_new && dropped_bytes_ == parser_.stats().bytes_dropped) {
+    meter_.timed_package(now, static_cast<std::int64_t>(ticks) * TelemetryClock::kTick);
   }
+  return verdict.is_new;
 }
 
 void SerialLink::handle_answer(const protocol::Message& message, core::TimePoint now) {

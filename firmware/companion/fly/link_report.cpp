@@ -36,6 +36,7 @@ nlohmann::json to_json(const link::LinkHealth& health) {
           {"session_repeats", health.sessions.repeats},
           {"session_failures", health.sessions.failures},
           {"bad_packages", health.bad_packages},
+          {"old_packages", health.old_packages},
           {"refused_items", health.refused_items},
           {"undecipherable", health.undecipherable},
           {"commands_sent", health.commands_sent},
@@ -70,6 +71,7 @@ std::string_view health_line(const link::LinkHealth& health, HealthText& space) 
   count("session_repeats", health.sessions.repeats);
   count("session_failures", health.sessions.failures);
   count("bad_packages", health.bad_packages);
+  count("old_packages", health.old_packages);
   count("commands_sent", health.commands_sent);
   count("commands_dropped", health.commands_dropped);
   count("outages", health.outages);

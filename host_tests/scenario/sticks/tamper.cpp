@@ -19,12 +19,33 @@ void Tamper::queue(std::span<const std::byte> bytes, core::TimePoint now) {
   pieces_.push_back({when, {bytes.begin(), bytes.end()}});
 }
 
+void Tamper::queue_frames(std::span<const std::byte> bytes, core::TimePoint now) {
+  parser_.consume(bytes, [&](const protocol::FrameView& frame) {
+    const bool is_telemetry = !frame.header.is_ack && frame.header.session == 0;
+    if (!is_telemetry) {
+      queue(frame.bytes, now);
+      return;
+    }
+    if (standing_.empty() || !plan.telemetry_stands_still) {
+      standing_.assign(frame.bytes.begin(), frame.bytes.end());
+    }
+    queue(standing_, now);
+    if (plan.telemetry_again_after > core::Duration{0}) {
+      again_.push_back({now + plan.telemetry_again_after, standing_});
+    }
+  });
+}
+
 void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
   const auto happens = [this](double share) { return share > 0.0 && random_.uniform() < share; };
   const std::size_t swallowed = std::min(plan.swallow, bytes.size());
   plan.swallow -= swallowed;
   bytes = bytes.subspan(swallowed);
   if (bytes.empty() || plan.cut || happens(plan.drop)) {
+    return;
+  }
+  if (plan.telemetry_stands_still || plan.telemetry_again_after > core::Duration{0}) {
+    queue_frames(bytes, now);
     return;
   }
   std::vector<std::byte> piece(bytes.begin(), bytes.end());
@@ -52,9 +73,11 @@ void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
 
 std::vector<std::byte> Tamper::due(core::TimePoint now) {
   std::vector<std::byte> bytes;
-  while (!pieces_.empty() && pieces_.front().when <= now) {
-    bytes.insert(bytes.end(), pieces_.front().bytes.begin(), pieces_.front().bytes.end());
-    pieces_.pop_front();
+  for (std::deque<Piece>* const waiting : {&pieces_, &again_}) {
+    while (!waiting->empty() && waiting->front().when <= now) {
+      bytes.insert(bytes.end(), waiting->front().bytes.begin(), waiting->front().bytes.end());
+      waiting->pop_front();
+    }
   }
   return bytes;
 }

@@ -10,6 +10,7 @@
 
 #include "firmware/core/time.h"
 #include "host_tests/sim/world/random.h"
+#include "protocol/frame_parser.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
 
@@ -26,7 +27,9 @@ struct TamperPlan {
   core::Duration jitter{0};   ///< on top, drawn for each piece; the order stays
   std::uint32_t sent_at = 0;  ///< baud; with received_at: re-sampled as between two UARTs that differ
   std::uint32_t received_at = 0;
-  std::size_t swallow = 0;  ///< bytes that vanish, once: the frames they belong to are cut short
+  std::size_t swallow = 0;                  ///< bytes that vanish, once: the frames they belong to are cut short
+  bool telemetry_stands_still = false;      ///< instead of every telemetry frame the first one comes once more
+  core::Duration telemetry_again_after{0};  ///< every telemetry frame comes once more, so much later; 0: it does not
 };
 
 /// One direction of the man in the middle: bytes in, bytes out at their times.
@@ -48,9 +51,13 @@ class Tamper {
     std::vector<std::byte> bytes;
   };
   void queue(std::span<const std::byte> bytes, core::TimePoint now);
+  void queue_frames(std::span<const std::byte> bytes, core::TimePoint now);
 
   sim::Random random_;
   std::deque<Piece> pieces_;
+  std::deque<Piece> again_;
+  protocol::FrameParser parser_;
+  std::vector<std::byte> standing_;
   std::vector<std::byte> held_back_;
 };
 

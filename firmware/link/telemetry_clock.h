@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/core/time.h"
+
+namespace m100::link {
+
+/// Tells telemetry that is new from telemetry that was said before, by the autopilot's own clock in it. A package that
+/// is repeated bit for bit, or comes once more a little later, must not pass for what the autopilot says now: it could
+/// say that the transmitter has control when it has not (promise R15).
+///
+/// A package is new when its clock is ahead of every one before. A clock that steps by more than a second against ours
+/// is a restart of the autopilot, said at once; what the packages of the new clock say counts from the second on, when
+/// it has advanced, too.
+class TelemetryClock {
+ public:
+  /// The autopilot counts ticks of 400 Hz.
+  static constexpr core::Duration kTick = std::chrono::microseconds(2500);
+  /// A step of more than this against our own clock, or back, means that the autopilot restarted.
+  static constexpr core::Duration kJump = std::chrono::seconds(1);
+
+  struct Verdict {
+    bool is_new = false;
+    bool restarted = false;
+  };
+  /// @param ticks of the package. @param earliest, latest between these two times it came.
+  Verdict note(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest);
+  void forget() { trusted_.known = after_jump_.known = false; }
+
+ private:
+  enum class Step { kOnwards, kBack, kJump };
+  struct Mark {
+    bool known = false;
+    std::uint32_t ticks = 0;
+    core::TimePoint earliest{};
+    core::TimePoint latest{};
+  };
+  static Step step_of(const Mark& from, const Mark& to);
+
+  Mark trusted_;
+  Mark after_jump_;
+};
+
+}  // namespace m100::link
