@@ -17,7 +17,8 @@
 namespace m100::companion {
 namespace {
 
-constexpr core::Duration kGoes = std::chrono::seconds(2);  ///< then a keeper that was told to go is killed
+constexpr core::Duration kGoes = std::chrono::seconds(2);      ///< then a keeper that was told to go is killed
+constexpr core::Duration kComesUp = std::chrono::seconds(20);  ///< else nothing flies; the machine may be busy
 
 /// Any two that follow each other differ: the autopilot executes a number once per session (protocol, section 5). They
 /// begin where the clock stands, because it may remember the farewell of a flight before.
@@ -51,6 +52,23 @@ Keeper::Keeper(const link::ChannelCommand& neutral, const protocol::Cipher* ciph
   }
   (void)close(ends[1]);
   socket_ = ends[0];
+  if (!comes_up()) {
+    (void)kill(process_, SIGKILL);
+    (void)waitpid(process_, nullptr, 0);
+    throw std::runtime_error("the second process, which gives control back when this one dies, does not come up");
+  }
+}
+
+bool Keeper::comes_up() {
+  pollfd words{.fd = socket_, .events = POLLIN, .revents = 0};
+  for (const core::TimePoint until = monotonic_now() + kComesUp; monotonic_now() < until;) {
+    (void)poll(&words, 1, milliseconds(kLook));
+    const Word word = receive_word(socket_);
+    if (word.letter != 0) {
+      return word.letter == kStands;
+    }
+  }
+  return false;
 }
 
 Keeper::~Keeper() {

@@ -33,8 +33,9 @@ class Keeper {
   static constexpr core::Duration kRepeat = std::chrono::milliseconds(500);
   static constexpr std::size_t kRounds = 4;  ///< of the farewell: the line may be bad, answers are not read
 
-  /// Starts the second process. @param neutral command of the channel in use. @param cipher null: plain.
-  /// Errors: std::runtime_error where the system has no room for a process: then nothing flies.
+  /// Starts the second process and waits until it says that it stands: what is asked for afterwards is given back
+  /// whenever this program dies. @param neutral command of the channel in use. @param cipher null: plain.
+  /// Errors: std::runtime_error where the system has no room for a process, or it does not come up: then nothing flies.
   /// @param port whose time it lives in; a simulated one brings its own.
   Keeper(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
   /// Before the first beat it dismisses the keeper; after it, an exception is on its way, and the keeper speaks.
@@ -64,6 +65,7 @@ class Keeper {
   pid_t process() const { return process_; }
 
  private:
+  bool comes_up();
   void end(char letter, core::Duration patience);
 
   hal::PortClock clock_;

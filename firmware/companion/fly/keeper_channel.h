@@ -24,6 +24,9 @@ inline constexpr char kSpeak = 's';   ///< and go
 inline constexpr char kPort = 'p';    ///< comes with a descriptor
 inline constexpr char kNoPort = 'n';  ///< the port is closed
 
+/// What the keeper says, once: it stands, and would speak if the program died now.
+inline constexpr char kStands = 'k';
+
 /// Never waits. @returns false: the other side takes nothing now, or is no more.
 bool send_word(int socket, char letter, int descriptor);
 

@@ -24,7 +24,8 @@ class Watch {
 
   [[noreturn]] void keep() {
     stand_apart();
-    last_change_ = clock_.now();
+    last_change_ = clock_.now();  // from now on it takes part in simulated time, too
+    (void)send_word(socket_, kStands, -1);
     while (true) {
       rest(Keeper::kLook);
       obey(receive_word(socket_));

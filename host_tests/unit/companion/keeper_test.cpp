@@ -288,5 +288,14 @@ TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
   close(old_line[0]);
 }
 
+// Catches a program that asks for control while its second process has not run yet: who dies then takes it along.
+TEST_F(KeeperTest, ItStandsBeforeAnythingIsAskedFor) {
+  for (int i = 0; i < 20; ++i) {
+    Keeper keeper(kSticks, nullptr);
+    EXPECT_EQ(getsid(keeper.process()), keeper.process()) << "it has left our session, and with it our signals";
+    keeper.dismiss();
+  }
+}
+
 }  // namespace
 }  // namespace m100::companion
