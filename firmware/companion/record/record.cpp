@@ -71,6 +71,7 @@ class Session {
       clock.sleep_until(now + kVisit);
       length_s_ = core::seconds<double>(now.time_since_epoch());
     }
+    recorder_->end(clock.now());
     log_->finish();
   }
 

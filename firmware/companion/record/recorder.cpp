@@ -44,13 +44,29 @@ void Recorder::Came::note(core::TimePoint at) {
   if (samples == 0) {
     first = at;
   } else {
-    longest_gap = std::max(longest_gap, at - last);
-    const bool knows_its_interval = samples >= kFewestIntervals;
-    const double gap_s = core::seconds<double>(at - last);
-    gaps += knows_its_interval && gap_s > kGap_s && gap_s * rate_hz() > kGapIntervals ? 1U : 0U;
+    note_gap(at - last);
   }
   last = at;
   ++samples;
+}
+
+void Recorder::Came::end(core::TimePoint at) {
+  if (samples > 0 && at > last) {
+    note_gap(at - last);
+  }
+}
+
+void Recorder::Came::note_gap(core::Duration gap) {
+  longest_gap = std::max(longest_gap, gap);
+  const bool knows_its_interval = samples >= kFewestIntervals;
+  const double gap_s = core::seconds<double>(gap);
+  gaps += knows_its_interval && gap_s > kGap_s && gap_s * rate_hz() > kGapIntervals ? 1U : 0U;
+}
+
+void Recorder::end(core::TimePoint now) {
+  for (Came& came : came_) {
+    came.end(now);
+  }
 }
 
 Recorder::Recorder(log::UlogWriter& log, std::uint32_t baud, const protocol::Cipher* cipher)

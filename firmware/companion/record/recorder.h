@@ -34,6 +34,11 @@ class Recorder {
     std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 of its own intervals: what a fit leaves out
     double rate_hz() const;
     void note(core::TimePoint at);
+    /// The recording is over: what stopped coming before has a gap until here.
+    void end(core::TimePoint at);
+
+   private:
+    void note_gap(core::Duration gap);
   };
 
   /// How far a stick was moved, in counts from the middle.
@@ -52,6 +57,8 @@ class Recorder {
   /// Once per visit, also where nothing came: a false header must not hold good frames back.
   void look_for_false_frames(core::TimePoint now);
   void take(const core::Pose<double>& pose);
+  /// Once, when nothing more will come.
+  void end(core::TimePoint now);
 
   const Came& came(Stream stream) const { return came_[stream]; }
   /// roll, pitch, throttle, yaw
