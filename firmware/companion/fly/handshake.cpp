@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/fly/hand_back.h"
 #include "firmware/companion/fly/keeper.h"
 #include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/subcommands.h"
@@ -28,18 +29,20 @@ link::ChannelCommand neutral_of(const FlyOptions& options) {
                                        : link::ChannelCommand(vrc::Sticks{});
 }
 
-/// The course of one session at the autopilot. A signal gives control back.
-class Session {
+/// The course of one session at the autopilot. A signal gives control back. However control ends, the session goes on
+/// until telemetry shows that it is not ours.
+class Session final : public Listener {
  public:
   Session(const FlyOptions& options, link::SerialLink& link)
-      : options_(options), neutral_(neutral_of(options)), link_(link) {}
+      : options_(options), neutral_(neutral_of(options)), link_(link), back_(*this) {}
 
   /// One tick. @returns false: over.
   bool tick(core::TimePoint now) {
     link_.receive(now);
     note_changes(now);
     const link::AuthorityView& authority = link_.authority();
-    if (authority.in_control) {
+    back_.watch(now, authority);
+    if (authority.in_control && phase_ != Phase::kReleasing) {
       obtained_at_ = obtained_ ? obtained_at_ : now;
       obtained_ = true;
       held_until_ = now;
@@ -59,7 +62,13 @@ class Session {
     return false;
   }
 
-  bool asked() const { return phase_ != Phase::kStarting; }
+  void hear(core::TimePoint now, std::string_view line) override {
+    std::ostringstream timed;
+    timed << seconds(now) << " s  " << line;
+    say(timed.str());
+  }
+
+  /// Control was taken, held for its time or until the operator's word, and the transmitter has it.
   bool succeeded() const { return released_; }
   json to_json() const {
     json stages = json::array();
@@ -77,12 +86,16 @@ class Session {
 
  private:
   enum class Phase { kStarting, kAsked, kHolding, kReleasing };
-  static constexpr core::Duration kHandBack = std::chrono::seconds(1);  ///< promise R15
 
   static double seconds(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
 
   bool start(core::TimePoint now) {
+    if (stop_asked() && link_.authority().owed) {
+      release(now);  // a program before us may have left it so
+      return true;
+    }
     if (link_.authority().stage == safety::Stage::kReady) {
+      back_.note_ask(link_.health().outages);
       link_.request_control(now);
       phase_ = Phase::kAsked;
       asked_at_ = now;
@@ -94,7 +107,7 @@ class Session {
     if (link_.authority().in_control) {
       phase_ = Phase::kHolding;
     } else if (was_refused(now)) {
-      return false;
+      begin_hand_back(now);
     } else if (stop_asked()) {
       release(now);  // what is only asked for may already be granted
     }
@@ -102,36 +115,28 @@ class Session {
   }
   bool hold(core::TimePoint now) {
     if (!link_.authority().in_control) {
-      return false;  // lost: nothing is sent any more, and nobody asks again
-    }
-    if (stop_asked() || core::seconds<double>(now - obtained_at_) >= options_.hold_s) {
+      begin_hand_back(now);  // lost: no command is sent any more, and nobody asks again
+    } else if (stop_asked() || core::seconds<double>(now - obtained_at_) >= options_.hold_s) {
+      was_held_ = true;
       release(now);
     }
     return true;
   }
   void release(core::TimePoint now) {
     link_.release(now);
+    begin_hand_back(now);
+  }
+  void begin_hand_back(core::TimePoint now) {
     phase_ = Phase::kReleasing;
-    release_at_ = now;
-    stops_at_release_ = stops();
+    back_.begin(now, stops());
   }
   bool give_back(core::TimePoint now) {
-    const link::AuthorityView& authority = link_.authority();
-    if (now <= release_at_ + core::kTickPeriod) {
-      return true;
+    if (now > back_.since() && link_.authority().in_control) {
+      link_.release(now);  // an answer that was on its way has granted control meanwhile
     }
-    released_ = authority.heard && !authority.owed && authority.stage != safety::Stage::kReleasing;
-    if (released_) {
-      return false;
-    }
-    if (!told_ && now - release_at_ > kHandBack) {
-      told_ = true;
-      say("the autopilot does not show that the transmitter has control. PILOT: turn the mode switch to P and back to "
-          "F. Ctrl-C again ends the program");
-    }
-    // After a second, the operator may insist. Where nothing is owed, there is nothing to wait for.
-    const bool insists = stops() > stops_at_release_ && now - release_at_ > kHandBack;
-    return !insists && (authority.owed || authority.stage == safety::Stage::kReleasing);
+    const HandBack::State state = back_.look(now, link_, stops());
+    released_ = state == HandBack::State::kOver && was_held_ && back_.is_with_the_pilot();
+    return state == HandBack::State::kGoesOn;
   }
   /// The table has gone back to a stage that waits for the operator.
   bool was_refused(core::TimePoint now) const {
@@ -146,9 +151,7 @@ class Session {
       return;
     }
     changes_.push_back({now, authority.stage, authority.reason});
-    std::ostringstream line;
-    line << seconds(now) << " s  " << describe(authority);
-    say(line.str());
+    hear(now, describe(authority));
   }
 
   const FlyOptions& options_;
@@ -156,13 +159,12 @@ class Session {
   link::SerialLink& link_;
   Phase phase_ = Phase::kStarting;
   bool obtained_ = false;
+  bool was_held_ = false;
   bool released_ = false;
   core::TimePoint obtained_at_{};
   core::TimePoint held_until_{};
   core::TimePoint asked_at_{};
-  core::TimePoint release_at_{};
-  std::uint32_t stops_at_release_ = 0;
-  bool told_ = false;
+  HandBack back_;
   std::uint32_t ticks_in_control_ = 0;
   std::vector<Change> changes_;
 };
@@ -200,7 +202,7 @@ void run(const FlyOptions& options) {
       break;
     }
   }
-  session.asked() && !session.succeeded() ? keeper.speak() : keeper.dismiss();
+  link.authority().owed ? keeper.speak() : keeper.dismiss();
   std::cout << (session.succeeded() ? "released" : "not completed") << "\n";
   print(std::cout, link.health());
   write_result(options.json, to_json(options, session, link, clock));

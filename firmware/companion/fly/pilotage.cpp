@@ -9,15 +9,12 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// Longer than this, and the operator reads what the pilot has to do (promise R15).
-constexpr core::Duration kHandBack = std::chrono::seconds(1);
-/// A port that is gone for longer does not come back in this flight: where the program was to end, it ends.
-constexpr core::Duration kPortReturns = std::chrono::seconds(5);
+/// What stands in the way of a flight for longer is said.
+constexpr core::Duration kObstacleTold = std::chrono::seconds(1);
 /// As long as an order to fly lasts in the flight controller: a later grant would fly nothing.
 constexpr core::Duration kPatience = std::chrono::seconds(20);
 
 constexpr std::string_view kAgain = "Enter (or SIGUSR1) asks for control again, Ctrl-C ends the program";
-constexpr std::string_view kPilotsPart = "PILOT: turn the mode switch to P and back to F";
 
 bool waits_for_the_operator(safety::Stage stage) {
   return stage == safety::Stage::kReady || stage == safety::Stage::kSilent || stage == safety::Stage::kSilentCold;
@@ -27,11 +24,10 @@ bool waits_for_the_operator(safety::Stage stage) {
 
 bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   const View& view = controller_.link().authority();
-  port_here_ = view.port_gone ? port_here_ : now;
   tell_stage(now, view);
   tell_ladder(now);
   tell_excitation(now);
-  tell_trouble(now, view);
+  back_.watch(now, view);
   switch (phase_) {
     case Phase::kWaiting:
       return wait(now, view, input);
@@ -61,9 +57,29 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
   } else if (input.word) {
     try_to_engage(now);
   }
-  // Refused before anybody could ask, for a reason that does not heal by itself.
-  const bool stuck = view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_;
+  tell_what_is_awaited(now, view);
+  // Refused before anybody could ask, for a reason that does not heal by itself, or that has not healed.
+  const bool stuck = view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_ ||
+                     (wishes_.take_control && now - clear_ > kPatience);
   return !(wishes_.once && phase_ == Phase::kWaiting && stuck && !view.asked && !view.owed);
+}
+
+/// Telemetry is there and the pose is not: without a word the operator would wait for nothing.
+void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
+  const safety::Cause cause =
+      view.stage == safety::Stage::kReady ? obstacle(controller_.observed(), limits_) : safety::Cause::kNone;
+  if (cause == safety::Cause::kNone || phase_ != Phase::kWaiting) {
+    clear_ = now;
+    told_obstacle_ = safety::Cause::kNone;
+    return;
+  }
+  if (now - clear_ > kObstacleTold && told_obstacle_ == safety::Cause::kNone) {
+    told_obstacle_ = cause;
+    TextLine line;
+    line.add("control is not asked for yet; ");
+    describe(line, cause, controller_.observed(), limits_);
+    tell(now, line.add(": see to the source of pose").text());
+  }
 }
 
 /// What is known of the place counts only while nothing stands against flying by it.
@@ -99,7 +115,8 @@ void Pilotage::try_to_engage(core::TimePoint now) {
     return;
   }
   controller_.engage();
-  outages_before_ = controller_.link().health().outages;
+  back_.note_ask(controller_.link().health().outages);
+  had_control_ = false;
   phase_ = Phase::kAsking;
   since_ = now;
 }
@@ -112,6 +129,7 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
   if (view.in_control) {
     phase_ = Phase::kFlying;
     flew_ = true;
+    had_control_ = true;
     engaged_ = false;
     since_ = now;
     return true;
@@ -174,9 +192,9 @@ void Pilotage::tell_end(core::TimePoint now, const View& view) {
 void Pilotage::begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input) {
   phase_ = Phase::kHandingBack;
   since_ = now;
+  back_.begin(now, input.stops);
   by_operator_ = by_operator;
   given_back_ = false;
-  stops_before_ = input.stops;
   ends_ = by_operator || wishes_.once || input.stops > 0;
 }
 
@@ -185,21 +203,18 @@ bool Pilotage::hand_back(core::TimePoint now, const View& view, const OperatorIn
   if (now > since_ && view.in_control && controller_.supervisor().rung() == safety::Rung::kSilent) {
     controller_.release();  // once more: an answer that was on its way may have granted control meanwhile
   }
-  if (now > since_ && !view.owed && !view.in_control && view.stage != safety::Stage::kReleasing) {
-    given_back_ = by_operator_ && view.heard;
-    const bool is_certain = controller_.link().health().outages == outages_before_;
-    tell(now, !view.heard ? "control was never ours, and nothing comes from the autopilot"
-              : is_certain
-                  ? "the transmitter has the aircraft"
-                  : "telemetry at the port shows that the transmitter has control. The port was gone: if another "
-                    "autopilot was plugged in, this says nothing of the one that flew");
-    phase_ = Phase::kWaiting;
-    return !ends_;
+  switch (back_.look(now, controller_.link(), input.stops)) {
+    case HandBack::State::kGoesOn:
+      return true;
+    case HandBack::State::kGivesUp:
+      return !ends_;
+    case HandBack::State::kOver:
+      break;
   }
-  // Ending without knowing: only where nothing of ours can arrive any more, or where the operator insists.
-  const bool insists = input.stops > stops_before_ + (stops_before_ == 0 ? 1U : 0U);
-  const bool gives_up = view.port_gone && now - port_here_ > kPortReturns;
-  return !(ends_ && (gives_up || (insists && now - since_ > kHandBack)));
+  given_back_ = by_operator_ && had_control_ && back_.is_with_the_pilot();
+  phase_ = Phase::kWaiting;
+  clear_ = now;
+  return !ends_;
 }
 
 void Pilotage::tell_stage(core::TimePoint now, const View& view) {
@@ -242,28 +257,6 @@ void Pilotage::tell_excitation(core::TimePoint now) {
   if (!line.text().empty()) {
     tell(now, line.text());
   }
-}
-
-void Pilotage::tell_trouble(core::TimePoint now, const View& view) {
-  Trouble trouble = Trouble::kNone;
-  if (view.owed && view.port_gone) {
-    trouble = Trouble::kPortGone;
-  } else if (view.owed && !view.heard && !view.in_control) {
-    trouble = Trouble::kNothingHeard;
-  } else if (view.owed && view.reason == safety::Reason::kUnheard) {
-    trouble = Trouble::kUnheard;
-  } else if (view.owed && phase_ == Phase::kHandingBack && now - since_ > kHandBack) {
-    trouble = Trouble::kStillOurs;
-  }
-  if (trouble != told_trouble_ && trouble != Trouble::kNone) {
-    TextLine line;
-    line.add(trouble == Trouble::kPortGone       ? "the port is gone: no byte of ours reaches the autopilot. "
-             : trouble == Trouble::kNothingHeard ? "nothing comes from the autopilot; control is given back blind. "
-             : trouble == Trouble::kUnheard      ? "the autopilot answers nothing: no byte of ours reaches it. "
-                                                 : "the autopilot does not show that the transmitter has control. ");
-    tell(now, line.add(kPilotsPart).add(". The program goes on giving back").text());
-  }
-  told_trouble_ = trouble;
 }
 
 }  // namespace m100::companion

@@ -7,6 +7,8 @@
 #include <string_view>
 
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/hand_back.h"
+#include "firmware/companion/fly/listener.h"
 #include "firmware/companion/fly/text_line.h"
 
 namespace m100::companion {
@@ -26,16 +28,6 @@ struct OperatorInput {
   std::uint32_t stops = 0;  ///< signals to end, so far
 };
 
-/// Takes lines for the operator and the log.
-class Listener {
- public:
-  virtual void hear(core::TimePoint now, std::string_view line) = 0;
-
- protected:
-  Listener() = default;
-  ~Listener() = default;
-};
-
 /// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
 /// refusal or a release by the ladder does not end the program: it says what was seen, and takes the operator's word
 /// again. It leaves only when telemetry shows that the transmitter has the aircraft, or when the port is gone. No heap.
@@ -45,7 +37,7 @@ class Pilotage {
 
   Pilotage(const Wishes& wishes, const safety::Limits& limits, app::FlightController<double>& controller,
            Listener& listener)
-      : wishes_(wishes), limits_(limits), controller_(controller), listener_(listener) {}
+      : wishes_(wishes), limits_(limits), controller_(controller), listener_(listener), back_(listener) {}
 
   /// After each tick. @returns false: over.
   bool tick(core::TimePoint now, const OperatorInput& input);
@@ -53,7 +45,7 @@ class Pilotage {
   bool flew() const { return flew_; }
   /// Nothing was asked for: a word would ask.
   bool waits() const { return phase_ == Phase::kWaiting; }
-  /// The last flight was ended by the operator, and the transmitter has the aircraft.
+  /// Control was had, its end was the operator's, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
 
@@ -74,7 +66,7 @@ class Pilotage {
   void tell_ladder(core::TimePoint now);
   void tell_excitation(core::TimePoint now);
   void tell_end(core::TimePoint now, const View& view);
-  void tell_trouble(core::TimePoint now, const View& view);
+  void tell_what_is_awaited(core::TimePoint now, const View& view);
   void tell(core::TimePoint now, std::string_view what) { listener_.hear(now, what); }
 
   Wishes wishes_;
@@ -82,18 +74,17 @@ class Pilotage {
   app::FlightController<double>& controller_;
   Listener& listener_;
   Phase phase_ = Phase::kWaiting;
-  core::TimePoint since_{};           ///< the phase began
-  core::TimePoint port_here_{};       ///< the port was there
-  std::uint32_t outages_before_ = 0;  ///< of the port, when control was asked for
-  std::uint32_t stops_before_ = 0;    ///< signals that this hand-back answers
-  bool order_given_ = false;          ///< that of take_control
-  bool engaged_ = false;              ///< the ladder let something through in this flight
+  core::TimePoint since_{};  ///< the phase began
+  HandBack back_;
+  bool had_control_ = false;  ///< since it was last asked for
+  bool order_given_ = false;  ///< that of take_control
+  bool engaged_ = false;      ///< the ladder let something through in this flight
   bool by_operator_ = false;
   bool ends_ = false;  ///< when the hand-back is over
   bool flew_ = false;
   bool given_back_ = false;
-  enum class Trouble { kNone, kStillOurs, kUnheard, kNothingHeard, kPortGone };
-  Trouble told_trouble_ = Trouble::kNone;
+  core::TimePoint clear_{};  ///< nothing but the operator's word was awaited
+  safety::Cause told_obstacle_ = safety::Cause::kNone;
   bool told_stage_ = false;
   ctl::Excitation<double>::State told_excitation_ = ctl::Excitation<double>::State::kIdle;
   safety::Stage last_stage_ = safety::Stage::kListening;

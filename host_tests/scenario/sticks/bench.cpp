@@ -60,25 +60,16 @@ std::vector<std::string> Bench::autopilot_words() const {
 }
 
 std::vector<std::string> Bench::client_words() const {
-  std::vector<std::string> words{places_.m100,
-                                 "fly",
-                                 "--port",
-                                 cable_->port_of(End::kClient),
-                                 "--baud",
-                                 std::to_string(setup_.baud),
-                                 "--pose-port",
-                                 cable_->port_of(End::kClientPose),
-                                 "--vehicle",
-                                 places_.vehicle,
-                                 "--gains",
-                                 places_.gains,
-                                 "--flight",
-                                 places_.folder + "/flight.toml",
-                                 "--channel",
-                                 setup_.movement ? "movement" : "virtual_rc",
-                                 "--take-control",
-                                 "--hold",
-                                 "600"};
+  std::vector<std::string> words{places_.m100, setup_.handshake ? "handshake" : "fly",
+                                 "--port",     cable_->port_of(End::kClient),
+                                 "--baud",     std::to_string(setup_.baud),
+                                 "--channel",  setup_.movement ? "movement" : "virtual_rc",
+                                 "--hold",     "600"};
+  if (!setup_.handshake) {
+    words.insert(words.end(),
+                 {"--pose-port", cable_->port_of(End::kClientPose), "--vehicle", places_.vehicle, "--gains",
+                  places_.gains, "--flight", places_.folder + "/flight.toml", "--take-control"});
+  }
   if (setup_.encrypted) {
     words.insert(words.end(), {"--key-file", places_.folder + "/key"});
   }

@@ -29,6 +29,7 @@ struct Setup {
   bool movement = false;
   bool encrypted = false;
   bool real_time = false;
+  bool handshake = false;  ///< m100 handshake instead of m100 fly
   std::uint64_t seed = 1;
   std::uint32_t baud = 230400;
   std::vector<std::string> more_words{};  ///< of m100

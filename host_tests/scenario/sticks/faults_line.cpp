@@ -32,6 +32,8 @@ void cut(Bench& bench, bool to_client, bool to_autopilot) {
   bench.to_autopilot.plan.cut = to_autopilot;
 }
 
+void shake_hands(Setup& setup) { setup.handshake = true; }
+
 void make_noise(Bench& bench) {
   sim::Random random(bench.setup().seed, "noise");
   std::vector<std::byte> noise(200);
@@ -130,6 +132,27 @@ constexpr std::array kFaults{
           .group = Group::kLine,
           .strike = [](Bench& b) { b.tell_autopilot("silence 3"); },
           .within_s = kSilentLink_s},
+    // The handshake on the bench ends by the same rules as a flight.
+    Fault{.name = "handshake, nothing of its own arrives for 4 s",
+          .group = Group::kLine,
+          .strike = [](Bench& b) { cut(b, false, true); },
+          .stages = bit(Stage::kFlying),
+          .within_s = kSilentLink_s,
+          .reach = Reach::kMute,
+          .heals_after_s = 4.0,
+          .heal = [](Bench& b) { cut(b, false, false); },
+          .prepare = shake_hands,
+          .ends_program = true},
+    Fault{.name = "handshake, line cut for 4 s",
+          .group = Group::kLine,
+          .strike = [](Bench& b) { cut(b, true, true); },
+          .stages = bit(Stage::kFlying),
+          .within_s = kSilentLink_s,
+          .reach = Reach::kMute,
+          .heals_after_s = 4.0,
+          .heal = [](Bench& b) { cut(b, false, false); },
+          .prepare = shake_hands,
+          .ends_program = true},
 };
 
 }  // namespace

@@ -250,6 +250,9 @@ class Judge {
     if (flew && story_.ending == 2) {
       object("exit code 2 after a flight");
     }
+    if (!flew && story_.ending == 0) {
+      object("exit code 0 without a flight");
+    }
     const bool unreachable = mute().from_s != kNever_s && mute().to_s == kNever_s;
     const bool killed = any([](const Fault& fault) {
       return fault.name == "SIGKILL" || fault.name == "SIGSEGV" || fault.name == "SIGSTOP";
@@ -283,8 +286,30 @@ class Judge {
     if (log_ends && story_.said.find("goes on without the rest of its log") == std::string::npos) {
       object("the log did not end, or nobody was told");
     }
-    if (cannot_give_back && !spoke) {
+    if (cannot_give_back && !spoke && verdict_.returned_after_s > kStop_s) {  // else there was nothing to do any more
       object("the operator was not told what to do");
+    }
+    names();
+  }
+
+  /// What is the matter is said as what it is.
+  void names() {
+    struct Word {
+      std::string_view fault;
+      Stage stage;
+      std::string_view said;
+    };
+    constexpr std::array kWords{
+        Word{"taken by the app", Stage::kFlying, "the mobile app has control of the aircraft, not the transmitter"},
+        Word{"transmitter off", Stage::kFlying, "no transmitter is heard"},
+        Word{"pose lost", Stage::kStarting, "control is not asked for yet; pose old"},
+        Word{"pose frozen", Stage::kStarting, "control is not asked for yet; pose old"},
+        Word{"pose port unplugged", Stage::kStarting, "control is not asked for yet; pose old"}};
+    for (const Word& word : kWords) {
+      if (case_.second == nullptr && case_.fault->name == word.fault && case_.stage == word.stage &&
+          story_.said.find(word.said) == std::string::npos) {
+        object("the operator did not read: " + std::string(word.said));
+      }
     }
   }
 

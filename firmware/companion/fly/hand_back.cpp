@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/hand_back.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr std::string_view kPilotsPart = "PILOT: turn the mode switch to P and back to F";
+
+/// Whose control is, by telemetry in which it is not ours.
+std::string_view whose(const protocol::Telemetry& telemetry) {
+  if (telemetry.control.device() == protocol::ControlDevice::kMobileApp) {
+    return "the mobile app has control of the aircraft, not the transmitter: end its control there, or turn the mode "
+           "switch to P and back to F";
+  }
+  if (telemetry.rc.gear == 0) {
+    return "control is not ours, and no transmitter is heard: it is off or out of reach, and the autopilot does what "
+           "it "
+           "is set to do then. PILOT: switch the transmitter on";
+  }
+  return "the transmitter has the aircraft";
+}
+
+}  // namespace
+
+void HandBack::begin(core::TimePoint now, std::uint32_t stops) {
+  begun_ = true;
+  since_ = now;
+  stops_before_ = stops;
+  is_with_the_pilot_ = false;
+}
+
+HandBack::State HandBack::look(core::TimePoint now, const link::SerialLink& link, std::uint32_t stops) {
+  const link::AuthorityView& view = link.authority();
+  if (now > since_ && !view.owed && !view.in_control && view.stage != safety::Stage::kReleasing) {
+    tell_whose(now, link);
+    begun_ = false;
+    return State::kOver;
+  }
+  // Ending without knowing: only where nothing of ours can arrive any more, or where the operator insists.
+  const bool insists = stops > stops_before_ + (stops_before_ == 0 ? 1U : 0U);
+  const bool port_is_lost = view.port_gone && now - port_here_ > kPortReturns;
+  return port_is_lost || (insists && now - since_ > kTold) ? State::kGivesUp : State::kGoesOn;
+}
+
+void HandBack::tell_whose(core::TimePoint now, const link::SerialLink& link) {
+  const link::AuthorityView& view = link.authority();
+  const protocol::Telemetry& telemetry = link.telemetry();
+  if (!view.heard) {
+    listener_.hear(now, "control was never ours, and nothing comes from the autopilot");
+    return;
+  }
+  is_with_the_pilot_ =
+      telemetry.control.device() == protocol::ControlDevice::kRemoteController && telemetry.rc.gear != 0;
+  const bool is_certain = link.health().outages == outages_before_;
+  listener_.hear(now, !is_certain && is_with_the_pilot_
+                          ? "telemetry at the port shows that the transmitter has control. The port was gone: if "
+                            "another autopilot was plugged in, this says nothing of the one that flew"
+                          : whose(telemetry));
+}
+
+void HandBack::watch(core::TimePoint now, const link::AuthorityView& view) {
+  port_here_ = view.port_gone ? port_here_ : now;
+  Trouble trouble = Trouble::kNone;
+  if (view.owed && view.port_gone) {
+    trouble = Trouble::kPortGone;
+  } else if (view.owed && !view.heard && !view.in_control) {
+    trouble = Trouble::kNothingHeard;
+  } else if (view.owed && view.reason == safety::Reason::kUnheard) {
+    trouble = Trouble::kUnheard;
+  } else if (view.owed && begun_ && now - since_ > kTold) {
+    trouble = Trouble::kStillOurs;
+  }
+  if (trouble != told_ && trouble != Trouble::kNone) {
+    TextLine line;
+    line.add(trouble == Trouble::kPortGone       ? "the port is gone: no byte of ours reaches the autopilot. "
+             : trouble == Trouble::kNothingHeard ? "nothing new comes from the autopilot; control is given back blind. "
+             : trouble == Trouble::kUnheard      ? "the autopilot answers nothing: no byte of ours reaches it. "
+                                                 : "the autopilot does not show that the transmitter has control. ");
+    listener_.hear(now, line.add(kPilotsPart).add(". The program goes on giving back").text());
+  }
+  told_ = trouble;
+}
+
+}  // namespace m100::companion
