@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "firmware/companion/room/mission_transfer.h"
+#include "host_tests/lab/bridge/plain_pose.h"
+#include "host_tests/lab/bridge/vrpn.h"
 #include "host_tests/property/mavlink/noise.h"
 #include "protocol/mavlink/messages.h"
 #include "protocol/mavlink/parser.h"
@@ -83,6 +85,19 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   const auto stream = std::as_bytes(std::span(data, size)).subspan(1);
+  if (const auto pose = m100::lab::bridge::parse_packet(stream)) {
+    const AttPosMocap message = message_of(*pose, m100::lab::bridge::Axes::kEnu, 0);
+    if (!(message.x * message.x <= 1e6F && message.q[0] * message.q[0] <= 1.1F)) {
+      __builtin_trap();  // what is no pose was read
+    }
+  }
+  m100::lab::bridge::VrpnStream vrpn("", 0);
+  (void)vrpn.consume(m100::lab::bridge::vrpn_cookie(), [](const auto&) {});
+  (void)vrpn.consume(stream, [](const auto& pose) {
+    if (!is_believable(pose)) {
+      __builtin_trap();
+    }
+  });
   if (receive(stream, 1 + data[0]) != receive(stream, stream.size())) {
     __builtin_trap();  // the frames depend on how the stream was cut
   }

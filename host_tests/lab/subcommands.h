@@ -26,6 +26,7 @@ void add_logs(CLI::App& lab);
 void add_report(CLI::App& lab);
 void add_reference(CLI::App& lab);
 void add_evening(CLI::App& lab);
+void add_bridge(CLI::App& lab);
 
 void add_gains(CLI::App& lab);
 void add_mpc(CLI::App& lab);

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100-lab bridge: poses of a room in plain UDP packets, on to m100 as signed
+// MAVLink.
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "hal/linux/udp_port.h"
+#include "host_tests/lab/bridge/descriptor.h"
+#include "host_tests/lab/bridge/plain_pose.h"
+#include "host_tests/lab/bridge/sender.h"
+#include "host_tests/lab/bridge/vrpn_source.h"
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/key_file.h"
+#include "host_tests/lab/subcommands.h"
+#include "protocol/mavlink/parser.h"
+#include "protocol/mavlink/signature.h"
+
+namespace m100::lab {
+namespace {
+
+using bridge::Descriptor;
+using bridge::Sender;
+
+struct Options {
+  std::string listen = "udp:9763";
+  std::string vrpn;
+  int sensor = 0;
+  std::string to = "127.0.0.1:14560";
+  std::string key_file;
+  std::string axes = "nwu";
+  std::string stamp = "sender";
+  double duration_s = 0.0;
+  std::string json;
+};
+
+struct Counts {
+  std::uint64_t packets = 0, refused = 0, sent = 0, lost = 0, asked = 0;
+};
+
+std::atomic<bool> stopped{false};
+void on_signal(int) { stopped = true; }
+
+std::uint64_t now_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
+/// What m100 asks back; where poses are stamped by our clock, it is told that clock.
+void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& counts) {
+  std::array<std::byte, 2048> packet{};
+  for (ssize_t size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0); size > 0;
+       size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0)) {
+    mavlink::Parser parser;
+    parser.consume(std::span<const std::byte>(packet).first(static_cast<std::size_t>(size)),
+                   [&](const mavlink::FrameView& frame) {
+                     if (!mavlink::is<mavlink::Timesync>(frame) || !is_signed_with(frame, key)) {
+                       return;
+                     }
+                     const auto question = mavlink::decode<mavlink::Timesync>(frame);
+                     if (question.tc1 == 0 && tells_time) {
+                       ++counts.asked;
+                       (void)sender.send(
+                           mavlink::Timesync{.tc1 = static_cast<std::int64_t>(now_us()) * 1000, .ts1 = question.ts1});
+                     }
+                   });
+  }
+}
+
+void pass_on(const bridge::PlainPose& pose, const Options& options, Sender& sender, Counts& counts) {
+  const std::uint64_t stamp =
+      options.stamp == "arrival" ? now_us() : static_cast<std::uint64_t>(std::llround(pose.t_s * 1e6));
+  const bool left = sender.send(message_of(pose, *bridge::axes_of(options.axes), stamp));
+  ++(left ? counts.sent : counts.lost);
+}
+
+Descriptor listening_socket(const std::string& name) {
+  const std::optional<std::uint16_t> port = hal::udp_port_of(name);
+  if (!port) {
+    throw InputError("--listen", 0, "", name + ": a UDP port is written udp:PORT, PORT from 1 to 65535");
+  }
+  const int number = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(*port);
+  address.sin_addr.s_addr = htonl(INADDR_ANY);
+  if (number < 0 || ::bind(number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+    ::close(number);
+    throw InputError("--listen", 0, "", name + ": no right to open it, or another program holds it");
+  }
+  return Descriptor(number);
+}
+
+/// Where poses come from: plain packets, or a VRPN server.
+class Source {
+ public:
+  virtual ~Source() = default;
+  virtual int descriptor() const = 0;
+  /// Reads what waits. @returns false: nothing will ever come again.
+  virtual bool read(Counts& counts, const bridge::VrpnStream::Use& use) = 0;
+};
+
+class Packets final : public Source {
+ public:
+  explicit Packets(const std::string& name) : socket_(listening_socket(name)) {}
+  int descriptor() const override { return socket_.number; }
+  bool read(Counts& counts, const bridge::VrpnStream::Use& use) override {
+    std::array<std::byte, 2048> packet{};
+    for (ssize_t size = ::recv(socket_.number, packet.data(), packet.size(), 0); size >= 0;
+         size = ::recv(socket_.number, packet.data(), packet.size(), 0)) {
+      ++counts.packets;
+      const auto pose = bridge::parse_packet(std::span<const std::byte>(packet).first(static_cast<std::size_t>(size)));
+      if (pose) {
+        use(*pose);
+      } else {
+        ++counts.refused;
+      }
+    }
+    return true;
+  }
+
+ private:
+  Descriptor socket_;
+};
+
+class Vrpn final : public Source {
+ public:
+  Vrpn(const bridge::VrpnName& name, int sensor) : stream_(name.tracker, sensor), source_(name) {}
+  int descriptor() const override { return source_.descriptor(); }
+  bool read(Counts& counts, const bridge::VrpnStream::Use& use) override {
+    const bool goes_on = source_.read(stream_, use);
+    counts.packets = stream_.messages();
+    counts.refused = stream_.passed_over();
+    if (!goes_on) {
+      std::cerr << "m100-lab: --vrpn: the server has gone, or is none\n";
+    }
+    return goes_on;
+  }
+
+ private:
+  bridge::VrpnStream stream_;
+  bridge::VrpnSource source_;
+};
+
+std::unique_ptr<Source> source_of(const Options& options) {
+  if (options.vrpn.empty()) {
+    return std::make_unique<Packets>(options.listen);
+  }
+  return std::make_unique<Vrpn>(bridge::vrpn_name(options.vrpn), options.sensor);
+}
+
+Counts run_bridge(const Options& options, const mavlink::Key& key) {
+  Sender sender(options.to, key);
+  const std::unique_ptr<Source> source = source_of(options);
+  std::cout << "from " << (options.vrpn.empty() ? options.listen : options.vrpn) << " to " << options.to << ", signed"
+            << std::endl;
+  Counts counts;
+  const std::uint64_t begin_us = now_us();
+  const auto is_over = [&] {
+    return options.duration_s > 0.0 && static_cast<double>(now_us() - begin_us) >= 1e6 * options.duration_s;
+  };
+  bool goes_on = true;
+  while (goes_on && !stopped && !is_over()) {
+    std::array<pollfd, 2> wait{pollfd{.fd = source->descriptor(), .events = POLLIN, .revents = 0},
+                               pollfd{.fd = sender.descriptor(), .events = POLLIN, .revents = 0}};
+    (void)::poll(wait.data(), wait.size(), 100);
+    goes_on = source->read(counts, [&](const bridge::PlainPose& pose) { pass_on(pose, options, sender, counts); });
+    answer(sender, options.stamp == "arrival", key, counts);
+  }
+  return counts;
+}
+
+void run(const Options& options) {
+  const protocol::CipherKey read = read_key(options.key_file);
+  mavlink::Key key;
+  std::transform(read.begin(), read.end(), key.begin(), [](std::uint8_t byte) { return std::byte{byte}; });
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  const Counts counts = run_bridge(options, key);
+  std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
+            << " not sent, " << counts.asked << " questions for the time answered\n";
+  if (!options.json.empty()) {
+    std::ofstream(options.json) << nlohmann::ordered_json{{"packets", counts.packets},
+                                                          {"refused", counts.refused},
+                                                          {"sent", counts.sent},
+                                                          {"not_sent", counts.lost},
+                                                          {"answers", counts.asked}}
+                                       .dump(1)
+                                << "\n";
+  }
+  if (counts.sent == 0) {
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
+}  // namespace
+
+void add_bridge(CLI::App& lab) {
+  CLI::App* const app = lab.add_subcommand("bridge",
+                                           "poses of a room, in plain UDP packets or from a VRPN server, "
+                                           "on to m100 fly --pose-port udp:PORT as signed MAVLink");
+  auto options = std::make_shared<Options>();
+  CLI::Option* const listen =
+      app->add_option("--listen", options->listen, "where the room sends, udp:PORT. Example: --listen udp:9763");
+  app->add_option("--vrpn", options->vrpn,
+                  "instead of packets, a VRPN server: TRACKER@HOST or "
+                  "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
+                  "none. Example: --vrpn m100@192.168.1.10")
+      ->excludes(listen);
+  app->add_option("--sensor", options->sensor, "of the tracker. Example: --sensor 1")->check(CLI::Range(0, 10000));
+  app->add_option("--to", options->to, "IPv4 address and UDP port of m100. Example: --to 192.168.1.20:14560");
+  app->add_option("--mavlink-key", options->key_file,
+                  "file with the key of the signatures, 64 hexadecimal digits, "
+                  "that only its owner can read: the same "
+                  "as m100's. Example: --mavlink-key mavlink.key")
+      ->required();
+  app->add_option("--axes", options->axes,
+                  "of the room and the body: nwu (x forward, y left, z up), "
+                  "ned (MAVLink's own), enu (ROS). Example: "
+                  "--axes enu")
+      ->check(CLI::IsMember({"nwu", "ned", "enu"}));
+  app->add_option("--stamp", options->stamp,
+                  "sender: the packet's own time, of a clock that m100 does "
+                  "not see; arrival: the time here, which m100 "
+                  "asks for. Example: --stamp arrival")
+      ->check(CLI::IsMember({"sender", "arrival"}));
+  app->add_option("--duration", options->duration_s, "seconds; 0: until Ctrl-C. Example: --duration 60")
+      ->check(CLI::Range(0.0, 1e6));
+  app->add_option("--json", options->json, "counts as JSON. Example: --json bridge.json");
+  app->footer(
+      "A packet is one pose: t x y z qw qx qy qz, as text with spaces "
+      "or commas between, or as 64 bytes of doubles, "
+      "little endian. Exit codes: 0 poses were passed on, 1 not one, 2 "
+      "wrong use or bad input.");
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace m100::lab

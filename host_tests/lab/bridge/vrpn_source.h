@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "host_tests/lab/bridge/descriptor.h"
+#include "host_tests/lab/bridge/vrpn.h"
+
+namespace m100::lab::bridge {
+
+/// "TRACKER@HOST" or "TRACKER@HOST:PORT", HOST an IPv4 address.
+struct VrpnName {
+  std::string tracker;
+  std::string host;
+  std::uint16_t port = 3883;
+};
+/// @throws InputError
+VrpnName vrpn_name(const std::string& text);
+
+/// A connection to a VRPN server: asked for by UDP, made by the server over TCP.
+class VrpnSource {
+ public:
+  /// Waits up to ten seconds for the server. @throws InputError
+  explicit VrpnSource(const VrpnName& name);
+  int descriptor() const { return connection_.number; }
+  /// Reads what came. @returns false: the server has gone, or is none.
+  bool read(VrpnStream& stream, const VrpnStream::Use& use) const;
+
+ private:
+  Descriptor connection_;
+};
+
+}  // namespace m100::lab::bridge
