@@ -60,9 +60,12 @@ Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightM
   }
   const auto controller = std::make_unique<app::FlightController<double>>(
       model.vehicle(), model.tables(), config, port, silent_pose_port, *course, log ? &log->log() : nullptr);
+  Live live(options.live);
+  live.start();
   const std::uint32_t stalls = listen(options, [&](core::TimePoint now) {
     pose_port.tick();
     (void)controller->tick(now);
+    live.tell(*controller, *course, now);
   });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,

@@ -96,9 +96,10 @@ void ask_for_real_time() {
 
 /// What the thread that flies needs before its first tick.
 /// @returns who speaks to the room, where somebody listens.
-Speaker* prepare_the_thread(PosePort& pose_port) {
+Speaker* prepare_the_thread(PosePort& pose_port, Live& live) {
   give_output_its_buffer();
-  Speaker* const speaker = pose_port.start_speaker();  // its thread must not inherit what follows
+  Speaker* const speaker = pose_port.start_speaker();  // the threads must not inherit what follows
+  live.start();
   ask_for_real_time();
   return speaker;
 }
@@ -209,8 +210,23 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
   return out;
 }
 
+/// @returns null: none was asked for.
+log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
+                          const Orders& orders, const ref::Waypoint<double>& start, const app::FlightConfig& config,
+                          core::TimePoint now) {
+  if (options.log.empty()) {
+    return nullptr;
+  }
+  file.emplace(options.log);
+  write_notes(file->log(), options, model, orders, start, config, now);
+  file->start();
+  return &file->log();
+}
+
 /// The closing words, and the result.
-void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose) {
+void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
+              Live& live) {
+  live.finish();  // its line must not stand among the words
   print(std::cout, controller.link().health());
   print(std::cout, controller.pose_link().stats(), pose.signatures());
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
@@ -234,18 +250,14 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const app::FlightConfig config = flight_config(options, orders, start, link);
   TickClock clock(options.port);
   std::optional<LogFile> log_file;
-  if (!options.log.empty()) {
-    log_file.emplace(options.log);
-    write_notes(log_file->log(), options, model, orders, start, config, clock.now());
-    log_file->start();
-  }
-  log::FlightLog* const log = log_file ? &log_file->log() : nullptr;
+  log::FlightLog* const log = begin_log(log_file, options, model, orders, start, config, clock.now());
+  Live live(options.live);
   OverheardLine pose_line(pose_port.line());
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, *trajectory, log);
   const link::Farewell last_words(neutral, cipher);
   const core::AssertionHandler former = say_when_broken(last_words, port, controller->link().authority());
-  Speaker* const speaker = prepare_the_thread(pose_port);
+  Speaker* const speaker = prepare_the_thread(pose_port, live);
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), model.vehicle(), config, *trajectory, pose_line, speaker, ears);
@@ -265,6 +277,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     guard.tick(now);
     (void)controller->tick(now);  // what became of the command stands in the log
     pose_port.tell(*controller, now);
+    live.tell(*controller, *trajectory, now);
     health.tick(now, controller->link().health());
     const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, pilotage.waits());
     if (!pilotage.tick(now, {.word = key_pressed() || word, .stops = stops()})) {
@@ -275,7 +288,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
   conclude(options, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits), *controller,
-           pose_port);
+           pose_port, live);
   return pilotage.given_back() && is_excited(orders, *controller);
 }
 

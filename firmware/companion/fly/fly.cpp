@@ -108,7 +108,7 @@ void forget_words() {
 void say(std::string_view line) {
   pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
   if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
-    std::cout << line << std::endl;
+    std::cout << line_begin() << line << std::endl;
   }
 }
 
@@ -192,6 +192,7 @@ void add_fly(CLI::App& m100) {
                   "--take-control, --hold counts from their end")
       ->excludes(course);
   app->footer(course_help());
+  add_live_options(*app, options->live);
   app->add_option("--log", options->log, "flight log to write (ULog); must not exist");
   app->callback([options] { run(*options); });
 }

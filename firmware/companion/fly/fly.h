@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "firmware/companion/fly/live.h"
 #include "firmware/companion/fly/pose_port.h"
 #include "firmware/link/serial_link.h"
 #include "hal/linux/serial_port.h"
@@ -44,6 +45,7 @@ struct FlyOptions {
   std::string course;
   std::string excite;
   std::string log;
+  LiveOptions live;
 };
 
 /// The options of the link, for a subcommand that has one.
@@ -73,6 +75,7 @@ void forget_words();
 void open_or_explain(hal::SerialPort& port);
 
 /// A line for the operator, if the terminal takes it now: one that is stopped (Ctrl-S) must not stop the flight.
+/// A status line that stands there is taken away first.
 void say(std::string_view line);
 
 /// One line about where the authority table stands, with the remedy where there is one.

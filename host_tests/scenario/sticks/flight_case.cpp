@@ -169,6 +169,9 @@ Verdict fly(const Case& wanted, const Places& places) {
       fault->prepare(setup);
     }
   }
+  if (wanted.counted) {  // what shows a flight must cost the thread that flies nothing
+    setup.more_words.insert(setup.more_words.end(), {"--live", "127.0.0.1:9870", "--status", "always"});
+  }
   Bench bench(places, setup);
   bench.start_autopilot();
   const Story story = Director(wanted, bench).direct();

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is shown of a flight: one object of JSON a state, one line of words, and nobody by mistake.
+#include "firmware/companion/fly/live.h"
+
+#include <gtest/gtest.h>
+
+#include <arpa/inet.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "firmware/companion/subcommands.h"
+
+namespace m100::companion {
+namespace {
+
+LiveState flying() {
+  LiveState state;
+  state.t_s = 12.34;
+  state.rung = safety::Rung::kNominal;
+  state.in_control = true;
+  state.position_m = {1.0, -2.0, 1.5};
+  state.reference_m = {1.03, -2.0, 1.54};
+  state.pose_latency_s = 0.021;
+  state.pose_jitter_s = 0.004;
+  state.poses = 1234;
+  state.telemetry_hz = 100.0;
+  state.telemetry_age_s = 0.003;
+  return state;
+}
+
+TEST(Live, AStateIsOneObjectWithItsTime) {
+  const nlohmann::json json = nlohmann::json::parse(json_of(flying()));
+  EXPECT_EQ(json["timestamp"], 12.34);
+  EXPECT_EQ(json["rung"], 1);
+  EXPECT_EQ(json["position_m"]["y"], -2.0);
+  EXPECT_EQ(json["reference_m"]["z"], 1.54);
+  EXPECT_EQ(json["pose"]["taken"], 1234);
+  EXPECT_EQ(json["link"]["telemetry_hz"], 100.0);
+  EXPECT_LT(json_of(flying()).size(), 1200U) << "one packet of a common network";
+}
+
+// A receiver must not choke on a number that is none.
+TEST(Live, WhatIsNoNumberIsNull) {
+  LiveState state = flying();
+  state.yaw_rad = std::nan("");
+  EXPECT_TRUE(nlohmann::json::parse(json_of(state))["yaw_rad"].is_null());
+}
+
+TEST(Live, TheLineSaysRungPlaceErrorPoseAndLink) {
+  EXPECT_EQ(status_of(flying(), 0.0125),
+            "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms");
+  LiveState waiting = flying();
+  waiting.rung = safety::Rung::kSilent;
+  EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);
+}
+
+TEST(Live, AReceiverIsAnAddressAndAPort) {
+  EXPECT_FALSE(receiver_of("").has_value());
+  const std::optional<sockaddr_in> receiver = receiver_of("127.0.0.1:9870");
+  ASSERT_TRUE(receiver.has_value());
+  EXPECT_EQ(ntohs(receiver->sin_port), 9870);
+  EXPECT_EQ(ntohl(receiver->sin_addr.s_addr), INADDR_LOOPBACK);
+  for (const char* const wrong : {"127.0.0.1", "localhost:9870", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:98x",
+                                  "127.0.0.1:", ":9870", "1.2.3:9870", "127.0.0.1:123456789"}) {
+    EXPECT_THROW((void)receiver_of(wrong), UsageError) << wrong;
+  }
+}
+
+TEST(Live, WithoutAStatusLineLinesBeginAtTheirBeginning) {
+  EXPECT_EQ(line_begin(), "");
+  Live nobody({.to = "", .status = "never"});
+  nobody.start();
+  EXPECT_EQ(line_begin(), "");
+}
+
+}  // namespace
+}  // namespace m100::companion
