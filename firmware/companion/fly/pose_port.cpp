@@ -122,6 +122,17 @@ void PosePort::tick() {
   }
 }
 
+std::string why_no_pose(const link::PoseLink& link, const PosePort& port) {
+  const std::string seen = link.parser_stats().bytes == 0 ? "not one byte came"
+                           : link.parser_stats().frames == 0
+                               ? "bytes came that are no MAVLink 2: is the baud rate right?"
+                           : link.stats().refused > 0 ? "what came is refused: its frame, quaternion or range"
+                                                      : "MAVLink came, and no pose in it";
+  const link::SignedLineStats* const signatures = port.signatures();
+  return seen + " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)" +
+         (signatures != nullptr ? "; " + describe(*signatures) : "");
+}
+
 std::string describe(const link::SignedLineStats& signatures) {
   std::ostringstream text;
   text << signatures.accepted << " frames signed with the key; refused: " << signatures.unsigned_frames << " unsigned, "

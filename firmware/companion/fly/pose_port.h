@@ -77,6 +77,8 @@ class PosePort {
   std::uint32_t ticks_ = 0;
 };
 
+/// What came where no pose came, in words.
+std::string why_no_pose(const link::PoseLink& link, const PosePort& port);
 /// "0 frames signed with the key; refused: 12 unsigned, 3 with a wrong signature, ...".
 std::string describe(const link::SignedLineStats& signatures);
 nlohmann::json to_json(const link::SignedLineStats& signatures);

@@ -82,15 +82,8 @@ ref::Waypoint<double> first_pose(PosePort& port) {
   if (stop_asked()) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
-  const char* const seen = link.parser_stats().bytes == 0 ? "not one byte came"
-                           : link.parser_stats().frames == 0
-                               ? "bytes came that are no MAVLink 2: is the baud rate right?"
-                           : link.stats().refused > 0 ? "what came is refused: its frame, quaternion or range"
-                                                      : "MAVLink came, and no pose in it";
-  const link::SignedLineStats* const signatures = port.signatures();
-  throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " + seen +
-                   " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)" +
-                   (signatures != nullptr ? "; " + describe(*signatures) : ""));
+  throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
+                   why_no_pose(link, port));
 }
 
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {

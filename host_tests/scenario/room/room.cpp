@@ -78,11 +78,18 @@ std::string Room::key_text() {
   return text;
 }
 
-void Room::start_autopilot(const std::filesystem::path& events) {
-  autopilot_ = std::make_unique<scenario::Process>(
-      M100_LAB_PROGRAM, std::vector<std::string>{"autopilot", "--pty", "sim:" + (folder_ / "n1").string(), "--pose-pty",
-                                                 "sim:" + (folder_ / "n1_pose").string(), "--events", events.string(),
-                                                 "--duration", "600"});
+void Room::start_autopilot(const std::filesystem::path& events, const std::vector<std::string>& more) {
+  std::vector<std::string> words{"autopilot",
+                                 "--pty",
+                                 "sim:" + (folder_ / "n1").string(),
+                                 "--pose-pty",
+                                 "sim:" + (folder_ / "n1_pose").string(),
+                                 "--events",
+                                 events.string(),
+                                 "--duration",
+                                 "600"};
+  words.insert(words.end(), more.begin(), more.end());
+  autopilot_ = std::make_unique<scenario::Process>(M100_LAB_PROGRAM, words);
   if (!host_.wait_for([this] { return host_.attends(autopilot_->id()); }, kStart_s)) {
     throw std::runtime_error("the autopilot did not start");
   }

@@ -57,7 +57,7 @@ class Room {
  public:
   Room(std::filesystem::path folder, std::uint64_t seed);
 
-  void start_autopilot(const std::filesystem::path& events);
+  void start_autopilot(const std::filesystem::path& events, const std::vector<std::string>& more = {});
   /// Starts m100 and waits until it takes part in time. @returns false: it has ended.
   bool start(const std::vector<std::string>& words, const std::filesystem::path& errors);
   /// One step of time: bytes of the autopilot's line, poses, packets.

@@ -20,12 +20,15 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/doctor/check.h"
+#include "firmware/companion/doctor/frames.h"
+#include "firmware/companion/doctor/pose_checks.h"
 #include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/fly/ports.h"
 #include "firmware/companion/subcommands.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
-#include "protocol/mavlink/pose_wire.h"
+#include "hal/linux/udp_port.h"
 
 namespace m100::companion {
 namespace {
@@ -36,19 +39,13 @@ struct Options {
   std::string port;
   std::string folder = ".";
   std::string json;
-  std::string pose_message{mavlink::kPoseWires.front().name};
-  double pose_rate_hz = 100.0;
-  double pose_baud = 115200.0;
+  doctor::PoseLine pose;
+  bool frames = false;
+  doctor::FramesOptions by_hand;
 };
 
-enum class Health { kGood, kDoubtful, kBad };
-
-struct Check {
-  std::string name;
-  Health health = Health::kGood;
-  std::string finding;
-  std::string remedy;
-};
+using doctor::Check;
+using doctor::Health;
 
 const char* word(Health health) {
   switch (health) {
@@ -194,27 +191,6 @@ Check check_disk(const std::string& folder) {
   return {"disk " + folder, health, finding.str(), health == Health::kGood ? "" : "delete old flight logs"};
 }
 
-/// Whether the poses that are meant to come fit into their line.
-Check check_pose_line(const Options& options) {
-  const auto* const wire = std::find_if(mavlink::kPoseWires.begin(), mavlink::kPoseWires.end(),
-                                        [&](const auto& one) { return one.name == options.pose_message; });
-  const double share = mavlink::line_share(*wire, options.pose_rate_hz, options.pose_baud);
-  std::ostringstream finding;
-  finding << wire->name << " (" << wire->bytes << " bytes) at " << options.pose_rate_hz << " Hz takes "
-          << std::lround(100.0 * share) << " % of " << options.pose_baud << " baud";
-  const bool fits = share <= mavlink::kMostPoseShare;
-  return {"pose line", fits ? Health::kGood : Health::kBad, finding.str(),
-          fits ? "" : "a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance"};
-}
-
-std::vector<std::string> pose_messages() {
-  std::vector<std::string> names;
-  for (const mavlink::PoseWire& wire : mavlink::kPoseWires) {
-    names.emplace_back(wire.name);
-  }
-  return names;
-}
-
 std::vector<Check> examine(const Options& options) {
   std::vector<Check> checks;
   const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
@@ -229,7 +205,11 @@ std::vector<Check> examine(const Options& options) {
   checks.push_back(check_clock());
   checks.push_back(check_governor());
   checks.push_back(check_disk(options.folder));
-  checks.push_back(check_pose_line(options));
+  if (!hal::is_udp(options.pose.port)) {
+    checks.push_back(doctor::check_pose_line(options.pose));
+  }
+  const std::vector<Check> poses = doctor::check_pose_port(options.pose);
+  checks.insert(checks.end(), poses.begin(), poses.end());
   return checks;
 }
 
@@ -242,11 +222,20 @@ nlohmann::json to_json(const std::vector<Check>& checks) {
   return {{"checks", all}};
 }
 
+doctor::FramesOptions by_hand_of(const Options& options) {
+  doctor::FramesOptions by_hand = options.by_hand;
+  by_hand.port = options.port;
+  by_hand.pose = {.port = options.pose.port,
+                  .baud = static_cast<std::uint32_t>(options.pose.baud),
+                  .key_file = options.pose.key_file};
+  return by_hand;
+}
+
 void run(const Options& options) {
-  if (std::isnan(options.pose_rate_hz)) {  // passes every comparison of a range
+  if (std::isnan(options.pose.rate_hz)) {  // passes every comparison of a range
     throw UsageError("--pose-rate: is not a number");
   }
-  const std::vector<Check> checks = examine(options);
+  const std::vector<Check> checks = options.frames ? doctor::check_frames(by_hand_of(options)) : examine(options);
   bool bad = false;
   for (const Check& check : checks) {
     std::cout << word(check.health) << ": " << check.name << ": " << check.finding << "\n";
@@ -271,10 +260,26 @@ void add_doctor(CLI::App& m100) {
   auto options = std::make_shared<Options>();
   app->add_option("--port", options->port, "serial port; default: all that look like one");
   app->add_option("--folder", options->folder, "where flight logs go");
-  app->add_option("--pose-message", options->pose_message, "the message in which poses will come")
-      ->check(CLI::IsMember(pose_messages()));
-  app->add_option("--pose-rate", options->pose_rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));
-  app->add_option("--pose-baud", options->pose_baud, "baud rate of their line")->check(CLI::Range(1200.0, 4e6));
+  app->add_option("--pose-port", options->pose.port,
+                  "where poses come from: a serial port, or udp:PORT, which needs --mavlink-key; listens there for two "
+                  "seconds; default: not looked at. Example: udp:14560");
+  app->add_option("--mavlink-key", options->pose.key_file,
+                  "file with the key of the signatures, as in m100 fly; default: none. Example: mavlink.key");
+  app->add_option("--pose-message", options->pose.message, "the message in which poses will come")
+      ->check(CLI::IsMember(doctor::pose_messages()));
+  app->add_option("--pose-rate", options->pose.rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));
+  app->add_option("--pose-baud", options->pose.baud, "baud rate of their line")->check(CLI::Range(1200.0, 4e6));
+  CLI::Option* const frames = app->add_flag(
+      "--frames", options->frames,
+      "propellers off: move the aircraft by hand, and be told which axis of the pose is wrong against the autopilot's "
+      "attitude and specific force; needs --port and --pose-port. Example: m100 doctor --frames --port /dev/ttyUSB0 "
+      "--pose-port udp:14560 --mavlink-key mavlink.key");
+  app->add_option("--baud", options->by_hand.baud, "with --frames: of the autopilot, as set in DJI's assistant")
+      ->check(CLI::IsMember({115200, 230400, 460800, 921600}))
+      ->needs(frames);
+  app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move it")
+      ->check(CLI::Range(1.0, 600.0))
+      ->needs(frames);
   app->add_option("--json", options->json, "result as JSON");
   app->callback([options] { run(*options); });
 }

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+namespace m100::companion::doctor {
+
+enum class Health { kGood, kDoubtful, kBad };
+
+/// One thing that was looked at.
+struct Check {
+  std::string name;
+  Health health = Health::kGood;
+  std::string finding;
+  std::string remedy;  ///< empty: nothing is to be done
+};
+
+}  // namespace m100::companion::doctor

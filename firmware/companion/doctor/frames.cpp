@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/doctor/frames.h"
+
+#include <array>
+#include <iostream>
+#include <optional>
+#include <span>
+
+#include "firmware/companion/doctor/frames_check.h"
+#include "firmware/companion/fly/fly.h"
+#include "firmware/companion/subcommands.h"
+#include "firmware/link/pose_link.h"
+#include "firmware/link/pose_reading.h"
+#include "firmware/link/telemetry_check.h"
+#include "protocol/frame_parser.h"
+#include "protocol/mavlink/parser.h"
+#include "protocol/mavlink/pose_messages.h"
+#include "protocol/session.h"
+#include "protocol/telemetry.h"
+
+namespace m100::companion::doctor {
+namespace {
+
+/// The autopilot's telemetry, listened to.
+class Ear {
+ public:
+  explicit Ear(hal::Uart& uart) : uart_(uart) {}
+  /// Reads what came.
+  void listen() {
+    for (auto count = uart_.read(buffer_); count && *count > 0; count = uart_.read(buffer_)) {
+      parser_.consume(std::span<const std::byte>(buffer_).first(*count),
+                      [this](const protocol::FrameView& frame) { hear(frame); });
+    }
+  }
+  const protocol::Telemetry& telemetry() const { return telemetry_; }
+  bool has_all() const {
+    return telemetry_.has(protocol::TelemetryItem::kAttitude) && telemetry_.has(protocol::TelemetryItem::kAcceleration);
+  }
+  bool heard() const { return heard_; }
+
+ private:
+  void hear(const protocol::FrameView& frame) {
+    const core::Expected<protocol::Message> message = protocol::open(frame, nullptr, scratch_);
+    if (!message || message->header.is_ack || !message->has_id || message->id != protocol::ids::kTelemetry) {
+      return;
+    }
+    const protocol::Telemetry former = telemetry_;
+    if (protocol::decode_telemetry(message->value, telemetry_) == core::Status::kOk) {
+      (void)link::keep_finite(telemetry_, former);
+      heard_ = true;
+    }
+  }
+
+  hal::Uart& uart_;
+  std::array<std::byte, 4096> buffer_{};
+  protocol::FrameParser parser_;
+  protocol::CipherScratch scratch_{};
+  protocol::Telemetry telemetry_;
+  bool heard_ = false;
+};
+
+core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
+  return {static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])};
+}
+
+/// A line that hands on everything, and keeps the attitude of the newest pose: m100 flies by its heading alone.
+class AttitudeLine final : public hal::Uart {
+ public:
+  explicit AttitudeLine(hal::Uart& line) : line_(line) {}
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const core::Expected<std::size_t> count = line_.read(destination);
+    if (count && *count > 0) {
+      parser_.consume(std::span<const std::byte>(destination).first(*count),
+                      [this](const mavlink::FrameView& frame) { hear(frame); });
+    }
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
+  /// Body FLU to world NWU.
+  const core::Quaternion<double>& attitude() const { return attitude_; }
+
+ private:
+  void hear(const mavlink::FrameView& frame) {
+    if (!link::read_pose(frame)) {  // it would not be flown by
+      return;
+    }
+    if (mavlink::is<mavlink::AttPosMocap>(frame)) {
+      attitude_ = core::flip_yz(quaternion(mavlink::decode<mavlink::AttPosMocap>(frame).q));
+    } else if (mavlink::is<mavlink::Odometry>(frame)) {
+      attitude_ = core::flip_yz(quaternion(mavlink::decode<mavlink::Odometry>(frame).q));
+    } else {
+      const auto seen = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
+      attitude_ = core::flip_yz(core::quaternion_of(core::Euler<double>{
+          static_cast<double>(seen.roll), static_cast<double>(seen.pitch), static_cast<double>(seen.yaw)}));
+    }
+  }
+
+  hal::Uart& line_;
+  mavlink::Parser parser_;
+  core::Quaternion<double> attitude_{};
+};
+
+FramesCheck::Sample sample_of(const core::Pose<double>& pose, const core::Quaternion<double>& pose_wb,
+                              const protocol::Telemetry& telemetry, core::TimePoint now) {
+  const std::array<float, 3>& f = telemetry.acceleration;
+  return {.at = now,
+          .position_w_m = pose.position_w_m,
+          .pose_wb = pose_wb,
+          .autopilot_wb = core::flip_yz(quaternion(telemetry.attitude)),
+          .force_b = {static_cast<double>(f[0]), -static_cast<double>(f[1]), -static_cast<double>(f[2])}};
+}
+
+}  // namespace
+
+std::vector<Check> check_frames(const FramesOptions& options) {
+  if (options.port.empty() || options.pose.port.empty()) {
+    throw UsageError("--frames: needs --port and --pose-port");
+  }
+  check(options.pose, options.port);
+  watch_signals();
+  hal::SerialPort port(options.port, options.baud);
+  open_or_explain(port);
+  PosePort pose_port(options.pose, options.port);
+  AttitudeLine pose_line(pose_port.line());
+  link::PoseLink pose_link(pose_line, pose_port.baud());
+  Ear ear(port);
+  FramesCheck frames;
+  std::optional<core::Pose<double>> pose;
+  std::cout
+      << "propellers off; for " << options.hold_s
+      << " s: nose down and up, right and left, turn it both ways, then push it to and fro along x, y and z of the "
+         "room, each in a second"
+      << std::endl;
+  TickClock clock(options.port);
+  for (core::TimePoint now = clock.now();
+       core::seconds<double>(now.time_since_epoch()) < options.hold_s && !stop_asked(); now = clock.next()) {
+    pose_port.tick();
+    ear.listen();
+    if (const core::Expected<core::Pose<double>> newest = pose_link.receive(now)) {
+      pose = *newest;
+    }
+    if (pose && ear.has_all()) {
+      frames.add(sample_of(*pose, pose_line.attitude(), ear.telemetry(), now));
+    }
+  }
+  if (!pose) {
+    return {
+        {"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port), "see to the source of pose"}};
+  }
+  if (frames.samples() == 0) {
+    return {{"frames", Health::kBad, ear.heard() ? "telemetry without attitude or acceleration" : "no telemetry came",
+             ear.heard() ? "set both items to 100 Hz in DJI's assistant" : "m100 probe tells why"}};
+  }
+  return frames.checks();
+}
+
+}  // namespace m100::companion::doctor

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "firmware/companion/doctor/check.h"
+#include "protocol/mavlink/pose_wire.h"
+
+namespace m100::companion::doctor {
+
+/// Where poses will come from, as the operator says.
+struct PoseLine {
+  std::string port;      ///< a serial port, or "udp:PORT"; empty: none is looked at
+  std::string key_file;  ///< of the signatures; empty: none
+  std::string message{mavlink::kPoseWires.front().name};
+  double rate_hz = 100.0;
+  double baud = 115200.0;
+};
+
+/// The names that PoseLine::message may have.
+std::vector<std::string> pose_messages();
+
+/// Whether the poses that are meant to come fit into their line, signatures and all; over a network there is none.
+Check check_pose_line(const PoseLine& line);
+
+/// The port, its key, and what comes there within two seconds. Nothing, if no port is named.
+std::vector<Check> check_pose_port(const PoseLine& line);
+
+}  // namespace m100::companion::doctor

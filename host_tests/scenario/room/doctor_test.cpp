@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// m100 doctor at the pose's port: a key that is missing, poses that come over the bridge, axes that are wrong; and the
+// live values of a flight.
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/room/room.h"
+#include "protocol/mavlink/pose_messages.h"
+
+namespace m100::room {
+namespace {
+
+using scenario::json;
+
+struct Doctor : scenario::ProgramTest {
+  std::unique_ptr<Room> room;
+  std::string key;
+
+  void SetUp() override {
+    ProgramTest::SetUp();
+    room = std::make_unique<Room>(folder, 5);
+    key = key_file(Room::key_text()).string();
+  }
+  void TearDown() override {
+    room.reset();
+    ProgramTest::TearDown();
+  }
+  /// The checks of the last run by name: "bad: what was found".
+  std::string check(const std::string& name) const {
+    const json all = json::parse(std::ifstream(result));
+    for (const json& one : all["checks"]) {
+      if (one["name"] == name) {
+        return one["health"].get<std::string>() + ": " + one["finding"].get<std::string>();
+      }
+    }
+    return "";
+  }
+  void examine(const std::vector<std::string>& more) {
+    std::vector<std::string> words{"doctor", "--folder", folder.string(), "--json", result.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    (void)run(words);  // what else is wrong with this machine does not matter here
+  }
+};
+
+TEST_F(Doctor, KnowsANetworkAndItsKey) {
+  examine({"--pose-port", room->pose_port()});
+  EXPECT_NE(check("pose port " + room->pose_port()).find("bad: --pose-port: "), std::string::npos);
+  EXPECT_NE(check("pose port " + room->pose_port()).find("must be signed; name the key with --mavlink-key"),
+            std::string::npos);
+  EXPECT_EQ(check("pose line"), "") << "a network has no baud rate";
+  examine({"--pose-port", room->pose_port(), "--mavlink-key", key + "none"});
+  EXPECT_NE(check("pose port " + room->pose_port()).find("cannot be read"), std::string::npos);
+  examine({"--pose-port", room->pose_port(), "--mavlink-key", key});
+  EXPECT_EQ(check("pose port " + room->pose_port()), "good: opens, and the key can be read");
+  EXPECT_NE(check("poses").find("bad: none came; not one byte came"), std::string::npos) << check("poses");
+}
+
+TEST_F(Doctor, RefusesAMessageThatDoesNotFitItsLine) {
+  examine({"--pose-message", "ODOMETRY", "--pose-baud", "230400"});
+  EXPECT_EQ(check("pose line"), "bad: ODOMETRY (245 bytes) at 100 Hz takes 106 % of 230400 baud");
+  examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95"});
+  EXPECT_EQ(check("pose line").substr(0, 4), "good");
+  examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95", "--mavlink-key", key});
+  EXPECT_EQ(check("pose line").substr(0, 4), "bad:") << "a signature takes 13 bytes more: " << check("pose line");
+}
+
+// The bridge and m100 live in the machine's time; how many poses came in two seconds is not judged.
+TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
+  const Socket source;
+  const std::uint16_t listens = Socket().port();
+  scenario::Process bridge(M100_LAB_PROGRAM, {"bridge", "--listen", "udp:" + std::to_string(listens), "--to",
+                                              "127.0.0.1:" + room->pose_port().substr(4), "--mavlink-key", key,
+                                              "--stamp", "arrival", "--json", (folder / "bridge.json").string()});
+  std::atomic<bool> over{false};
+  std::thread sends([&] {
+    for (int i = 0; !over; ++i) {
+      const std::string text = i % 10 == 0 ? "nonsense" : "1.0 0.5 -0.25 1.5 1 0 0 0";
+      source.send(listens, std::as_bytes(std::span(text)));
+      usleep(5000);
+    }
+  });
+  examine({"--pose-port", room->pose_port(), "--mavlink-key", key});
+  over = true;
+  sends.join();
+  EXPECT_NE(check("poses").substr(0, 3), "bad") << check("poses");
+  EXPECT_NE(check("poses").find("frames signed with the key; refused: 0 unsigned, 0 with a wrong signature"),
+            std::string::npos)
+      << check("poses");
+  bridge.send(SIGINT);
+  EXPECT_EQ(bridge.wait(scenario::kPatience), 0);
+  const json counts = json::parse(std::ifstream(folder / "bridge.json"));
+  EXPECT_GT(counts["sent"], 0);
+  EXPECT_GT(counts["refused"], 0);
+}
+
+TEST_F(Doctor, TheBridgeSaysWhatIsWrong) {
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--to", "somewhere", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "9763", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key + "none", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--duration", "1"}), 2);
+  const std::uint16_t free = Socket().port();
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "udp:" + std::to_string(free), "--duration", "0.2"}),
+            1)
+      << "not one pose came";
+}
+
+/// The pilot moves the sticks, instead of hands; the pose's axes are changed on their way.
+struct Frames : Doctor {
+  std::string script() const {
+    const std::filesystem::path path = folder / "hands.txt";
+    std::ofstream(path)
+        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 300 1.5\n18 doublet throttle 300 "
+           "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n";
+    return path.string();
+  }
+  void move(const std::function<void(mavlink::AttPosMocap&)>& change) {
+    room->sends_poses = false;
+    room->on_pose = [this, change](const mavlink::AttPosMocap& seen) {
+      mavlink::AttPosMocap changed = seen;
+      change(changed);
+      (void)room->send(mavlink::encode(changed, Room::kSender, room->frames++));
+    };
+    room->start_autopilot(events, {"--script", script(), "--rc-mode", "A"});
+    ASSERT_TRUE(room->start({"doctor", "--frames", "--port", room->port(), "--pose-port", room->pose_port(),
+                             "--mavlink-key", key, "--hold", "34", "--json", result.string()},
+                            errors))
+        << error();
+    ending = room->run_to_end(60.0);
+  }
+  std::optional<int> ending;
+};
+
+TEST_F(Frames, RightAxesAreRight) {
+  move([](mavlink::AttPosMocap&) {});
+  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  for (const char* const name : {"heading", "position x", "position y", "position z"}) {
+    EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
+  }
+  EXPECT_NE(check("roll").find("the pose does not tell it"), std::string::npos)
+      << "the emulator tells the heading alone";
+}
+
+TEST_F(Frames, AReversedAxisIsNamed) {
+  move([](mavlink::AttPosMocap& seen) { seen.y = -seen.y; });
+  EXPECT_EQ(ending, 1);
+  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << json::parse(std::ifstream(result)).dump(1);
+  EXPECT_EQ(check("position x").substr(0, 5), "good:");
+  EXPECT_EQ(check("heading").substr(0, 5), "good:");
+}
+
+TEST_F(Doctor, FramesNeedsBothPorts) {
+  EXPECT_EQ(run({"doctor", "--frames", "--port", room->port()}), 2);
+  EXPECT_NE(error().find("--frames: needs --port and --pose-port"), std::string::npos) << error();
+}
+
+// Live values of a flight, as PlotJuggler would read them.
+TEST_F(Doctor, AFlightIsShownWhileItFlies) {
+  const Socket plot;
+  room->start_autopilot(events);
+  ASSERT_TRUE(room->start({"fly",
+                           "--port",
+                           room->port(),
+                           "--pose-port",
+                           room->pose_port(),
+                           "--mavlink-key",
+                           key,
+                           "--vehicle",
+                           vehicle.string(),
+                           "--gains",
+                           table.string(),
+                           "--flight",
+                           flight_file.string(),
+                           "--json",
+                           result.string(),
+                           "--take-control",
+                           "--once",
+                           "--hold",
+                           "8",
+                           "--live",
+                           "127.0.0.1:" + std::to_string(plot.port()),
+                           "--status",
+                           "always"},
+                          errors))
+      << error();
+  ASSERT_EQ(room->run_to_end(60.0), 0) << error();
+  double last_s = -1.0;
+  int in_control = 0, states = 0;
+  while (const std::optional<Packet> packet = plot.receive()) {
+    const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
+    EXPECT_GT(state["timestamp"], last_s);
+    last_s = state["timestamp"];
+    in_control += state["in_control"].get<int>();
+    ++states;
+  }
+  EXPECT_GT(states, 10) << "what a busy machine has no room for is not shown";
+  EXPECT_GT(in_control, 0);
+  EXPECT_GT(last_s, 5.0);
+}
+
+}  // namespace
+}  // namespace m100::room

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// An aircraft that is moved by hand, with a pose whose axes are right, turned, exchanged or mirrored: which one is
+// said.
+#include "firmware/companion/doctor/frames_check.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <string>
+
+namespace m100::companion::doctor {
+namespace {
+
+using Vector = Eigen::Vector3d;
+using Rotation = Eigen::Quaterniond;
+
+/// Where the aircraft truly is: tilted, turned and pushed, one after the other, as the operator is asked to.
+struct Hand {
+  Vector position = Vector::Zero(), acceleration = Vector::Zero();
+  Rotation wb = Rotation::Identity();
+};
+constexpr double kSwing_s = 1.2;  ///< there and back
+
+Hand hand_at(double t_s) {
+  Hand hand;
+  const int phase = static_cast<int>(t_s / 5.0);
+  const double w = 2.0 * core::kPi / kSwing_s;
+  const double swing = std::sin(w * t_s);
+  const auto about = [&](const Vector& axis, double angle) { return Rotation(Eigen::AngleAxisd(angle * swing, axis)); };
+  hand.wb = phase == 0   ? about(Vector::UnitY(), 0.35)
+            : phase == 1 ? about(Vector::UnitX(), 0.35)
+            : phase == 2 ? about(Vector::UnitZ(), 0.8)
+                         : Rotation::Identity();
+  if (phase >= 3 && phase < 6) {
+    const Vector axis = Vector::Unit(phase - 3);
+    hand.position = 0.15 * swing * axis;
+    hand.acceleration = -0.15 * w * w * swing * axis;
+  }
+  return hand;
+}
+
+core::Quaternion<double> quaternion(const Rotation& r) { return {r.w(), r.x(), r.y(), r.z()}; }
+
+struct Seen {
+  Vector position;
+  Rotation wb;
+};
+using Error = std::function<Seen(const Seen&)>;
+
+/// The checks by name, after 30 s of motion. @param late of the pose behind the autopilot.
+std::map<std::string, Check> moved(const Error& error, double length_s = 30.0, double late_s = 0.02,
+                                   double unit = 1.0) {
+  FramesCheck frames;
+  const Rotation north(Eigen::AngleAxisd(2.1, Vector::UnitZ()));  // the autopilot's world is turned against the room
+  for (double t_s = 0.1; t_s < length_s; t_s += 0.01) {
+    const Hand now = hand_at(t_s), then = hand_at(t_s - late_s);
+    const Seen seen = error({then.position, then.wb});
+    FramesCheck::Sample sample;
+    sample.position_w_m = seen.position;
+    sample.pose_wb = quaternion(seen.wb);
+    sample.autopilot_wb = quaternion(north * now.wb);
+    sample.force_b = unit * (now.wb.conjugate() * (now.acceleration + Vector(0.0, 0.0, 9.80665)));
+    frames.add(sample);
+  }
+  std::map<std::string, Check> out;
+  for (const Check& check : frames.checks()) {
+    out[check.name] = check;
+  }
+  return out;
+}
+
+std::string bad_ones(const std::map<std::string, Check>& checks) {
+  std::string out;
+  for (const auto& [name, check] : checks) {
+    if (check.health != Health::kGood) {
+      out += name + ": " + check.finding.substr(0, check.finding.find(" (")) + "; ";
+    }
+  }
+  return out;
+}
+
+TEST(FramesCheck, RightAxesAreRight) {
+  EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; })), "");
+}
+
+TEST(FramesCheck, AnAutopilotThatTellsItsForceInGIsUnderstood) {
+  EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; }, 30.0, 0.02, 1.0 / 9.80665)), "");
+}
+
+// Some sources tell a heading and no tilt; m100 flies by the heading alone.
+TEST(FramesCheck, ATiltThatIsNotToldIsNoWrongAxis) {
+  const std::map<std::string, Check> checks = moved([](const Seen& seen) {
+    const double yaw = std::atan2((seen.wb * Vector::UnitX()).y(), (seen.wb * Vector::UnitX()).x());
+    return Seen{seen.position, Rotation(Eigen::AngleAxisd(yaw, Vector::UnitZ()))};
+  });
+  EXPECT_EQ(checks.at("roll").health, Health::kDoubtful) << checks.at("roll").finding;
+  EXPECT_EQ(checks.at("pitch").health, Health::kDoubtful) << checks.at("pitch").finding;
+  EXPECT_EQ(checks.at("heading").health, Health::kGood) << checks.at("heading").finding;
+}
+
+TEST(FramesCheck, AnotherHeadingOfTheBodyIsNoError) {  // the room's x is where its markers say
+  const Rotation room(Eigen::AngleAxisd(-0.7, Vector::UnitZ()));
+  EXPECT_EQ(bad_ones(moved([&](const Seen& seen) { return Seen{room * seen.position, room * seen.wb}; })), "");
+}
+
+TEST(FramesCheck, EachReversedOrExchangedAxisIsNamed) {
+  const auto at = [](Vector (*change)(const Vector&)) {
+    return moved([change](const Seen& seen) { return Seen{change(seen.position), seen.wb}; });
+  };
+  EXPECT_EQ(bad_ones(at([](const Vector& p) { return Vector(-p.x(), p.y(), p.z()); })), "position x: is reversed; ");
+  EXPECT_EQ(bad_ones(at([](const Vector& p) { return Vector(p.x(), -p.y(), p.z()); })), "position y: is reversed; ");
+  EXPECT_EQ(bad_ones(at([](const Vector& p) { return Vector(p.x(), p.y(), -p.z()); })), "position z: is reversed; ");
+  EXPECT_EQ(bad_ones(at([](const Vector& p) { return Vector(p.y(), p.x(), p.z()); })),
+            "position x: is the autopilot's y; position y: is the autopilot's x; ");
+  EXPECT_EQ(bad_ones(at([](const Vector& p) { return Vector(p.z(), p.x(), p.y()); })),
+            "position x: is the autopilot's z; position y: is the autopilot's x; position z: is the autopilot's y; ");
+}
+
+TEST(FramesCheck, AReversedRollPitchOrHeadingIsNamed) {
+  const auto with = [](Rotation (*change)(const Rotation&)) {
+    return moved([change](const Seen& seen) { return Seen{seen.position, change(seen.wb)}; });
+  };
+  // x and y of the quaternion turn roll and pitch, z the heading.
+  EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), -q.x(), q.y(), q.z()); })),
+            "roll: is reversed; ");
+  EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), q.x(), -q.y(), q.z()); })),
+            "pitch: is reversed; ");
+  EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), q.x(), q.y(), -q.z()); })),
+            "heading: is reversed; ");
+  EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), q.y(), q.x(), q.z()); })).substr(0, 32),
+            "pitch: is the autopilot's roll; ");
+}
+
+TEST(FramesCheck, WhatWasNotMovedIsNotJudged) {
+  const std::map<std::string, Check> checks = moved([](const Seen& seen) { return seen; }, 4.9);
+  EXPECT_EQ(checks.at("pitch").health, Health::kGood);
+  for (const char* const name : {"roll", "heading", "position x", "position y", "position z"}) {
+    EXPECT_EQ(checks.at(name).health, Health::kDoubtful) << name << ": " << checks.at(name).finding;
+    EXPECT_FALSE(checks.at(name).remedy.empty());
+  }
+}
+
+}  // namespace
+}  // namespace m100::companion::doctor
