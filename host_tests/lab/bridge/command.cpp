@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab bridge: poses of a room in plain UDP packets, on to m100 as signed
 // MAVLink.
+#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -37,6 +38,7 @@ using bridge::Sender;
 
 struct Options {
   std::string listen = "udp:9763";
+  std::string from = "127.0.0.1";
   std::string vrpn;
   int sensor = 0;
   std::string to = "127.0.0.1:14560";
@@ -87,21 +89,29 @@ void pass_on(const bridge::PlainPose& pose, const Options& options, Sender& send
   ++(left ? counts.sent : counts.lost);
 }
 
-Descriptor listening_socket(const std::string& name) {
+in_addr address_of(const std::string& text) {
+  in_addr address{};
+  if (inet_pton(AF_INET, text.c_str(), &address) != 1) {
+    throw InputError("--from", 0, "", text + " is no IPv4 address");
+  }
+  return address;
+}
+
+/// What the room sends is not signed: of this machine alone it is heard at the loopback, which nobody else reaches.
+Descriptor listening_socket(const std::string& name, in_addr from) {
   const std::optional<std::uint16_t> port = hal::udp_port_of(name);
   if (!port) {
     throw InputError("--listen", 0, "", name + ": a UDP port is written udp:PORT, PORT from 1 to 65535");
   }
-  const int number = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  Descriptor socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(*port);
-  address.sin_addr.s_addr = htonl(INADDR_ANY);
-  if (number < 0 || ::bind(number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    ::close(number);
+  address.sin_addr.s_addr = htonl(from.s_addr == htonl(INADDR_LOOPBACK) ? INADDR_LOOPBACK : INADDR_ANY);
+  if (socket.number < 0 || ::bind(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     throw InputError("--listen", 0, "", name + ": no right to open it, or another program holds it");
   }
-  return Descriptor(number);
+  return socket;
 }
 
 /// Where poses come from: plain packets, or a VRPN server.
@@ -115,15 +125,14 @@ class Source {
 
 class Packets final : public Source {
  public:
-  explicit Packets(const std::string& name) : socket_(listening_socket(name)) {}
+  Packets(const std::string& name, in_addr from) : from_(from), socket_(listening_socket(name, from)) {}
   int descriptor() const override { return socket_.number; }
   bool read(Counts& counts, const bridge::VrpnStream::Use& use) override {
     std::array<std::byte, 2048> packet{};
-    for (ssize_t size = ::recv(socket_.number, packet.data(), packet.size(), 0); size >= 0;
-         size = ::recv(socket_.number, packet.data(), packet.size(), 0)) {
+    for (ssize_t size = receive(packet); size >= 0; size = receive(packet)) {
       ++counts.packets;
       const auto pose = bridge::parse_packet(std::span<const std::byte>(packet).first(static_cast<std::size_t>(size)));
-      if (pose) {
+      if (pose && sender_.sin_addr.s_addr == from_.s_addr) {
         use(*pose);
       } else {
         ++counts.refused;
@@ -133,6 +142,12 @@ class Packets final : public Source {
   }
 
  private:
+  ssize_t receive(std::span<std::byte> packet) {
+    socklen_t length = sizeof(sender_);
+    return ::recvfrom(socket_.number, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&sender_), &length);
+  }
+  in_addr from_;
+  sockaddr_in sender_{};
   Descriptor socket_;
 };
 
@@ -157,7 +172,7 @@ class Vrpn final : public Source {
 
 std::unique_ptr<Source> source_of(const Options& options) {
   if (options.vrpn.empty()) {
-    return std::make_unique<Packets>(options.listen);
+    return std::make_unique<Packets>(options.listen, address_of(options.from));
   }
   return std::make_unique<Vrpn>(bridge::vrpn_name(options.vrpn), options.sensor);
 }
@@ -213,8 +228,12 @@ void add_bridge(CLI::App& lab) {
                                            "poses of a room, in plain UDP packets or from a VRPN server, "
                                            "on to m100 fly --pose-port udp:PORT as signed MAVLink");
   auto options = std::make_shared<Options>();
-  CLI::Option* const listen =
-      app->add_option("--listen", options->listen, "where the room sends, udp:PORT. Example: --listen udp:9763");
+  CLI::Option* const listen = app->add_option(
+      "--listen", options->listen,
+      "where the room sends, udp:PORT; of this machine alone, unless --from names another. Example: --listen udp:9763");
+  app->add_option("--from", options->from,
+                  "IPv4 address of the room's sender; packets of others are refused. They are not signed: whoever can "
+                  "send under this address moves the aircraft. Example: --from 192.168.1.10");
   app->add_option("--vrpn", options->vrpn,
                   "instead of packets, a VRPN server: TRACKER@HOST or "
                   "TRACKER@HOST:PORT, HOST an IPv4 address; default: "

@@ -103,6 +103,7 @@ TEST_F(Doctor, TheBridgeSaysWhatIsWrong) {
   EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--to", "somewhere", "--duration", "1"}), 2);
   EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "9763", "--duration", "1"}), 2);
   EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key + "none", "--duration", "1"}), 2);
+  EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--from", "somebody", "--duration", "1"}), 2);
   EXPECT_EQ(run_lab({"bridge", "--duration", "1"}), 2);
   const std::uint16_t free = Socket().port();
   EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "udp:" + std::to_string(free), "--duration", "0.2"}),
