@@ -5,11 +5,16 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "firmware/app/config.h"
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/model/tilt_limit.h"
@@ -22,6 +27,7 @@ struct Options {
   std::string gains;
   std::string flight;
   std::string course;
+  std::string json;
 };
 
 struct Finding {
@@ -57,39 +63,63 @@ std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<dou
 
 /// Flight file and course, read and refused as `fly` does.
 /// @returns the mode that would fly
-Mode check_orders(const Options& options) {
+Mode check_orders(const Options& options, std::vector<Finding>& out) {
   FlyOptions files;
   files.flight = options.flight;
   files.course = options.course;
   const Orders orders(files);
   const Range start_z_m = check_offsets(orders);
   if (orders.flight) {
-    std::cout << "ok    the flight file has a box around the start, and every key in its range\n";
+    out.push_back({true, "the flight file has a box around the start, and every key in its range"});
   }
   if (!options.course.empty()) {
-    std::cout << "ok    the course can be flown";
+    std::ostringstream text;
+    text << "the course can be flown";
     if (orders.flight) {
-      std::cout << ", inside the fence if it starts at a height of " << start_z_m.low << " to " << start_z_m.high
-                << " m";
+      text << ", inside the fence if it starts at a height of " << start_z_m.low << " to " << start_z_m.high << " m";
     }
-    std::cout << "\n";
+    out.push_back({true, text.str()});
   }
   return orders.mode;
 }
 
+void check_files(const Options& options) {
+  FileUse()
+      .reads("--vehicle", options.vehicle)
+      .reads("--gains", options.gains)
+      .reads("--flight", options.flight)
+      .reads("--course", options.course)
+      .writes("--json", options.json)
+      .check();
+}
+
+nlohmann::json to_json(const std::vector<Finding>& all, Mode mode, bool agrees) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Finding& finding : all) {
+    list.push_back({{"holds", finding.holds}, {"what", finding.what}});
+  }
+  return {{"agrees", agrees}, {"mode", name(mode)}, {"findings", std::move(list)}};
+}
+
 void run(const Options& options) {
+  check_files(options);
   // Refuses any changed bit, and tables of another vehicle.
   const FlightModel model(options.vehicle, options.gains, Mode::kField);
-  std::cout << "ok    the gain table is intact and was made from this vehicle file\n";
-  const Mode mode = check_orders(options);
+  std::vector<Finding> all{{true, "the gain table is intact and was made from this vehicle file"}};
+  const Mode mode = check_orders(options, all);
   const FlightModel flown(options.vehicle, options.gains, mode);
-  std::cout << "ok    the gain table has what flies in mode " << name(mode) << "\n";
-  bool all = true;
-  for (const Finding& finding : findings(model.file(), model.tables())) {
+  all.push_back({true, "the gain table has what flies in mode " + std::string(name(mode))});
+  const std::vector<Finding> more = findings(model.file(), model.tables());
+  all.insert(all.end(), more.begin(), more.end());
+  bool agrees = true;
+  for (const Finding& finding : all) {
     std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what << "\n";
-    all = all && finding.holds;
+    agrees = agrees && finding.holds;
   }
-  if (!all) {
+  if (!options.json.empty()) {
+    write_json(options.json, to_json(all, mode, agrees));
+  }
+  if (!agrees) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
@@ -104,6 +134,7 @@ void add_check(CLI::App& m100) {
   app->add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table")->required();
   app->add_option("--flight", options->flight, "flight file (TOML), as fly takes it");
   app->add_option("--course", options->course, "course file, as fly takes it");
+  app->add_option("--json", options->json, "each finding, and whether all agree, as JSON");
   app->footer(course_help());
   app->callback([options] { run(*options); });
 }

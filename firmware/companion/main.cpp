@@ -5,11 +5,29 @@
 #include <CLI/CLI.hpp>
 
 #include <iostream>
+#include <span>
+#include <string>
 
+#include "firmware/companion/command_line.h"
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/companion/version.h"
 
 namespace {
+
+using m100::companion::Example;
+
+constexpr Example kExamples[]{
+    {"fly",
+     "m100 fly --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1 --vehicle vehicle.toml --gains vehicle.gains "
+     "--flight flight.toml --course square.course --log flight.ulg --json flight.json"},
+    {"handshake", "m100 handshake --port /dev/ttyUSB0 --hold 5 --json handshake.json"},
+    {"probe", "m100 probe --port /dev/ttyUSB0 --json probe.json"},
+    {"record", "m100 record --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1 --log hand.ulg --hold 60"},
+    {"doctor", "m100 doctor --port /dev/ttyUSB0 --folder logs --json doctor.json"},
+    {"check", "m100 check --vehicle vehicle.toml --gains vehicle.gains --flight flight.toml --json check.json"},
+    {"replay", "m100 replay flight.ulg --scalar float --json replay.json"},
+};
 
 /// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
 /// the autopilot's port.
@@ -39,9 +57,10 @@ int main(int argc, char** argv) {
   m100::companion::add_doctor(m100);
   m100::companion::add_check(m100);
   m100::companion::add_replay(m100);
+  m100::companion::add_examples(m100, kExamples);
   if (argc > 1 && argv[1][0] != '-' &&
       m100.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
-    std::cerr << "m100: no subcommand '" << argv[1] << "'; --help lists them\n";
+    std::cerr << "m100: no subcommand '" << m100::companion::printable(argv[1], 60) << "'; --help lists them\n";
     return m100::companion::kBadInput;
   }
   try {
@@ -50,8 +69,14 @@ int main(int argc, char** argv) {
     return stop.get_exit_code();
   } catch (const CLI::Success& help) {
     return m100.exit(help);
+  } catch (const CLI::RequiredError& wrong) {
+    const std::string unknown = m100::companion::unknown_option(m100, std::span(argv + 1, argv + argc));
+    std::cerr << "m100: "
+              << m100::companion::printable(unknown.empty() ? wrong.what() : unknown + ": no such option; see --help")
+              << "\n";
+    return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {
-    std::cerr << "m100: " << wrong.what() << "\n";
+    std::cerr << "m100: " << m100::companion::printable(wrong.what()) << "\n";
     return m100::companion::kBadInput;
   }
   return m100::companion::kDone;

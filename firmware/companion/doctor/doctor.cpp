@@ -23,6 +23,8 @@
 #include "firmware/companion/doctor/check.h"
 #include "firmware/companion/doctor/frames.h"
 #include "firmware/companion/doctor/pose_checks.h"
+#include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/fly/ports.h"
 #include "firmware/companion/subcommands.h"
@@ -235,12 +237,13 @@ void run(const Options& options) {
   if (std::isnan(options.pose.rate_hz)) {  // passes every comparison of a range
     throw UsageError("--pose-rate: is not a number");
   }
+  FileUse().holds("--port", options.port).writes("--json", options.json).check();
   const std::vector<Check> checks = options.frames ? doctor::check_frames(by_hand_of(options)) : examine(options);
   bool bad = false;
   for (const Check& check : checks) {
-    std::cout << word(check.health) << ": " << check.name << ": " << check.finding << "\n";
+    std::cout << word(check.health) << ": " << printable(check.name) << ": " << printable(check.finding) << "\n";
     if (!check.remedy.empty()) {
-      std::cout << "  remedy: " << check.remedy << "\n";
+      std::cout << "  remedy: " << printable(check.remedy) << "\n";
     }
     bad = bad || check.health == Health::kBad;
   }

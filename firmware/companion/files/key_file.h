@@ -3,9 +3,11 @@
 
 #include <sys/stat.h>
 
-#include <fstream>
+#include <algorithm>
+#include <sstream>
 #include <string>
 
+#include "firmware/companion/files/regular_file.h"
 #include "firmware/companion/subcommands.h"
 #include "protocol/cipher.h"
 
@@ -17,22 +19,30 @@ struct KeyFileProblem {
   std::string what;
 };
 
-/// Reads the app's key: 64 hexadecimal digits, the first word of the file. Who has it can fly the aircraft, so a file
+/// Reads the app's key: 64 hexadecimal digits, the only word of the file. Who has it can fly the aircraft, so a file
 /// that others than its owner can read or change is refused, and no program takes a key on its command line, where
-/// every user of the machine can read it.
+/// every user of the machine can read it. Nothing may follow: of two keys nobody would know which one counts.
 inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key) {
-  std::ifstream file(path);
-  if (!file) {
-    return {.line = 0, .what = "cannot be read"};
+  constexpr std::uintmax_t kMostKeyBytes = 1U << 20U;
+  const FileContent content = read_regular(path, kMostKeyBytes);
+  if (!content.why_not.empty()) {
+    return {.line = 0, .what = content.why_not};
   }
   struct stat status {};
   if (stat(path.c_str(), &status) != 0 || (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
     return {.line = 0, .what = "holds a key that others can read: chmod 600 " + path};
   }
-  std::string hex;
-  file >> hex;
+  std::istringstream words(content.bytes);
+  std::string hex, more;
+  words >> hex >> more;
   if (hex.size() != 2 * key.size() || hex.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos) {
     return {.line = 1, .what = "the key needs 64 hexadecimal digits"};
+  }
+  if (!more.empty()) {
+    const auto end = content.bytes.begin() +
+                     static_cast<std::ptrdiff_t>(content.bytes.find(more, content.bytes.find(hex) + hex.size()));
+    return {.line = 1 + std::count(content.bytes.begin(), end, '\n'),
+            .what = "something follows the key: one key only"};
   }
   for (std::size_t i = 0; i < key.size(); ++i) {
     key[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/files/text_file.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/log/flight_log.h"
@@ -61,7 +62,8 @@ class LogFile {
   static constexpr std::size_t kRingBytes = 1U << 20U;
 
   void tell_cut() {
-    std::cerr << "m100: " << file_.path() << ": " << why_not_written(file_.last_error()) << "; " << when_full_ << "\n";
+    std::cerr << "m100: " << printable(file_.path()) << ": " << why_not_written(file_.last_error()) << "; "
+              << when_full_ << "\n";
     is_cut_ = true;
   }
 

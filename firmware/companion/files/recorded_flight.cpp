@@ -3,8 +3,7 @@
 
 #include <array>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <utility>
 
 #include "firmware/companion/files/regular_file.h"
 
@@ -118,15 +117,11 @@ class Reader {
 }  // namespace
 
 RecordedFlight read_flight(const std::string& path) {
-  if (const std::string why = why_not_read(path); !why.empty()) {
-    throw FlightLogError(path + ": " + why);
+  FileContent content = read_regular(path);
+  if (!content.why_not.empty()) {
+    throw FlightLogError(path + ": " + content.why_not);
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw FlightLogError(path + ": cannot be read");
-  }
-  RecordedFlight flight =
-      Reader(path, std::string(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>())).read();
+  RecordedFlight flight = Reader(path, std::move(content.bytes)).read();
   if (!flight.ticks.empty() && flight.ticks.back().record.timestamp == 0) {
     flight.ticks.pop_back();  // its record was cut off
   }

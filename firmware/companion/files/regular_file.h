@@ -1,20 +1,59 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 namespace m100::companion {
+
+/// Of a file that a person writes (vehicle, plant, flight, course, script, map, key). The largest of ours has 20 kB.
+inline constexpr std::uintmax_t kMostTextBytes = std::uintmax_t{1} << 24U;
+/// Of a log or a table: what a 32 bit machine can hold at all.
+inline constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{1} << 31U;
 
 /// Why a file is not read to its end; empty: it may be. A device or a pipe has no end, and no size that memory and time
 /// could be held to.
 inline std::string why_not_read(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (error || !std::filesystem::exists(status) || std::filesystem::is_directory(status)) {
+  if (error || !std::filesystem::exists(status)) {
     return "cannot be read";
   }
+  if (std::filesystem::is_directory(status)) {
+    return "is a folder, no regular file";
+  }
   return std::filesystem::is_regular_file(status) ? "" : "is no regular file: copy what it gives into one";
+}
+
+struct FileContent {
+  std::string bytes;
+  std::string why_not;  ///< empty: `bytes` is the whole file
+};
+
+/// The one way by which both programs take a file into memory: a regular file of at most `most` bytes, or the reason
+/// why not.
+inline FileContent read_regular(const std::string& path, std::uintmax_t most = kMostFileBytes) {
+  if (std::string why = why_not_read(path); !why.empty()) {
+    return {.bytes = "", .why_not = std::move(why)};
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (!file || error) {
+    return {.bytes = "", .why_not = "cannot be read"};
+  }
+  if (size > most) {
+    return {.bytes = "", .why_not = "is larger than " + std::to_string(most >> 20U) + " MiB"};
+  }
+  FileContent out{.bytes = std::string(static_cast<std::size_t>(size), '\0'), .why_not = ""};
+  file.read(out.bytes.data(), static_cast<std::streamsize>(out.bytes.size()));
+  if (file.bad()) {
+    return {.bytes = "", .why_not = "cannot be read"};
+  }
+  out.bytes.resize(static_cast<std::size_t>(file.gcount()));
+  return out;
 }
 
 }  // namespace m100::companion

@@ -11,6 +11,7 @@
 #include <iostream>
 #include <sstream>
 
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/files/text_file.h"
 #include "firmware/companion/subcommands.h"
 
@@ -88,7 +89,7 @@ std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime 
   return text.str();
 }
 
-ReplayFile::ReplayFile(const std::string& key_file) : path_(key_file + ".accepted") {
+ReplayFile::ReplayFile(const std::string& key_file) : path_(beside(key_file)) {
   if (std::filesystem::exists(path_)) {
     before_ = parse_replay_memory(read_file(path_), path_);
   }
@@ -139,7 +140,7 @@ void ReplayFile::finish() {
 void ReplayFile::finish(const mavlink::ReplayMemory& memory) {
   finish();
   if (!write(memory, 0)) {
-    std::cerr << "m100: " << path_ << ": " << why_not_written(errno)
+    std::cerr << "m100: " << printable(path_) << ": " << why_not_written(errno)
               << "; signatures of this flight could be played back to the next one\n";
   }
 }

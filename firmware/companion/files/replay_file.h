@@ -22,6 +22,8 @@ class ReplayFile {
  public:
   static constexpr mavlink::SignatureTime kAhead = 3 * mavlink::kSignatureTicksPerSecond;
 
+  /// Where the file of a key lies.
+  static std::string beside(const std::string& key_file) { return key_file + ".accepted"; }
   /// Reads what is there; none is an empty one. Errors: UsageError, also where it cannot be written.
   explicit ReplayFile(const std::string& key_file);
   ~ReplayFile() { finish(); }

@@ -4,25 +4,21 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <string>
+#include <utility>
 
 #include "firmware/companion/files/regular_file.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
 
-/// The whole file. Errors: UsageError that names it, also for a folder, which opens but cannot be read, and for a
-/// device.
-inline std::string read_file(const std::string& path) {
-  if (const std::string why = why_not_read(path); !why.empty()) {
-    throw UsageError(path + ": " + why);
+/// The whole file, see read_regular(). Errors: UsageError that names it.
+inline std::string read_file(const std::string& path, std::uintmax_t most = kMostTextBytes) {
+  FileContent content = read_regular(path, most);
+  if (!content.why_not.empty()) {
+    throw UsageError(path + ": " + content.why_not);
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw UsageError(path + ": cannot be read");
-  }
-  return std::string(std::istreambuf_iterator<char>(file), {});
+  return std::move(content.bytes);
 }
 
 /// Why a file cannot be written, in words that say what to do; else the system's own. @param error as errno has it.
@@ -38,14 +34,6 @@ inline std::string why_not_written(int error) {
       return "the file system is read-only";
     default:
       return std::strerror(error);
-  }
-}
-
-/// Before something long begins: whether its result will have a place. Errors: UsageError.
-inline void expect_writable(const std::string& path) {
-  errno = 0;
-  if (!path.empty() && !std::ofstream(path, std::ios::app)) {
-    throw UsageError(path + ": cannot be written: " + why_not_written(errno));
   }
 }
 

@@ -226,16 +226,11 @@ VehicleFile parse_vehicle(std::string_view text, const std::string& name) {
 }
 
 VehicleFile load_vehicle(const std::string& path) {
-  if (const std::string why = why_not_read(path); !why.empty()) {
-    throw VehicleFileError(path + ": " + why);
+  const FileContent content = read_regular(path, kMostTextBytes);
+  if (!content.why_not.empty()) {
+    throw VehicleFileError(path + ": " + content.why_not);
   }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw VehicleFileError(path + ": cannot be opened");
-  }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return parse_vehicle(text.str(), path);
+  return parse_vehicle(content.bytes, path);
 }
 
 std::string to_text(const Vehicle& vehicle, const std::map<std::string, std::string>& sources) {

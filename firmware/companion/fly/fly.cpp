@@ -16,8 +16,8 @@
 #include <memory>
 
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/key_file.h"
-#include "firmware/companion/files/text_file.h"
 #include "firmware/companion/fly/words.h"
 #include "firmware/companion/subcommands.h"
 
@@ -45,6 +45,19 @@ link::LinkConfig link_config(const FlyOptions& options) {
   return config;
 }
 
+void check_files(const FlyOptions& options) {
+  FileUse use = files_of(options.pose, options.port);
+  use.reads("--key-file", options.key_file)
+      .reads("--vehicle", options.vehicle)
+      .reads("--gains", options.gains)
+      .reads("--flight", options.flight)
+      .reads("--course", options.course)
+      .reads("--excite", options.excite)
+      .writes("--json", options.json)
+      .creates("--log", options.log)
+      .check();
+}
+
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
   if (!options.excite.empty() && options.channel != "virtual_rc") {
@@ -67,12 +80,12 @@ PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(optio
   if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // passes every comparison of a range
     throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
   }
+  check_files(options);
   if (!options.key_file.empty()) {
     cipher.emplace(read_key(options.key_file));
     config.cipher = &*cipher;
     config.encrypt_commands = true;
   }
-  expect_writable(options.json);
 }
 
 std::uint32_t stops() { return stop_signals; }

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/files/text_file.h"
 #include "firmware/companion/subcommands.h"
 
@@ -113,7 +114,7 @@ void write_result(const std::string& path, const nlohmann::json& result) {
       write_json(path, result);
     }
   } catch (const UsageError& wrong) {
-    std::cerr << "m100: " << wrong.what() << "\n";
+    std::cerr << "m100: " << printable(wrong.what()) << "\n";
   }
 }
 

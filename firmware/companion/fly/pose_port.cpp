@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/key_file.h"
+#include "firmware/companion/files/replay_file.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/subcommands.h"
 
@@ -65,6 +67,18 @@ void check(const PoseOptions& options, const std::string& autopilot) {
   if (!options.port.empty() && !is_network && hal::is_simulated(autopilot) != hal::is_simulated(options.port)) {
     throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
   }
+}
+
+FileUse files_of(const PoseOptions& options, const std::string& autopilot) {
+  FileUse use;
+  use.holds("--port", autopilot).reads("--mavlink-key", options.key_file);
+  if (!hal::is_udp(options.port)) {
+    use.holds("--pose-port", options.port);
+  }
+  if (!options.key_file.empty()) {
+    use.writes("--mavlink-key", ReplayFile::beside(options.key_file));
+  }
+  return use;
 }
 
 PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <string>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/replay_file.h"
 #include "firmware/companion/room/speaker.h"
 #include "firmware/link/pose_link.h"
@@ -33,6 +34,10 @@ void add_pose_options(CLI::App& app, PoseOptions& options);
 /// Refuses what cannot be: a network without a key, a port that is none, a simulated port beside a real one, a key
 /// without a port. @param autopilot its port. Errors: UsageError.
 void check(const PoseOptions& options, const std::string& autopilot);
+
+/// What an operator's ports take of the file system: a key is read, and the memory beside it written. The command adds
+/// what else it reads and writes. @param autopilot its port
+FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 
 /// The port of the pose: a wire, which may be unsigned, or a network, which may not. With a key only what is signed and
 /// new passes, on either.

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/printable.h"
 #include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/fly/ports.h"
 #include "firmware/companion/probe/probe_verdict.h"
@@ -123,7 +125,7 @@ Finding search(const Options& options) {
         continue;
       }
       const Finding finding = listen(port, baud, options.seconds);
-      std::cout << port << " at " << baud << ": " << name(finding.verdict) << std::endl;
+      std::cout << printable(port) << " at " << baud << ": " << name(finding.verdict) << std::endl;
       if (!best || rank(finding.verdict) < rank(best->verdict)) {
         best = finding;
       }
@@ -160,8 +162,9 @@ nlohmann::json to_json(const Finding& finding) {
 }
 
 void run(const Options& options) {
+  FileUse().holds("--port", options.port).writes("--json", options.json).check();
   const Finding best = search(options);
-  std::cout << "port " << best.port << ", " << best.baud << " baud: " << name(best.verdict);
+  std::cout << "port " << printable(best.port) << ", " << best.baud << " baud: " << name(best.verdict);
   if (best.verdict == Verdict::kAutopilot || best.verdict == Verdict::kNoisy) {
     std::cout << ", " << name(best.firmware) << "\n";
     print(std::cout, best.health);

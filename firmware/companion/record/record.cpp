@@ -224,7 +224,11 @@ void run(const Options& options) {
     throw UsageError("--hold: is not a number");
   }
   check(options.pose, options.port);
-  expect_writable(options.json);
+  files_of(options.pose, options.port)
+      .reads("--key-file", options.key_file)
+      .writes("--json", options.json)
+      .creates("--log", options.log)
+      .check();
   watch_signals();
   Session session(options);
   session.run();
@@ -233,7 +237,7 @@ void run(const Options& options) {
   write_result(options.json, to_json(options, session, trouble));
   if (!trouble.empty()) {
     if (!session.is_cut()) {  // else the line that says why stands there already
-      std::cerr << "m100: " << trouble << "\n";
+      std::cerr << "m100: " << printable(trouble) << "\n";
     }
     throw CLI::RuntimeError(kAnswerIsNo);
   }

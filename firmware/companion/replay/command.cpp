@@ -5,9 +5,13 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/key_file.h"
+#include "firmware/companion/files/printable.h"
+#include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/subcommands.h"
 #include "protocol/aes256.h"
 
@@ -19,6 +23,7 @@ struct Options {
   std::string scalar = "double";
   std::string key_file;
   bool hash_only = false;
+  std::string json;
 };
 
 /// "tick 17 to 19, 40 (4 in all, counted from 0)": the first few runs of them.
@@ -38,7 +43,21 @@ std::string unlike_text(const ReplayResult& result) {
   return text + " (" + std::to_string(result.unlike.size()) + " in all, counted from 0)";
 }
 
+nlohmann::json to_json(const Options& options, const ReplayResult& result, const std::string& digest, bool is_same) {
+  return {{"log", options.log},
+          {"scalar", options.scalar},
+          {"sha256", digest},
+          {"same", is_same},
+          {"ticks", result.ticks},
+          {"ticks_unlike", result.ticks_unlike},
+          {"unlike", result.unlike},
+          {"messages_missing", result.messages_missing},
+          {"largest_difference_m", result.largest_difference_m},
+          {"largest_command_difference_rad", result.largest_command_difference_rad}};
+}
+
 void run(const Options& options) {
+  FileUse().reads("log", options.log).reads("--key-file", options.key_file).writes("--json", options.json).check();
   const Scalar scalar = options.scalar == "float"   ? Scalar::kFloat
                         : options.scalar == "fixed" ? Scalar::kFixed
                                                     : Scalar::kDouble;
@@ -53,13 +72,14 @@ void run(const Options& options) {
   const ReplayResult result = [&] {
     try {
       return replay(flight, scalar, cipher ? &*cipher : nullptr);
-    } catch (const FlightLogError& wrong) {
+    } catch (const std::runtime_error& wrong) {  // of the log's notes too: a vehicle file, a course, a flight file
       throw UsageError(options.log + ": " + wrong.what());
     }
   }();
   const bool judged = scalar == Scalar::kDouble;  // what `m100 fly` flies in; other arithmetic is to differ
   const auto digits = core::hex(result.digest);
-  std::cout << std::string(digits.data(), digits.size()) << "\n";
+  const std::string digest(digits.data(), digits.size());
+  std::cout << digest << "\n";
   if (!options.hash_only) {
     std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " unlike the record";
     if (result.ticks_unlike > 0) {
@@ -71,8 +91,12 @@ void run(const Options& options) {
     std::cout << "; largest difference " << result.largest_difference_m << " m, command "
               << result.largest_command_difference_rad << " rad\n";
   }
+  if (!options.json.empty()) {
+    write_json(options.json, to_json(options, result, digest, result.ticks_unlike == 0));
+  }
   if (judged && result.ticks_unlike > 0) {
-    std::cerr << "m100: " << options.log << ": not the flight that was logged: " << unlike_text(result) << "\n";
+    std::cerr << "m100: " << printable(options.log) << ": not the flight that was logged: " << unlike_text(result)
+              << "\n";
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
@@ -87,6 +111,7 @@ void add_replay(CLI::App& m100) {
       ->check(CLI::IsMember({"double", "float", "fixed"}));
   app->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
   app->add_flag("--hash", options->hash_only, "print the SHA-256 over output bytes and state records only");
+  app->add_option("--json", options->json, "hash, ticks and differences as JSON");
   app->callback([options] { run(*options); });
 }
 

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/file_use.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "firmware/companion/files/regular_file.h"
+#include "firmware/companion/files/text_file.h"
+
+namespace m100::companion {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One file under two names: the same place, or links to one place.
+bool same_file(const std::string& a, const std::string& b) {
+  std::error_code error;
+  if (fs::equivalent(a, b, error) && !error) {
+    return true;
+  }
+  const fs::path place_a = fs::weakly_canonical(fs::absolute(a, error), error);
+  const fs::path place_b = fs::weakly_canonical(fs::absolute(b, error), error);
+  return !error && place_a.lexically_normal() == place_b.lexically_normal();
+}
+
+/// A device such as /dev/null takes two outputs; a file keeps one of them only.
+bool keeps_one_only(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  return !fs::exists(status) || fs::is_regular_file(status);
+}
+
+/// Files and folders that were made to see whether they can be; gone again with this.
+class Trial {
+ public:
+  Trial() = default;
+  Trial(const Trial&) = delete;
+  Trial& operator=(const Trial&) = delete;
+  ~Trial() {
+    std::error_code error;
+    for (auto made = made_.rbegin(); made != made_.rend(); ++made) {
+      fs::remove(*made, error);  // a folder only if it is empty
+    }
+  }
+
+  /// @returns errno; 0: the folder is there.
+  int make_folder(const fs::path& folder) {
+    std::error_code error;
+    std::vector<fs::path> missing;
+    for (fs::path at = folder; !at.empty() && !fs::exists(at, error) && at != at.parent_path(); at = at.parent_path()) {
+      missing.push_back(at);
+    }
+    for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
+      if (fs::create_directory(*at, error)) {
+        made_.push_back(*at);
+      } else if (error) {
+        return error.value();
+      }
+    }
+    return fs::is_directory(folder, error) ? 0 : ENOTDIR;
+  }
+
+  /// @returns errno; 0: the file can be written, and is there.
+  int open_file(const std::string& path) {
+    std::error_code error;
+    const fs::file_status before = fs::status(path, error);
+    if (fs::exists(before) && !fs::is_regular_file(before)) {  // opening a pipe would wait for its reader
+      return fs::is_directory(before) ? EISDIR : ::access(path.c_str(), W_OK) == 0 ? 0 : errno;
+    }
+    const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+    if (file < 0) {
+      return errno;
+    }
+    ::close(file);
+    if (!fs::exists(before)) {
+      made_.push_back(fs::canonical(path, error));  // where a link leads, not the link
+    }
+    return 0;
+  }
+
+ private:
+  std::vector<fs::path> made_;
+};
+
+}  // namespace
+
+FileUse& FileUse::add(Kind kind, const std::string& option, const std::string& path, bool makes_folder) {
+  if (!path.empty()) {
+    entries_.push_back({.kind = kind, .option = option, .path = path, .makes_folder = makes_folder});
+  }
+  return *this;
+}
+
+FileUse& FileUse::reads(const std::string& option, const std::string& path) { return add(Kind::kRead, option, path); }
+FileUse& FileUse::reads(const std::string& option, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    reads(option, path);
+  }
+  return *this;
+}
+FileUse& FileUse::holds(const std::string& option, const std::string& path) { return add(Kind::kHeld, option, path); }
+FileUse& FileUse::writes(const std::string& option, const std::string& path) {
+  return add(Kind::kWritten, option, path);
+}
+FileUse& FileUse::creates(const std::string& option, const std::string& path) {
+  return add(Kind::kCreated, option, path);
+}
+FileUse& FileUse::names(const std::string& option, const std::string& path) { return add(Kind::kNamed, option, path); }
+FileUse& FileUse::fills(const std::string& option, const std::string& folder, const std::string& file) {
+  return folder.empty() ? *this : add(Kind::kWritten, option, (fs::path(folder) / file).string(), true);
+}
+
+void FileUse::refuse_the_same(const Entry& a, const Entry& b) const {
+  if ((!a.is_output() && !b.is_output()) || !same_file(a.path, b.path)) {
+    return;
+  }
+  const Entry& output = b.is_output() ? b : a;
+  const Entry& other = &output == &b ? a : b;
+  if (!other.is_output()) {
+    throw FileUseError(output.path + ": is read here as " + other.option + " and would be overwritten by " +
+                       output.option);
+  }
+  if (keeps_one_only(output.path)) {
+    throw FileUseError(output.path + ": is named by " + other.option + " and by " + output.option +
+                       "; one of them would be lost");
+  }
+}
+
+void FileUse::refuse_overlaps() const {
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      refuse_the_same(entries_[j], entries_[i]);
+    }
+  }
+}
+
+void FileUse::check() const {
+  refuse_overlaps();
+  std::error_code error;
+  for (const Entry& entry : entries_) {
+    const fs::file_status there = fs::symlink_status(entry.path, error);
+    if (entry.kind == Kind::kNamed && (fs::is_regular_file(there) || fs::is_directory(there))) {
+      throw FileUseError(entry.path + ": exists already, and " + entry.option + " would take its place");
+    }
+    if (entry.kind == Kind::kCreated && fs::exists(there)) {
+      throw FileUseError(entry.path + ": exists already; a log is not overwritten (" + entry.option + ")");
+    }
+    if (entry.kind == Kind::kRead) {
+      std::string why = why_not_read(entry.path);
+      why = why.empty() && ::access(entry.path.c_str(), R_OK) != 0 ? "cannot be read" : why;
+      if (!why.empty()) {
+        throw FileUseError(entry.path + ": " + why + " (" + entry.option + ")");
+      }
+    }
+  }
+  Trial trial;
+  for (const Entry& entry : entries_) {
+    if (entry.kind != Kind::kWritten && entry.kind != Kind::kCreated) {
+      continue;
+    }
+    const int folder = entry.makes_folder ? trial.make_folder(fs::path(entry.path).parent_path()) : 0;
+    if (const int why = folder != 0 ? folder : trial.open_file(entry.path); why != 0) {
+      throw FileUseError(entry.path + ": cannot be written: " + why_not_written(why) + " (" + entry.option + ")");
+    }
+  }
+  refuse_overlaps();  // what is there now shows links that led nowhere before
+}
+
+}  // namespace m100::companion

@@ -1,0 +1,208 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""No command of either program overwrites what it reads, loses one output under another, begins its work before it
+knows that its inputs can be read and its outputs written, or waits for a device or a pipe to end.
+
+Usage: file_use.py M100 LAB. Every option that takes a text, of every subcommand, must stand in the table below as an
+input, an output, a folder, or as no file at all: a new option without a row fails. Prints one line per offence.
+"""
+import itertools
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+PATIENCE_S = 300  # of a busy machine; what is checked ends at once
+
+# command: the words that it needs beside, inputs, outputs (links: not opened, but made), folders, those of them that it
+# cannot do without, and the texts that are no files
+TABLE = {
+    "m100 fly": dict(words="--port /nope/port --pose-port /nope/pose",
+                     inputs=["--key-file", "--mavlink-key", "--vehicle", "--gains", "--flight", "--course", "--excite"],
+                     outputs=["--json", "--log"], other=["--port", "--pose-port", "--channel", "--mode", "--law",
+                                                         "--override"]),
+    "m100 handshake": dict(words="--port /nope/port", inputs=["--key-file"], outputs=["--json"],
+                           other=["--port", "--channel"]),
+    "m100 record": dict(words="--port /nope/port --pose-port /nope/pose", inputs=["--key-file", "--mavlink-key"],
+                        needed=["--log"], outputs=["--log", "--json"], other=["--port", "--pose-port"]),
+    "m100 probe": dict(words="--port /nope/port", outputs=["--json"], other=["--port"]),
+    "m100 doctor": dict(words="--port /nope/port", outputs=["--json"], other=["--port", "--folder", "--pose-message"]),
+    "m100 check": dict(inputs=["--vehicle", "--gains", "--flight", "--course"], needed=["--vehicle", "--gains"],
+                       outputs=["--json"]),
+    "m100 replay": dict(inputs=["log", "--key-file"], needed=["log"], outputs=["--json"], other=["--scalar"]),
+    "m100-lab autopilot": dict(words="--duration 0.01", inputs=["--plant", "--plant-from", "--key-file", "--script"],
+                               outputs=["--events", "--pty"], needed=["--pty"], links=["--pty"],
+                               other=["--pose-pty", "--sim", "--board", "--course", "--rc-mode"]),
+    "m100-lab autopilot --board": dict(inputs=["--board", "--plant", "--script"], needed=["--board"],
+                                       outputs=["--events"]),
+    "m100-lab campaign": dict(words="--flights 1 --tasks hover", inputs=["worlds", "--vehicle", "--plant-from"],
+                              needed=["worlds"], outputs=["--json"], folders=["--report"],
+                              other=["--tasks", "--law", "--mode", "--channel", "--split", "--merge"]),
+    "m100-lab campaign --merge": dict(inputs=["--merge"], needed=["--merge"], outputs=["--json"], folders=["--report"]),
+    "m100-lab convert": dict(inputs=["--log", "--columns"], needed=["--log"], outputs=["--out", "--map", "--json"],
+                             other=["log"]),
+    "m100-lab excite": dict(inputs=["--vehicle"], outputs=["--out", "--json"], other=["--axis", "--kind"]),
+    "m100-lab experiments": dict(words="--only hover", inputs=["--plant", "--plant-from", "--vehicle"],
+                                 outputs=["--json"], folders=["--report"],
+                                 other=["--only", "--channel", "--law", "--mode", "--tasks"]),
+    "m100-lab frames decode": dict(inputs=["file", "--key-file"], needed=["file"]),
+    "m100-lab frames encode": dict(inputs=["file", "--key-file"], needed=["file"]),
+    "m100-lab gains": dict(inputs=["--vehicle", "--rival"], needed=["--vehicle"],
+                           outputs=["--out", "--table", "--json", "--tune"], other=["--setpoint-box", "--mode"]),
+    "m100-lab identify": dict(words="--axis roll --declare first_order --split alternate:6",
+                              inputs=["--log", "--columns", "--validate-log", "--validate-columns",
+                                      "--vehicle-believed", "--forecast"],
+                              needed=["--log", "--columns", "--validate-log"], outputs=["--json", "--vehicle"],
+                              folders=["--report"],
+                              other=["--axis", "--declare", "--train", "--validate", "--split", "--within"]),
+    "m100-lab inject": dict(words="--axis roll --effect dead_zone=10 --train 1:9", inputs=["--log", "--columns"],
+                            needed=["--log", "--columns", "--out"], outputs=["--out", "--map", "--json"],
+                            other=["--axis", "--declare", "--train", "--effect"]),
+    "m100-lab logs": dict(inputs=["--log"], needed=["--log"], outputs=["--json", "--propose"],
+                          other=["log"]),
+    "m100-lab loop": dict(inputs=["--plant", "--plant-from", "--vehicle"], needed=["--plant", "--out"],
+                          outputs=["--out", "--json"], folders=["--logs", "--report"], other=["--law"]),
+    "m100-lab mpc solve": dict(inputs=["FILE"], needed=["FILE"], other=["--scalar", "--law"]),
+    "m100-lab paper": dict(inputs=["--pitch-roll", "--height"], needed=["--pitch-roll", "--height"],
+                           outputs=["--json"]),
+    "m100-lab report": dict(inputs=["pages"], needed=["pages", "--out"], outputs=["--out"],
+                            other=["--title", "--note"]),
+    # An aircraft's folder, whose files are its own; the board's names are not opened here.
+    "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--key-file", "--m100"]),
+    "m100-lab reference": dict(),
+}
+SWITCHES = {"--board", "--merge"}  # in a name of the table: an option that makes another command of it
+
+
+class Bench:
+    """Runs one command of the table with every wrong use of its files."""
+
+    def __init__(self, programs, name, row, folder):
+        self.programs, self.name, self.row, self.folder = programs, name, row, folder
+        self.inputs, self.outputs = row.get("inputs", []), row.get("outputs", [])
+        self.folders, self.links = row.get("folders", []), row.get("links", [])
+
+    def fresh(self):
+        """A name per option; the inputs are there, with a text of their own that only their owner can read."""
+        paths = {}
+        for option in self.inputs + self.outputs + self.folders:
+            paths[option] = self.folder / ("x" + option.strip("-"))
+        for old in self.folder.iterdir():
+            old.unlink()
+        for option in self.inputs:
+            paths[option].write_text(f"text of {option}\n")
+            paths[option].chmod(0o600)
+        return paths
+
+    def run(self, paths, options):
+        words = [word for word in self.name.split()[1:] if word not in SWITCHES] + self.row.get("words", "").split()
+        for option in dict.fromkeys(self.row.get("needed", []) + options):
+            words += ([option] if option.startswith("--") else []) + [str(paths[option])]
+        done = subprocess.run([self.programs[self.name.split()[0]]] + words, capture_output=True, check=False,
+                              timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
+        return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace"), words
+
+    def expect_refused(self, paths, options, says):
+        before = {path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
+        code, out, err, words = self.run(paths, options)
+        wrong = []
+        if code != 2 or out or err.count("\n") != 1 or says not in err:
+            wrong.append(f"exit code {code}, stdout '{out[:60]}', stderr '{err[:160].strip()}', wanted '{says}'")
+        after = {path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
+        if before != after:
+            wrong.append("files changed: " + ", ".join(str(path.name) for path in before.keys() ^ after.keys()
+                                                       or [p for p in before if before[p] != after[p]]))
+        return [f"{self.name} {' '.join(words)}: {one}" for one in wrong]
+
+    def offences(self):
+        for output, taken in itertools.product(self.outputs, self.inputs):
+            for by_link in (False, True):
+                paths = self.fresh()
+                if by_link:
+                    paths[output].symlink_to(paths[taken])
+                else:
+                    paths[output] = paths[taken]
+                yield from self.expect_refused(paths, [taken, output], "would be overwritten")
+        for one, other in itertools.combinations(self.outputs, 2):
+            paths = self.fresh()
+            paths[other] = paths[one]
+            yield from self.expect_refused(paths, [one, other], "would be lost")
+        for output in self.outputs:
+            paths = self.fresh()
+            paths[output] = "/nope/x"
+            if output not in self.links:
+                yield from self.expect_refused(paths, [output], "/nope/x: cannot be written")
+        for output in self.folders:
+            paths = self.fresh()
+            paths[output].write_text("a file, no folder\n")
+            yield from self.expect_refused(paths, [output], "cannot be written")
+            paths[output] = "/proc/nope"
+            yield from self.expect_refused(paths, [output], "cannot be written")
+        for taken in self.inputs:
+            for kind in ("device", "pipe", "folder", "missing"):
+                paths = self.fresh()
+                paths[taken].unlink()
+                says = "no regular file"
+                if kind == "device":
+                    paths[taken] = "/dev/zero"
+                elif kind == "pipe":
+                    os.mkfifo(paths[taken])
+                elif kind == "folder":
+                    paths[taken] = self.folder
+                else:
+                    says = "cannot be read"
+                yield from self.expect_refused(paths, [taken], says)
+
+
+def options_of(programs, command):
+    """Names of the options and positionals of a subcommand that take a text."""
+    words = [word for word in command.split() if word not in SWITCHES]
+    run = subprocess.run([programs[words[0]]] + words[1:] + ["--help"], capture_output=True, text=True, check=True)
+    for line in run.stdout.splitlines():
+        if found := re.match(r"^  (\S+) (?:FLOAT|UINT|INT|TEXT)", line):
+            names = found[1].split(",")
+            if " TEXT" in line:
+                yield next((name for name in names if name.startswith("--")), names[-1])
+
+
+def subcommands(program, words=()):
+    """Every path of words that is a command of its own."""
+    run = subprocess.run([program, *words, "--help"], capture_output=True, text=True, check=True)
+    names = re.findall(r"^  (\S+) ", run.stdout.split("Subcommands:")[1], re.M) if "Subcommands:" in run.stdout else []
+    if not names:
+        yield words
+    for name in names:
+        yield from subcommands(program, (*words, name))
+
+
+def main():
+    programs = {"m100": sys.argv[1], "m100-lab": sys.argv[2]}
+    found, runs = [], 0
+    for name, program in programs.items():
+        for words in subcommands(program):
+            command = " ".join((name, *words))
+            rows = [row for title, row in TABLE.items()
+                    if " ".join(word for word in title.split() if word not in SWITCHES) == command]
+            if not rows:
+                found.append(f"{command}: has no row in the table")
+            known = {option for row in rows for part in ("inputs", "outputs", "folders", "other")
+                     for option in row.get(part, [])}
+            found += [f"{command}: {option} is in no row of the table" for option in options_of(programs, command)
+                      if option not in known]
+    with tempfile.TemporaryDirectory() as folder:
+        for name, row in TABLE.items():
+            bench = Bench(programs, name, row, pathlib.Path(folder))
+            before = len(found)
+            found += bench.offences()
+            runs += 1
+            print(f"{name}: {len(found) - before} offences")
+    for one in found:
+        print(one)
+    print(f"{runs} commands, {len(found)} offences")
+    return 1 if found or runs == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What both programs say about themselves and about wrong words: --version, an example in every --help, whose options
+there are, --json where something is reported, and one printable line where something is wrong.
+
+Usage: words_test.py M100 LAB VEHICLE TABLE FLIGHT. Prints one line per offence.
+"""
+import json
+import pathlib
+import re
+import shlex
+import stat
+import subprocess
+import sys
+import tempfile
+
+from file_use import subcommands
+
+NO_REPORT = {"m100-lab autopilot", "m100-lab frames decode", "m100-lab frames encode", "m100-lab mpc solve",
+             "m100-lab reference", "m100-lab report", "m100-lab evening"}  # their output is the result itself
+
+
+def run(program, *words):
+    done = subprocess.run([program, *map(str, words)], capture_output=True, check=False, stdin=subprocess.DEVNULL,
+                          timeout=300)
+    return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
+
+
+def help_offences(name, program):
+    code, out, _ = run(program, "--version")
+    if code != 0 or not re.match(rf"{name} \d+\.\d+\.\d+.*\ntables: ", out):
+        yield f"{name} --version: exit code {code}: {out.strip()}"
+    for words in subcommands(program):
+        command = " ".join((name, *words))
+        _, text, _ = run(program, *words, "--help")
+        options = set(re.findall(r"^\s+(?:-\w,)?(--[\w-]+)", text, re.M))
+        # A positional that has an option's name too is listed as "log,--log".
+        options |= set(re.findall(r",(--[\w-]+)", text))
+        example = re.search(r"^Example: (.*)$", text, re.M)
+        if not example or not example[1].startswith(command):
+            yield f"{command} --help: has no example of {command}"
+            continue
+        unknown = {word.split("=")[0] for word in shlex.split(example[1]) if word.startswith("--")} - options
+        if unknown:
+            yield f"{command} --help: its example has {unknown}, which it does not know"
+        if command not in NO_REPORT and "--json" not in options:
+            yield f"{command}: reports something and has no --json"
+
+
+def one_line(program, words, says):
+    """Refused with one line without control characters that says so."""
+    code, out, err = run(program, *words)
+    plain = all(c == "\n" or c.isprintable() for c in err)
+    if code != 2 or err.count("\n") != 1 or not plain or says not in err:
+        yield f"{pathlib.Path(program).name} {words}: exit code {code}, {err!r}, wanted {says!r} (stdout {out[:60]!r})"
+
+
+def file_of(folder, name, text, mode=0o600):
+    path = folder / name
+    path.write_text(text)
+    path.chmod(mode)
+    return path
+
+
+def escape_offences(m100, folder, vehicle, table):
+    """What comes from a file or a command line reaches no terminal as a control character."""
+    bad = "no\x1b[31mpe"
+    spoilt = file_of(folder, "f.toml", '"a\\u001b[31mb" = 1\n')
+    course = file_of(folder, "c.course", "st\x1bep 1\n")
+    check = ["check", "--vehicle", vehicle, "--gains", table]
+    cases = [[bad], ["replay", bad], ["check", "--vehicle", bad, "--gains", table], ["fly", "--port", bad],
+             [*check, "--flight", spoilt], [*check, "--course", course], ["probe", "--json", f"/nope/{bad}"]]
+    for words in cases:
+        yield from one_line(m100, words, "\\x1b")
+    code, out, err = run(m100, "probe", "--port", bad, "--seconds", "0.1")
+    if "\x1b" in out + err:
+        yield f"m100 probe --port: exit code {code}: {out + err!r}"
+
+
+def key_offences(programs, folder):
+    good = "0123456789abcdef" * 4
+    keys = {"two.key": (f"{good}\n{good}\n", ":2: something follows the key"),
+            "word.key": (f"{good} spare\n", ":1: something follows the key"),
+            "short.key": ("0123\n", ":1: the key needs 64")}
+    empty = file_of(folder, "empty.bin", "")
+    for name, (text, says) in keys.items():
+        path = file_of(folder, name, text)
+        yield from one_line(programs["m100"], ["handshake", "--port", "/nope", "--key-file", path], name + says)
+        yield from one_line(programs["m100-lab"], ["frames", "decode", empty, "--key-file", path], name + says)
+    good_key = file_of(folder, "good.key", good + "\n")
+    if run(programs["m100-lab"], "frames", "decode", empty, "--key-file", good_key)[0] != 0:
+        yield "a key alone in its file is refused"
+    assert stat.S_IMODE(good_key.stat().st_mode) == 0o600
+
+
+def option_offences(lab, m100, folder):
+    log = file_of(folder, "l.csv", "t_s,rc_roll,roll\n" + "".join(f"{k / 100:.2f},1024,0\n" for k in range(600)))
+    columns = file_of(folder, "c.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "roll"\n')
+    lacking = file_of(folder, "m.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "phi"\n')
+    identify = ["identify", "--log", log, "--columns", columns, "--axis", "roll", "--declare", "first_order", "--split",
+                "alternate:3"]
+    inject = ["inject", "--log", log, "--columns", columns, "--axis", "roll", "--train", "0:5", "--out",
+              folder / "o.csv", "--effect"]
+    script = file_of(folder, "s.txt", "1 lose_acks 1.5\n")
+    world = file_of(folder, "w.toml", "# as measured\n")
+    encrypted = file_of(folder, "e.jsonl", '{"session":0,"is_ack":false,"encrypted":true,"seq":1,"cmd_set":0,'
+                                           '"cmd_id":0,"payload_hex":"00"}\n')
+    part = file_of(folder, "a.json", "{}")
+    for words, says in [
+            ([*identify, "--noise-floor", "nan"], "--noise-floor"), ([*identify, "--noise-floor", "-1"], "--noise-floor"),
+            ([*identify, "--seed", "-1"], "--seed"), (["campaign", world, "--seed", "-3"], "--seed"),
+            (["experiments", "--seed", "-3"], "--seed"), (["loop", "--plant", world, "--out", "x", "--seed", "-1"], "--seed"),
+            ([*identify, "--validate-columns", columns], "--validate-columns"),
+            (["campaign", "--merge", part, part, "--seed", "4"], "--seed"),
+            (["campaign", "--merge", part, part, "--flights", "3"], "--flights"),
+            ([*inject, "dead_zone=-5"], "dead_zone=-5"), ([*inject, "dead_zone=1e9"], "dead_zone=1e9"),
+            ([*inject, "stick_curve=0"], "stick_curve=0"), ([*inject, "steady_wind=1"], "added to roll"),
+            (["excite", "--fence", "-1"], "--fence"), (["excite", "--fence", "nan"], "--fence"),
+            (["autopilot", "--pty", folder / "pty", "--duration", "0.01", "--script", script], "s.txt:1: 'lose_acks'"),
+            (["experiments", "--rate", "1000"], "--rate"),
+            (["convert", log, "--columns", lacking, "--out", folder / "o.csv"], "m.toml:4: 'attitude_roll'"),
+            (["frames", "encode", encrypted], "e.jsonl:1: 'key_hex'"),
+            (["identify", "--foo"], "--foo"), (["mpc", "solve", "--foo"], "--foo")]:
+        yield from one_line(lab, words, says)
+        code, _, err = run(lab, *words)
+        if len(err) > 400:
+            yield f"{words}: a line of {len(err)} characters (exit code {code})"
+    yield from one_line(m100, ["fly", "--foo"], "--foo")
+
+
+def json_offences(m100, folder, vehicle, table, flight):
+    """Of what did not report as JSON before; the log that replay needs is of another test."""
+    answer = folder / "check.json"
+    code, out, err = run(m100, "check", "--vehicle", vehicle, "--gains", table, "--flight", flight, "--json", answer)
+    read = json.loads(answer.read_text()) if code == 0 else {}
+    if not read.get("agrees") or len(read["findings"]) != out.count("\n"):
+        yield f"m100 check --json: exit code {code}, {read}, {err}"
+
+
+def lab_json_offences(lab, folder):
+    log = file_of(folder, "j.csv", "t_s,rc_roll,roll\n" + "".join(
+        f"{k / 100:.2f},{1024 + 100 * (k // 50 % 2)},{0.01 * (k // 60 % 2)}\n" for k in range(1200)))
+    columns = file_of(folder, "j.toml", 'time = "t_s"\n[signals]\nstick_roll = { column = "rc_roll", offset = -1024 }\n'
+                                        'attitude_roll = "roll"\n')
+    answer = folder / "j.json"
+    code, _, err = run(lab, "convert", log, "--columns", columns, "--out", folder / "jo.csv", "--json", answer)
+    read = json.loads(answer.read_text()) if code == 0 else {}
+    if read.get("signals") != ["stick_roll", "attitude_roll"] or read["samples"] < 1000:
+        yield f"m100-lab convert --json: exit code {code}, {read}, {err}"
+    code, _, err = run(lab, "convert", log, "--list", "--json", answer)
+    if code != 0 or json.loads(answer.read_text())["columns"] != ["t_s", "rc_roll", "roll"]:
+        yield f"m100-lab convert --list --json: exit code {code}, {err}"
+    code, _, err = run(lab, "inject", "--log", log, "--columns", columns, "--axis", "roll", "--declare", "first_order",
+                       "--train", "0:11", "--effect", "dead_zone=20", "--out", folder / "ji.csv", "--json", answer)
+    read = json.loads(answer.read_text()) if code == 0 else {}
+    if read.get("effects") != {"dead_zone": 20.0} or "time_constant_s" not in read["declared"]["parameters"]:
+        yield f"m100-lab inject --json: exit code {code}, {read}, {err}"
+
+
+def main():
+    programs = {"m100": sys.argv[1], "m100-lab": sys.argv[2]}
+    vehicle, table, flight = sys.argv[3:6]
+    found = [one for name, program in programs.items() for one in help_offences(name, program)]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        found += escape_offences(programs["m100"], folder, vehicle, table)
+        found += key_offences(programs, folder)
+        found += option_offences(programs["m100-lab"], programs["m100"], folder)
+        found += json_offences(programs["m100"], folder, vehicle, table, flight)
+        found += lab_json_offences(programs["m100-lab"], folder)
+    for one in found:
+        print(one)
+    print(f"{len(found)} offences")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
