@@ -2,14 +2,51 @@
 // m100-lab: everything a PC does for the aircraft. One file per subcommand.
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <span>
+#include <string>
 
+#include "firmware/companion/command_line.h"
+#include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 
+namespace {
+
+using m100::companion::Example;
+
+constexpr Example kExamples[]{
+    {"campaign", "m100-lab campaign wind_8.toml late_75ms.toml --flights 5 --tasks hover,step_3m --json campaign.json"},
+    {"convert", "m100-lab convert flight.ulg --columns columns.toml --out flight.csv --map flight_columns.toml"},
+    {"excite", "m100-lab excite --axis roll,pitch --duration 40 --fence 4 --out sticks.csv --json forecast.json"},
+    {"frames decode", "m100-lab frames decode capture.bin --key-file key"},
+    {"frames encode", "m100-lab frames encode frames.jsonl --key-file key"},
+    {"experiments", "m100-lab experiments --only hover --seeds 3 --json experiments.json --report report"},
+    {"loop", "m100-lab loop --plant plant.toml --out found.toml --json loop.json --report report"},
+    {"identify",
+     "m100-lab identify --log flight.csv --columns columns.toml --axis roll --declare second_order "
+     "--train 12:38 --validate 38:54 --vehicle vehicle.toml --json roll.json"},
+    {"paper", "m100-lab paper --pitch-roll ExperimentPitchRoll.mat --height ExperimentHeight.mat"},
+    {"autopilot",
+     "m100-lab autopilot --pty /tmp/autopilot --pose-pty /tmp/pose --script script.txt --events events.jsonl"},
+    {"inject",
+     "m100-lab inject --log flight.csv --columns columns.toml --axis roll --train 12:38 --effect dead_zone=20 "
+     "--out with.csv --map with.toml"},
+    {"logs", "m100-lab logs --log flight.ulg --propose columns.toml"},
+    {"report", "m100-lab report report/roll.html report/experiments.html --out whole.html --title \"One flight\""},
+    {"gains", "m100-lab gains --vehicle vehicle.toml --table vehicle.gains --json margins.json"},
+    {"mpc solve", "m100-lab mpc solve instances.jsonl --scalar float"},
+    {"bridge", "m100-lab bridge --listen udp:9763 --to 192.168.1.20:14560 --mavlink-key mavlink.key"},
+    {"reference", "m100-lab reference"},
+    {"evening", "m100-lab evening my_m100 --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1"},
+};
+
+}  // namespace
+
 int main(int argc, char** argv) {
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);
+  lab.set_version_flag("--version", m100::companion::version_text("m100-lab"));
   lab.option_defaults()->always_capture_default();  // --help of every subcommand shows them
   lab.footer("Exit codes: 0 done, 1 the answer is no, 2 wrong use or bad input (one line on stderr).");
   m100::lab::add_campaign(lab);
@@ -29,6 +66,7 @@ int main(int argc, char** argv) {
   m100::lab::add_reference(lab);
   m100::lab::add_evening(lab);
   m100::lab::add_bridge(lab);
+  m100::companion::add_examples(lab, kExamples);
   if (argc > 1 && argv[1][0] != '-' &&
       lab.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
     std::cerr << "m100-lab: no subcommand '" << m100::lab::printable(argv[1], 60) << "'; --help lists them\n";
@@ -40,6 +78,12 @@ int main(int argc, char** argv) {
     return stop.get_exit_code();
   } catch (const CLI::Success& help) {
     return lab.exit(help);
+  } catch (const CLI::RequiredError& wrong) {
+    const std::string unknown = m100::companion::unknown_option(lab, std::span(argv + 1, argv + argc));
+    std::cerr << "m100-lab: "
+              << m100::lab::printable(unknown.empty() ? wrong.what() : unknown + ": no such option; see --help")
+              << "\n";
+    return m100::lab::kBadInput;
   } catch (const CLI::ParseError& wrong) {
     std::cerr << "m100-lab: " << m100::lab::printable(wrong.what()) << "\n";
     return m100::lab::kBadInput;

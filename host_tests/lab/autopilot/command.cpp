@@ -11,10 +11,12 @@
 #include <optional>
 #include <string>
 
+#include "firmware/companion/files/file_use.h"
 #include "hal/linux/simulated_port.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/key_file.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/ports/world.h"
@@ -28,7 +30,7 @@ namespace {
 volatile std::sig_atomic_t stop_signal = 0;
 void ask_to_stop(int) { stop_signal = 1; }
 
-std::string read_text(const std::string& path) { return whole_file(path); }
+std::string read_text(const std::string& path) { return whole_file(path, companion::kMostTextBytes); }
 
 std::vector<sim::N1ScriptLine> read_script(const std::string& path) {
   try {
@@ -55,8 +57,26 @@ void expect_one_line(const Options& options) {
   }
 }
 
+void check_files(const Options& options) {
+  companion::FileUse use;
+  use.reads("--plant", options.plant)
+      .reads("--plant-from", options.plant_from)
+      .reads("--key-file", options.key_file)
+      .reads("--script", options.script == kLiveScript ? "" : options.script)
+      .reads("--board", options.board)
+      .writes("--events", options.events);
+  for (const auto& [option, link] : {std::pair("--pty", options.pty), std::pair("--pose-pty", options.pose_pty)}) {
+    use.names(option, hal::is_simulated(link) ? "" : link);
+  }
+  for (const char* const end : {"", ".pose", ".n1", ".n1.pose"}) {
+    use.names("--sim", options.simulated.empty() ? "" : options.simulated + end);
+  }
+  use.check();
+}
+
 void run(const Options& options) {
   expect_one_line(options);
+  check_files(options);
   const sim::Plant plant = sim::plant_of_options(options.plant, options.plant_from);
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
@@ -95,7 +115,6 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option(
          "--board", options.board,
          "flight image to run in QEMU instead (m100_mps2.elf): its UART1 is the line, its UART2 the pose, in lockstep")
-      ->check(CLI::ExistingFile)
       ->excludes("--pty");
   app.add_option("--course", options.course, "of the board")
       ->check(CLI::IsMember({"hover", "step", "trajectory"}))
@@ -104,7 +123,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option(
       "--plant-from", options.plant_from,
       "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
-  app.add_option("--seed", options.seed, "of every noise");
+  app.add_option("--seed", options.seed, "of every noise")->check(whole_number());
   app.add_option("--rc-mode", options.mode, "mode switch of the remote controller at the start")
       ->check(CLI::IsMember({"F", "A", "P"}));
   app.add_option(

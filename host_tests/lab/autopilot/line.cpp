@@ -141,10 +141,6 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
 }  // namespace
 
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
-  std::optional<EventFile> events;
-  if (!options.events.empty()) {
-    events.emplace(options.events);
-  }
   std::signal(SIGPIPE, SIG_IGN);  // a client that leaves
   const bool own_world = !options.simulated.empty();
   std::optional<OwnWorld> world;
@@ -154,6 +150,10 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
   const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
   LineEnd line(name, options.baud);
+  std::optional<EventFile> events;  // after the line: where that is refused, the events of a run before stay
+  if (!options.events.empty()) {
+    events.emplace(options.events);
+  }
   sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, 1.5});
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);
   autopilot.happen(sim::N1Happening::kLoss, options.loss);

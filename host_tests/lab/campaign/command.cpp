@@ -11,10 +11,12 @@
 #include <span>
 #include <thread>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/campaign/page.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -44,7 +46,7 @@ struct Options {
   std::string report;
 };
 
-std::string read_text(const std::string& path) { return whole_file(path); }
+std::string read_text(const std::string& path) { return whole_file(path, companion::kMostTextBytes); }
 
 std::vector<World> read_worlds(const Options& options) {
   std::vector<World> worlds;
@@ -131,13 +133,14 @@ void run(const Options& options) {
   if (options.worlds.empty() == options.merge.empty()) {
     throw InputError("campaign", 0, "", "give the worlds to fly (plant files), or --merge with the parts to join");
   }
-  std::vector<std::string> inputs = options.merge;
-  inputs.insert(inputs.end(), options.worlds.begin(), options.worlds.end());
-  inputs.insert(inputs.end(), {options.vehicle, options.plant_from});
-  for (const std::string& input : inputs) {
-    refuse_overwriting(input, options.json, "--json");
-  }
-  require_writable(options.json, "--json");
+  companion::FileUse()
+      .reads("--merge", options.merge)
+      .reads("worlds", options.worlds)
+      .reads("--vehicle", options.vehicle)
+      .reads("--plant-from", options.plant_from)
+      .writes("--json", options.json)
+      .fills("--report", options.report, "campaign.html")
+      .check();
   const Json report = options.merge.empty() ? flown(options) : merged(options.merge);
   print_table(std::cout, report);
   if (!options.json.empty()) {
@@ -168,7 +171,7 @@ void add_campaign(CLI::App& lab) {
   command->add_option("worlds", options->worlds, "plant files (TOML), each a world");
   command->add_option("--flights", options->flights, "flights of each task in each world, seeds counted up")
       ->check(CLI::Range(1, 100000));
-  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
   command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
   command->add_option("--plant-from", options->plant_from,
                       "vehicle file whose axes, drag and thrust the worlds have instead of the measured ones");
@@ -181,7 +184,14 @@ void add_campaign(CLI::App& lab) {
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
   command->add_option("--jobs", options->jobs, "flights at the same time; 0: one per core")->check(CLI::Range(0, 4096));
   command->add_option("--split", options->split, "I/N: fly only part I of N, to be joined by --merge");
-  command->add_option("--merge", options->merge, "results of parts (--json) to join instead of flying");
+  CLI::Option* const merge =
+      command->add_option("--merge", options->merge, "results of parts (--json) to join instead of flying");
+  for (CLI::Option* const option : command->get_options()) {
+    const std::string name = option->get_name();
+    if (name != "--merge" && name != "--help") {
+      merge->excludes(option);  // the parts say how they were flown
+    }
+  }
   command->add_option("--json", options->json, "file for the numbers");
   command->add_option("--report", options->report, "folder for the page with heat maps (campaign.html)");
   command->callback([options] { campaign::run(*options); });

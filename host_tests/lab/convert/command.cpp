@@ -1,40 +1,81 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab convert: any log that can be read, as CSV in canonical units on a uniform clock.
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/write_csv.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
 
 struct Options {
-  std::string log, columns, out, map;
+  std::string log, columns, out, map, json;
   double rate_hz = 100.0;
   bool list = false;
 };
 
-void run(const Options& options) {
-  if (options.list) {
-    for (const std::string& name : logs::open_log(options.log)->names()) {
-      std::cout << printable(name) << "\n";
+void write_json(const Options& options, const nlohmann::ordered_json& result) {
+  if (options.json.empty()) {
+    return;
+  }
+  std::ofstream file(options.json);
+  file << result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+  file.flush();
+  if (!file) {
+    throw InputError(options.json, 0, "--json", "cannot be written");
+  }
+}
+
+nlohmann::ordered_json to_json(const Options& options, const logs::FlightLog& log) {
+  nlohmann::ordered_json signals = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < logs::kSignals; ++i) {
+    if (log.has(static_cast<logs::Signal>(i))) {
+      signals.push_back(logs::kSignalNames[i]);
     }
+  }
+  return {{"log", options.log},
+          {"out", options.out},
+          {"samples", log.size},
+          {"from_s", log.start_s},
+          {"to_s", log.time_s(log.size - 1)},
+          {"rate_hz", options.rate_hz},
+          {"signals", std::move(signals)},
+          {"alignment", {{"evidence", log.alignment.evidence}}},
+          {"notes", log.notes}};
+}
+
+/// Only what columns there are.
+void list(const Options& options) {
+  const std::vector<std::string> names = logs::open_log(options.log)->names();
+  for (const std::string& name : names) {
+    std::cout << printable(name) << "\n";
+  }
+  write_json(options, {{"log", options.log}, {"columns", names}});
+}
+
+void run(const Options& options) {
+  companion::FileUse()
+      .reads("--log", options.log)
+      .reads("--columns", options.columns)
+      .writes("--out", options.out)
+      .writes("--map", options.map)
+      .writes("--json", options.json)
+      .check();
+  if (options.list) {
+    list(options);
     return;
   }
   if (options.columns.empty() || options.out.empty()) {
     throw InputError("convert", 0, options.columns.empty() ? "--columns" : "--out", "is needed (or --list)");
   }
-  for (const std::string& input : {options.log, options.columns}) {
-    refuse_overwriting(input, options.out, "--out");
-    refuse_overwriting(input, options.map, "--map");
-  }
-  require_writable(options.out, "--out");
-  require_writable(options.map, "--map");
   const logs::FlightLog log = logs::load(options.log, options.columns, 1.0 / options.rate_hz);
   logs::write_csv(log, options.out);
   if (!options.map.empty()) {
@@ -45,6 +86,7 @@ void run(const Options& options) {
   for (const std::string& note : log.notes) {
     std::cout << "  " << printable(note) << "\n";
   }
+  write_json(options, to_json(options, log));
 }
 
 }  // namespace
@@ -57,7 +99,8 @@ void add_convert(CLI::App& lab) {
   app->add_option("--columns", options->columns, "column map (TOML)");
   app->add_option("--out", options->out, "CSV to write");
   app->add_option("--map", options->map, "also write the column map that reads it back");
-  app->add_option("--rate", options->rate_hz, "samples per second")->check(CLI::Range(1.0, 10000.0));
+  app->add_option("--rate", options->rate_hz, "samples per second")->check(from_to(1.0, 10000.0));
+  app->add_option("--json", options->json, "what was written, or with --list the columns, as JSON");
   app->add_flag("--list", options->list, "only list the columns that the log has");
   app->callback([options] { run(*options); });
 }

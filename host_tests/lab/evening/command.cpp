@@ -254,7 +254,6 @@ void add_evening(CLI::App& lab) {
   command->add_option("--key-file", settings.key_file, "on the board: the app's key; encrypts commands");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
   command->add_flag("--list", options->list, "print the steps and which are done; do nothing");
-  command->footer("Example: m100-lab evening my_m100 --port /dev/ttyUSB0 --pose-port /dev/ttyUSB1");
   command->callback([options] { run(*options); });
 }
 

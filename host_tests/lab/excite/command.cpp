@@ -10,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 
@@ -159,6 +161,11 @@ nlohmann::json to_json(const Made& one) {
 }
 
 void run(const Options& options) {
+  companion::FileUse()
+      .reads("--vehicle", options.vehicle)
+      .writes("--out", options.out)
+      .writes("--json", options.json)
+      .check();
   const model::Vehicle vehicle =
       options.vehicle.empty() ? mpc::generated::kVehicle : companion::load_vehicle(options.vehicle).vehicle;
   std::vector<Made> all;
@@ -201,7 +208,7 @@ void add_excite(CLI::App& lab) {
   app->add_option("--amplitude", options->wish.amplitude_counts, "stick counts");
   app->add_option("--duration", options->wish.duration_s, "seconds on each axis");
   app->add_option("--fence", options->wish.fence_m, "metres from the start (yaw_rate: rad)")
-      ->check(CLI::PositiveNumber);
+      ->check(from_to(0.1, 1000.0));
   app->add_option("--brake", options->wish.brake_m_s2, "deceleration that the abort counts on");
   app->add_option("--vehicle", options->vehicle, "vehicle file; without it the project's default");
   app->add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");

@@ -6,14 +6,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::lab {
@@ -69,11 +70,17 @@ void write_json(const std::string& path, const nlohmann::json& json) {
 }
 
 /// Before the flights: they take minutes.
-void check_outputs(const Options& options) {
-  for (const std::string& input : {options.plant, options.plant_from, options.vehicle}) {
-    refuse_overwriting(input, options.json, "--json");
-  }
-  require_writable(options.json, "--json");
+void check_files(const Options& options) {
+  companion::FileUse()
+      .reads("--plant", options.plant)
+      .reads("--plant-from", options.plant_from)
+      .reads("--vehicle", options.vehicle)
+      .writes("--json", options.json)
+      .fills("--report", options.report,
+             options.rates    ? "rates.html"
+             : options.motion ? "motion.html"
+                              : "experiments.html")
+      .check();
 }
 
 std::string about(const Options& options) {
@@ -114,7 +121,7 @@ void run_far(const Options& options) {
 void run(const Options& options) {
   link::ChannelConfig channel{.channel = suite_of(options).channel, .rate_hz = options.rate_hz};
   if (!link::command_period(channel)) {
-    throw InputError("", 0, "--rate", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
+    throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
   }
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
   experiments::print_table(std::cout, results);
@@ -143,7 +150,7 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--only", options->only, "one task")
       ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind",
                              "step_30m", "square_3m", "brake_at_fence"}));
-  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
   command->add_option("--seeds", options->seeds, "flights per cell, seeds counted up")->check(CLI::Range(1, 1000));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
@@ -160,7 +167,7 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
   command->callback([options] {
-    check_outputs(*options);
+    check_files(*options);
     const bool far = options->tasks == "far";
     options->rates    ? run_rates(*options)
     : options->motion ? run_motion(*options)

@@ -13,6 +13,7 @@
 #include <span>
 #include <sstream>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/frames/frame_text.h"
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
@@ -26,8 +27,12 @@ namespace m100::lab {
 namespace {
 
 struct Options {
-  std::string file;  ///< empty or "-": standard input
+  std::string file;  ///< empty or "-": standard input, the way for whatever has no end
   std::string key_file;
+
+  void check_files() const {
+    companion::FileUse().reads("file", file == "-" ? "" : file).reads("--key-file", key_file).check();
+  }
 };
 
 /// Standard input, or the file that is named. Bytes are handed on as they come, so that a live port can be watched.
@@ -86,6 +91,7 @@ Json statistics(const protocol::FrameParser& parser) {
 }
 
 void decode(const Options& options) {
+  options.check_files();
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
     cipher.emplace(read_key(options.key_file));
@@ -103,6 +109,7 @@ void decode(const Options& options) {
 }
 
 void encode(const Options& options) {
+  options.check_files();
   std::optional<protocol::CipherKey> key;
   if (!options.key_file.empty()) {
     key = read_key(options.key_file);

@@ -79,7 +79,7 @@ std::string explain(core::Status status) {
     case core::Status::kOutOfRange:
       return "longer than a frame can be";
     case core::Status::kUnavailable:
-      return "an encrypted frame needs key_hex (or --key)";
+      return "an encrypted frame needs its key_hex (or --key-file)";
     default:
       return std::string(core::name(status));
   }
@@ -122,7 +122,7 @@ std::vector<std::byte> frame_from_line(const Json& line, const LineOrigin& origi
   std::array<std::byte, protocol::kMaxFrameBytes> space;
   const auto frame = encode_frame(envelope, id ? &*id : nullptr, value, space, cipher ? &*cipher : nullptr, filler);
   if (!frame) {
-    reader.fail("payload_hex", explain(frame.status()));
+    reader.fail(frame.status() == core::Status::kUnavailable ? "key_hex" : "payload_hex", explain(frame.status()));
   }
   const std::size_t data_bytes = value.size() + (id ? protocol::kMessageIdBytes : 0);
   const std::size_t padding = frame->size() - protocol::kFrameOverheadBytes - data_bytes;

@@ -8,10 +8,10 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/mode.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/flight.h"
@@ -22,6 +22,7 @@
 #include "host_tests/lab/gains/tune.h"
 #include "host_tests/lab/gains/write_tables.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -126,9 +127,7 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Stru
 /// Writes the bytes, or with `check` compares them with what is there. @returns false when they differ.
 bool put(const std::string& path, std::string_view bytes, bool check) {
   if (check) {
-    std::ifstream stream(path, std::ios::binary);
-    const std::string there((std::istreambuf_iterator<char>(stream)), {});
-    if (!stream || there != bytes) {
+    if (whole_file(path) != bytes) {
       std::fprintf(stderr, "m100-lab: %s: is not what this vehicle file gives\n", path.c_str());
       return false;
     }
@@ -143,16 +142,16 @@ bool put(const std::string& path, std::string_view bytes, bool check) {
   return true;
 }
 
-/// Before the work: every output has a place, and none is the file that is read.
-void check_outputs(const Options& options) {
-  const std::array<std::pair<const std::string*, const char*>, 4> outputs{
-      {{&options.header, "--out"}, {&options.table, "--table"}, {&options.json, "--json"}, {&options.tuned, "--tune"}}};
-  for (const auto& [file, option] : outputs) {
-    refuse_overwriting(options.vehicle, *file, option);
-    if (!options.check || file == &options.tuned) {
-      require_writable(*file, option);
-    }
+/// Before the work; with --check, header and table are read, and no margins are reported.
+void check_files(const Options& options) {
+  companion::FileUse use;
+  use.reads("--vehicle", options.vehicle).reads("--rival", options.rivals).writes("--tune", options.tuned);
+  if (options.check) {
+    use.reads("--out", options.header).reads("--table", options.table);
+  } else {
+    use.writes("--out", options.header).writes("--table", options.table).writes("--json", options.json);
   }
+  use.check();
 }
 
 /// The vehicle file's own, and those of --rival.
@@ -193,7 +192,7 @@ void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structu
 }
 
 void run(const Options& options) {
-  check_outputs(options);
+  check_files(options);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
   std::vector<std::byte> bytes;  // of the table file: one mode after the other, see companion::FlightModel
@@ -254,7 +253,7 @@ void add_gains(CLI::App& lab) {
                    "where the set-point law holds: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
                    "previous input [rad], steady input [rad]; 6 4 0.5 2 0.75 0.31 unless told")
       ->expected(6)
-      ->check(CLI::PositiveNumber);
+      ->check(from_to(1e-6, 1e6));
   command->add_flag("--corners", options->corners, "as flown, over gain and frequency +-20 % of every structure");
   command->add_flag("--check", options->check, "compare with the files that are there instead of writing them");
   command->callback([options] { run(*options); });

@@ -100,7 +100,8 @@ class Record {
   long line_;
 };
 
-constexpr double kLongestStep_s = 10.0;  // an aircraft that is told so rarely is not controlled
+constexpr double kShortestStep_s = 1e-4;  // below, nothing moves within the horizon
+constexpr double kLongestStep_s = 10.0;   // an aircraft that is told so rarely is not controlled
 
 AxisProblem read_model(const Record& record) {
   const auto n = static_cast<Eigen::Index>(record.number("nx"));
@@ -122,11 +123,17 @@ AxisProblem read_model(const Record& record) {
   out.tilt_sign = record.has("tilt_sign") ? record.number("tilt_sign") : 1.0;
   out.acceleration_per_tilt = model::kGravity_m_s2;
   out.drag_per_s = 0.01;
-  if (!(out.r > 0) || out.rd < 0 || (out.q.array() < 0).any()) {
-    record.fail("R", "weights must not be negative, and R must be positive");
+  if (!(out.r > 0)) {
+    record.fail("R", "must be positive");
   }
-  if (const double dt_s = record.has("dt") ? record.number("dt") : 0.1; !(dt_s > 0.0 && dt_s <= kLongestStep_s)) {
-    record.fail("dt", "must be above 0 and at most 10 s");
+  if (out.rd < 0) {
+    record.fail("Rd", "must not be negative");
+  }
+  if ((out.q.array() < 0).any()) {
+    record.fail("Q", "must not be negative");
+  }
+  if (const double dt_s = record.number("dt"); !(dt_s >= kShortestStep_s && dt_s <= kLongestStep_s)) {
+    record.fail("dt", "must be from 0.0001 to 10 s");
   }
   if (!(out.u_min < out.u_max)) {
     record.fail("u_min", "must be below u_max");
@@ -137,10 +144,16 @@ AxisProblem read_model(const Record& record) {
   return out;
 }
 
+constexpr double kLargestId = 2147483647.0;  // also where a long has 32 bits
+
 Instance read_problem(const Record& record, const AxisProblem& model) {
   Instance out;
   mpc::Problem<double>& problem = out.problem;
-  out.id = static_cast<long>(record.number("id"));
+  const double id = record.number("id");
+  if (id != std::floor(id) || std::abs(id) > kLargestId) {
+    record.fail("id", "must be a whole number");
+  }
+  out.id = static_cast<long>(id);
   out.tag = record.has("tag") ? record.text("tag") : "";
   const std::vector<double> x0 = record.numbers("x0", static_cast<std::size_t>(model.step.a.rows()));
   std::copy(x0.begin(), x0.end(), problem.state.begin());
@@ -171,7 +184,7 @@ InstanceFile read_instances(std::istream& lines, const std::string& name) {
       continue;
     }
     const Record record(text, name, line);
-    const std::string type = record.has("type") ? record.text("type") : "qp";
+    const std::string type = record.text("type");
     if (type == "model") {
       known[record.text("name")] = out.models.size();
       out.names.push_back(record.text("name"));

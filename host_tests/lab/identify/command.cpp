@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -14,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/identify/answer/forecast.h"
 #include "host_tests/lab/identify/answer/json.h"
 #include "host_tests/lab/identify/answer/report.h"
@@ -22,6 +25,7 @@
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -52,20 +56,36 @@ logs::FlightLog load_all(const Options& options) {
   return logs::joined(std::move(all));
 }
 
-/// Outputs are looked at before the work: a name that cannot be written, or that would overwrite what is read.
-void check_outputs(const Options& options) {
-  std::vector<std::string> inputs = options.logs;
-  inputs.insert(inputs.end(), options.columns.begin(), options.columns.end());
-  inputs.push_back(options.validation_log);
-  inputs.push_back(options.validation_columns);
-  inputs.push_back(options.forecast);
-  for (const std::string& input : inputs) {
-    refuse_overwriting(input, options.json, "--json");
-    refuse_overwriting(input, options.vehicle, "--vehicle");
+/// The log of --validate-log, where there is one.
+std::optional<logs::FlightLog> load_other(const Options& options) {
+  if (options.validation_log.empty()) {
+    if (!options.validation_columns.empty()) {
+      throw InputError("--validate-columns", 0, "", "is of --validate-log, which is not given");
+    }
+    return std::nullopt;
   }
-  refuse_overwriting(options.believed, options.json, "--json");  // --vehicle may bring the same file up to date
-  require_writable(options.json, "--json");
-  require_writable(options.vehicle, "--vehicle");
+  return logs::load(options.validation_log,
+                    options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
+}
+
+/// Files are looked at before the work: what cannot be read or written, or would overwrite what is read.
+void check_files(const Options& options) {
+  companion::FileUse()
+      .reads("--log", options.logs)
+      .reads("--columns", options.columns)
+      .reads("--validate-log", options.validation_log)
+      .reads("--validate-columns", options.validation_columns)
+      .reads("--vehicle-believed", options.believed == options.vehicle ? "" : options.believed)  // brought up to date
+      .reads("--forecast", options.forecast)
+      .writes("--json", options.json)
+      .writes("--vehicle", options.vehicle)
+      .fills("--report", options.report, options.axis + ".html")
+      .check();
+  for (const std::string& vehicle : {options.believed, options.vehicle}) {
+    if (!vehicle.empty() && std::filesystem::exists(vehicle)) {
+      (void)companion::load_vehicle(vehicle);  // what it says is wanted after the work; that it can be read, before
+    }
+  }
 }
 
 /// @throws InputError where the log cannot tell the gain of a stick: a vehicle file holds it per count.
@@ -102,14 +122,22 @@ std::string base_names(const std::vector<std::string>& files) {
   return out;
 }
 
-/// What the flight was made for, beside what it showed; a sentence on stdout. Empty: no forecast, or of another axis.
-nlohmann::ordered_json compared(const Options& options, const identify::IdentifyResult& result) {
+/// Null: there is none. @throws InputError
+nlohmann::json read_forecast(const Options& options) {
   if (options.forecast.empty()) {
-    return {};
+    return nullptr;
   }
-  const nlohmann::json forecast = nlohmann::json::parse(whole_file(options.forecast), nullptr, false);
+  nlohmann::json forecast = nlohmann::json::parse(whole_file(options.forecast), nullptr, false);
   if (!forecast.is_object() || !forecast.contains("forecast")) {
     throw InputError(options.forecast, 0, "", "is no forecast of m100-lab excite --json");
+  }
+  return forecast;
+}
+
+/// What the flight was made for, beside what it showed; a sentence on stdout. Empty: no forecast, or of another axis.
+nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::IdentifyResult& result) {
+  if (forecast.is_null()) {
+    return {};
   }
   nlohmann::ordered_json comparison = identify::compare_with_forecast(forecast, result);
   if (!comparison.empty()) {
@@ -169,18 +197,11 @@ void write_json(const Options& options, const identify::IdentifyResult& result,
 }
 
 void run(const Options& options) {
-  check_outputs(options);
-  if (options.validation_log.empty() && !options.validation_columns.empty()) {
-    throw InputError("--validate-columns", 0, options.validation_columns,
-                     "is a map for --validate-log, which is missing");
-  }
+  check_files(options);
+  const nlohmann::json forecast = read_forecast(options);
   const logs::FlightLog log = load_all(options);
   check_gain_of_sticks(options, log);
-  std::optional<logs::FlightLog> other;
-  if (!options.validation_log.empty()) {
-    other = logs::load(options.validation_log,
-                       options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
-  }
+  const std::optional<logs::FlightLog> other = load_other(options);
   identify::Request request;
   request.axis = options.axis;
   request.declared = parts(options.declare, ',');
@@ -213,8 +234,9 @@ void run(const Options& options) {
       result.findings.push_back(identify::note(homeless));
     }
   }
+  identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
-  const nlohmann::ordered_json comparison = compared(options, result);
+  const nlohmann::ordered_json comparison = compared(forecast, result);
   write_json(options, result, comparison);
   if (!options.report.empty()) {
     const identify::ReportOrigin origin{base_names(options.logs),
@@ -257,7 +279,7 @@ void add_identify(CLI::App& lab) {
   app->add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
   app->add_option("--validate-columns", options->validation_columns, "its column map, if not the same");
   app->add_option("--noise-floor", options->noise_floor, "root mean square that the air leaves, unit of the axis")
-      ->check(CLI::NonNegativeNumber);
+      ->check(from_to(0.0, 1e6));
   app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
   app->add_option("--vehicle-believed", options->believed,
                   "vehicle file that was believed: its numbers are set against those found");
@@ -266,7 +288,7 @@ void add_identify(CLI::App& lab) {
   app->add_option("--json", options->json, "result as JSON");
   app->add_option("--report", options->report, "folder for the HTML report");
   app->add_option("--draws", options->draws, "bootstrap draws")->check(CLI::Range(0, 10000));
-  app->add_option("--seed", options->seed, "of the bootstrap");
+  app->add_option("--seed", options->seed, "of the bootstrap")->check(whole_number());
   app->callback([options] { run(*options); });
 }
 

@@ -168,6 +168,24 @@ void split(const std::string& text, const std::string& within, const logs::Fligh
   }
 }
 
+void date_findings(const Request& request, std::vector<Finding>& findings) {
+  if (request.train.empty()) {
+    return;
+  }
+  Range used = request.train.front();
+  for (const std::vector<Range>& part : {request.train, request.validate}) {
+    for (const Range& range : part) {
+      used = {std::min(used.first, range.first), std::max(used.second, range.second)};
+    }
+  }
+  for (Finding& finding : findings) {
+    if (!(finding.to_s > finding.from_s)) {
+      finding.from_s = used.first;
+      finding.to_s = used.second;
+    }
+  }
+}
+
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings) {
   for (const auto& [signal, gap] : log.signal_gap) {
     std::size_t samples = 0;

@@ -28,4 +28,7 @@ void refuse_data_used_twice(const Request& request);
 /// Adds a finding "gap" for each signal that was not sampled inside of the ranges.
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings);
 
+/// A finding that is about all the data that were used, such as a note, gets their first and last moment.
+void date_findings(const Request& request, std::vector<Finding>& findings);
+
 }  // namespace m100::lab::identify

@@ -4,49 +4,81 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
 
 struct Options {
-  std::string log, columns, axis, declare, train, effect, out, map;
+  std::string log, columns, axis, declare, train, effect, out, map, json;
 };
 
-hidden::Hidden effects_of(const std::string& text) {
+hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   hidden::Hidden out;
   for (const std::string& one : parts(text, ',')) {
     const std::vector<std::string> halves = parts(one, '=');
     if (halves.size() != 2) {
       throw InputError("--effect", 0, one, "an effect is NAME=VALUE");
     }
-    if (!hidden::can_add(halves[0])) {
-      throw InputError("--effect", 0, halves[0], "no effect that can be added");
+    const std::optional<model::Interval> range = hidden::addable(halves[0], axis);
+    if (!range) {
+      throw InputError("--effect", 0, halves[0], "no effect that can be added to " + axis);
     }
-    out[halves[0]] = number("--effect", halves[1]);
+    const double value = number("--effect", halves[1]);
+    if (value < range->low || value > range->high) {
+      std::ostringstream text_of_range;
+      text_of_range << "is outside [" << range->low << ", " << range->high << "]";
+      throw InputError("--effect", 0, one, text_of_range.str());
+    }
+    out[halves[0]] = value;
   }
   return out;
 }
 
-void run(const Options& options) {
-  for (const std::string& input : {options.log, options.columns}) {
-    refuse_overwriting(input, options.out, "--out");
-    refuse_overwriting(input, options.map, "--map");
+void write_json(const Options& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
+  if (options.json.empty()) {
+    return;
   }
-  require_writable(options.out, "--out");
-  require_writable(options.map, "--map");
+  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  for (const identify::NamedValue& one : fitted.parameters) {
+    parameters[one.name] = one.value;
+  }
+  std::ofstream file(options.json);
+  file << nlohmann::ordered_json{{"log", options.log},
+                                 {"out", options.out},
+                                 {"axis", options.axis},
+                                 {"effects", effects},
+                                 {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}}
+              .dump(1, ' ', false, nlohmann::json::error_handler_t::replace)
+       << "\n";
+  file.flush();
+  if (!file) {
+    throw InputError(options.json, 0, "--json", "cannot be written");
+  }
+}
+
+void run(const Options& options) {
+  companion::FileUse()
+      .reads("--log", options.log)
+      .reads("--columns", options.columns)
+      .writes("--out", options.out)
+      .writes("--map", options.map)
+      .writes("--json", options.json)
+      .check();
+  const hidden::Hidden effects = effects_of(options.effect, options.axis);
   const logs::FlightLog log = logs::load(options.log, options.columns);
-  const hidden::Hidden effects = effects_of(options.effect);
   identify::ModelResult fitted;
   if (options.axis != "translation") {
     identify::Request request;
@@ -69,6 +101,7 @@ void run(const Options& options) {
     logs::write_column_map(out, options.map);
   }
   std::cout << options.out << ": " << options.effect << " added to " << options.axis << " of " << options.log << "\n";
+  write_json(options, fitted, effects);
 }
 
 }  // namespace
@@ -78,7 +111,9 @@ void add_inject(CLI::App& lab) {
   auto options = std::make_shared<Options>();
   app->add_option("--log", options->log, "flight log")->required();
   app->add_option("--columns", options->columns, "column map (TOML)")->required();
-  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")->required();
+  app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
+      ->required()
+      ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
   app->add_option("--declare", options->declare, "model that the effect is added to, as for identify")
       ->default_val("second_order");
   app->add_option("--train", options->train, "FROM:TO, where that model is fitted; not for translation");
@@ -86,6 +121,7 @@ void add_inject(CLI::App& lab) {
       ->required();
   app->add_option("--out", options->out, "CSV to write")->required();
   app->add_option("--map", options->map, "also write its column map");
+  app->add_option("--json", options->json, "what was added, and to which fitted model, as JSON");
   app->callback([options] { run(*options); });
 }
 

@@ -154,9 +154,24 @@ void into_translation(FlightLog& log, const Hidden& effects) {
 
 }  // namespace
 
-bool can_add(const std::string& effect) {
+std::optional<model::Interval> addable(const std::string& effect, const std::string& axis) {
+  if (axis == "translation") {
+    if (!moves_the_aircraft(effect)) {
+      return std::nullopt;
+    }
+    const model::TranslationEffect& row = *model::translation_effect(effect);
+    const bool searched_first = row.parameters[0].name.starts_with("frequency");
+    const model::EffectParameter& number = row.parameters[searched_first ? 1 : 0];
+    return model::Interval{number.low, number.high};
+  }
+  const model::AxisUnit unit = axis == "yaw_rate" ? model::AxisUnit::kYawRate_rad_s
+                               : axis == "climb"  ? model::AxisUnit::kClimb_m_s
+                                                  : model::AxisUnit::kTilt_rad;
   const model::AxisEffect* row = model::axis_effect(effect);
-  return moves_the_aircraft(effect) || (row != nullptr && row->typical.size != 0.0 && StickPath::knows(effect));
+  if (row == nullptr || row->typical.size == 0.0 || !StickPath::knows(effect) || !row->numbers[0].file.exists(unit)) {
+    return std::nullopt;
+  }
+  return row->numbers[0].file.range[static_cast<std::size_t>(unit)];
 }
 
 FlightLog inject(const FlightLog& log, const std::string& axis, const identify::ModelResult& fitted,

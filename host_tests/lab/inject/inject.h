@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "firmware/model/axis_effect.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/answer/result.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::hidden {
 
-/// Whether inject() knows how to make this effect, of a stick axis or of translation.
-bool can_add(const std::string& effect);
+/// The values with which inject() can make this effect on this axis ("translation" is one): the range of the vehicle
+/// file, or of the effect's first number that is not searched. Nothing: it cannot.
+std::optional<model::Interval> addable(const std::string& effect, const std::string& axis);
 
 /// Adds named effects to a measured flight, everything else of it staying as it was.
 ///

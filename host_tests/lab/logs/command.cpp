@@ -8,12 +8,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
@@ -82,10 +82,11 @@ void write_text(const std::string& file, const std::string& option, const std::s
 }
 
 void run(const Options& options) {
-  for (const auto& [file, option] : {std::pair(options.json, "--json"), std::pair(options.map, "--propose")}) {
-    refuse_overwriting(options.log, file, option);
-    require_writable(file, option);
-  }
+  companion::FileUse()
+      .reads("--log", options.log)
+      .writes("--json", options.json)
+      .writes("--propose", options.map)
+      .check();
   const std::unique_ptr<logs::RawLog> log = logs::open_log(options.log);
   const std::vector<logs::TopicSummary> topics = log->topics();
   double from_s = 0.0;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
@@ -76,8 +77,8 @@ class CsvLog final : public RawLog {
   RawColumn column(const std::string& name, const std::string& asked_by) const override {
     const auto found = std::find(names_.begin(), names_.end(), name);
     if (found == names_.end()) {
-      throw InputError(file(), header_line_, name,
-                       "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names_, name));
+      throw NoSuchColumn(file(), header_line_, name,
+                         "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names_, name));
     }
     const auto index = static_cast<std::size_t>(found - names_.begin());
     RawColumn column;

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/logs/quaternion.h"
 #include "host_tests/lab/logs/stream.h"
 
@@ -68,14 +69,14 @@ class Loader {
 
  private:
   void read_clock() {
-    const RawColumn clock = raw_.column(map_.time.column, "time");
+    const RawColumn clock = column(map_.time, map_.time.column, "time");
     clock_s_.reserve(clock.values.size());
     for (const double raw : clock.values) {
       clock_s_.push_back(map_.time.scale * (raw + map_.time.offset));
     }
     counter_ = clock.sequence;
     if (const auto& mapped = map_.signals[static_cast<std::size_t>(Signal::kSequence)]) {
-      counter_ = raw_.column(mapped->column, "sequence").values;
+      counter_ = column(*mapped, mapped->column, "sequence").values;
     }
     if (counter_.size() != clock_s_.size()) {
       counter_.clear();
@@ -190,20 +191,29 @@ class Loader {
     }
   }
 
+  /// One column of the log; where it has none of that name, the line of the map that asked for it.
+  RawColumn column(const ColumnRef& ref, const std::string& name, const std::string& key) const {
+    try {
+      return raw_.column(name, key);
+    } catch (const NoSuchColumn& wrong) {
+      throw InputError(map_.file, ref.line, key, wrong.what());
+    }
+  }
+
   /// Times and scaled values of one column. @param shift out: samples by which its counter moved it, if not null.
   Stream stream_of(const ColumnRef& ref, const std::string& key, int* shift) {
-    RawColumn column = raw_.column(ref.column, key);
+    RawColumn column = this->column(ref, ref.column, key);
     for (double& value : column.values) {
       value = ref.scale * (value + ref.offset);
     }
     if (!ref.time.empty()) {
-      column.time_s = raw_.column(ref.time, key + ".time").values;
+      column.time_s = this->column(ref, ref.time, key + ".time").values;
       for (double& t : column.time_s) {
         t = map_.time.scale * (t + map_.time.offset);
       }
     }
     if (!ref.sequence.empty()) {
-      column.sequence = raw_.column(ref.sequence, key + ".sequence").values;
+      column.sequence = this->column(ref, ref.sequence, key + ".sequence").values;
     }
     Stream stream{.time_s = column.time_s.empty() ? clock_s_ : column.time_s,
                   .values = std::move(column.values),

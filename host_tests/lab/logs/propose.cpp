@@ -75,6 +75,24 @@ Dialect own_log() {
           {{"pose_age", "tick.pose_age"}}};
 }
 
+/// Of m100 record; the map that ships, host_tests/lab/logs/maps/m100_recording_with_pose.toml, says the same.
+Dialect own_recording() {
+  const char* const counts = "scale = 0.066";  // -10000..10000 are 660 counts to either side
+  return {"our own recording",
+          "rc.roll",
+          "attitude.timestamp",
+          "nwu_flu",
+          {{"sticks", sticks("rc.roll", "rc.pitch", "rc.throttle", "rc.yaw", counts)},
+           {"attitude", three("attitude_roll", "attitude.roll", "attitude_pitch", "attitude.pitch", "attitude_yaw",
+                              "attitude.yaw")},
+           {"rates", rates("rates.xyz[0]", "rates.xyz[1]", "rates.xyz[2]")},
+           {"velocity", velocities("velocity.xyz[0]", "velocity.xyz[1]", "velocity.xyz[2]")},
+           {"force", three("force_x", "force.xyz[0]", "force_y", "force.xyz[1]", "force_z", "force.xyz[2]",
+                           "scale = 9.80665")},  // "raw" in DJI's assistant is in g
+           {"position", positions("pose.xyz[0]", "pose.xyz[1]", "pose.xyz[2]")}},
+          {{"battery", "status.battery_percent"}}};
+}
+
 Dialect px4() {
   return {
       "PX4",
@@ -199,6 +217,7 @@ Dialect canonical_csv(const char* known_by) {
 
 std::vector<Dialect> dialects() {
   return {own_log(),
+          own_recording(),
           px4(),
           ardupilot(),
           published_mat(),

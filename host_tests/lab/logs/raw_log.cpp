@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/no_such_column.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -92,8 +93,8 @@ void RawLog::require_mostly_sound(const std::vector<double>& values, const std::
 }
 
 void RawLog::no_such_column(const std::string& name, const std::string& asked_by) const {
-  throw InputError(file_, 0, name,
-                   "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names(), name));
+  throw NoSuchColumn(file_, 0, name,
+                     "no such column (wanted for " + asked_by + "); there are: " + nearest_names(names(), name));
 }
 
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,

@@ -7,10 +7,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/flown_log.h"
+#include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/sim/world/plant_file.h"
@@ -32,7 +34,21 @@ struct Options {
   std::string tasks = "hover,step,trajectory";
 };
 
+/// Before the flights: they take minutes.
+void check_files(const Options& options) {
+  companion::FileUse()
+      .reads("--plant", options.plant)
+      .reads("--plant-from", options.plant_from)
+      .reads("--vehicle", options.vehicle)
+      .writes("--out", options.out)
+      .writes("--json", options.json)
+      .fills("--logs", options.logs, "columns.toml")
+      .fills("--report", options.report, "loop.html")
+      .check();
+}
+
 void run(const Options& options) {
+  check_files(options);
   loop::LoopOptions loop;
   if (options.plant.empty() && options.plant_from.empty()) {
     throw InputError("--plant", 0, "", "is missing: the plant file of the world to fly in, or --plant-from");
@@ -89,7 +105,7 @@ void add_loop(CLI::App& lab) {
   command->add_option("--tasks", options->tasks, "flown before and after: some of hover,step,trajectory; or none");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
-  command->add_option("--seed", options->seed, "first seed");
+  command->add_option("--seed", options->seed, "first seed")->check(whole_number());
   command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
   command->callback([options] { run(*options); });
 }

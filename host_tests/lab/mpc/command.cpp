@@ -9,6 +9,7 @@
 #include <sstream>
 #include <vector>
 
+#include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
@@ -117,6 +118,7 @@ void add_mpc(CLI::App& lab) {
   command->add_option("--law", options->law, "preview: whole sequence; setpoint: the explicit law where it holds")
       ->check(CLI::IsMember({"preview", "setpoint"}));
   command->callback([options] {
+    companion::FileUse().reads("FILE", options->file).check();
     std::istringstream stream(whole_file(options->file));
     const gains::InstanceFile file = gains::read_instances(stream, options->file);
     if (options->scalar == "double") {

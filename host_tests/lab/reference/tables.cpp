@@ -170,7 +170,8 @@ Table course_table() {
 
 std::string takes(const sim::N1Form& form) {
   if (form.words.empty()) {
-    return form.low == form.high ? "nothing" : "a number, " + range(form.low, form.high);
+    return form.low == form.high ? "nothing"
+                                 : (form.whole ? "a whole number, " : "a number, ") + range(form.low, form.high);
   }
   std::string out;
   for (const sim::N1Word& word : form.words) {

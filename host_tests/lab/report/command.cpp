@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/subcommands.h"
@@ -31,10 +32,7 @@ std::string between(const std::string& page, const std::string& html, const std:
 }
 
 void run(const Options& options) {
-  for (const std::string& page : options.pages) {
-    refuse_overwriting(page, options.out, "--out");
-  }
-  require_writable(options.out, "--out");
+  companion::FileUse().reads("pages", options.pages).writes("--out", options.out).check();
   plot::Page whole(options.title);
   if (!options.note.empty()) {
     whole.paragraph(options.note);

@@ -185,7 +185,7 @@ TEST_F(BadInput, ATimeStepThatIsNoneIsRefused) {
   const std::string model =
       R"({"type":"model","name":"m","nx":3,"N":20,"A":[[1,0.1,0],[0,1,0.9],[0,0,0.8]],"B":[0,0,0.2],"Bd":[0,0.1,0],)"
       R"("Q":[1,1,1],"R":1,"Rd":0,"P":[[1,0,0],[0,1,0],[0,0,1]],"u_min":-1,"u_max":1,"dt":)";
-  for (const char* step : {"0", "-0.1", "1e300", "null"}) {
+  for (const char* step : {"0", "-0.1", "1e-30", "1e300", "null"}) {
     EXPECT_EQ(run_lab({"mpc", "solve", file("m.jsonl", model + step + "}\n").string()}), 2) << step;
     EXPECT_NE(error().find("m.jsonl:1: 'dt'"), std::string::npos) << error();
   }

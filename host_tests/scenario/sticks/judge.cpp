@@ -182,7 +182,7 @@ class Judge {
                                  "virtual_rc_silent",
                                  "virtual_rc_silent_failsafe"};
     return (event.what == "did" && std::find(kLosses.begin(), kLosses.end(), event.name) != kLosses.end()) ||
-           (event.what == "happened" && event.name == "restart");
+           (event.what == "did" && event.name == "restart");
   }
   static bool is_control(const Event& event) {
     return event.name == "vrc_data" || event.name == "movement" ||

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_tests/sim/autopilot/n1_words.h"
 #include "protocol/acks.h"
 #include "protocol/frame_encoder.h"
 #include "protocol/pushes.h"
@@ -18,6 +19,21 @@ constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
 constexpr double kClimbStick_vrc = 1324.0;
 constexpr double kSinkStick_vrc = 824.0;
 constexpr double kOnGround_m = 0.02;
+
+/// Each word of a script leaves a line. Empty: the remote controller, a restart, the sticks and a mode that changes
+/// tell themselves, with what comes of it.
+std::string_view word_of(N1Happening what, double value, N1Mode mode) {
+  if (what == N1Happening::kRc || what == N1Happening::kRestart ||
+      (what == N1Happening::kMode && static_cast<N1Mode>(static_cast<char>(value)) != mode)) {
+    return "";
+  }
+  if (what == N1Happening::kTake) {
+    return static_cast<char>(value) == 'm' ? "take_mobile" : "take_rc";
+  }
+  const auto* const form =
+      std::find_if(kN1Forms.begin(), kN1Forms.end(), [&](const N1Form& one) { return one.what == what; });
+  return form == kN1Forms.end() ? "" : form->name;
+}
 
 }  // namespace
 
@@ -93,7 +109,7 @@ void N1Autopilot::receive() {
 
 void N1Autopilot::happen(const N1ScriptLine& line) {
   if (line.what == N1Happening::kStick) {
-    tell("happened", "stick", line.move.counts);
+    tell("did", "stick", line.move.counts);
     pilot_.move(line.move);
   } else {
     happen(line.what, line.value, line.asked);
@@ -101,13 +117,16 @@ void N1Autopilot::happen(const N1ScriptLine& line) {
 }
 
 void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
+  if (const std::string_view word = word_of(what, value, mode_); !word.empty()) {
+    tell("did", word, what == N1Happening::kMode ? rc_mode(mode_) : value);
+  }
   switch (what) {
     case N1Happening::kMode:
       wanted_mode_ = static_cast<N1Mode>(static_cast<char>(value));
       break;
     case N1Happening::kRc:
       rc_on_ = value != 0.0;
-      tell("happened", rc_on_ ? "rc_on" : "rc_off");
+      tell("did", rc_on_ ? "rc_on" : "rc_off");
       if (!rc_on_) {
         drop_control("rc_off", protocol::ControlDevice::kRemoteController);
       }
@@ -157,7 +176,7 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
 
 void N1Autopilot::set_real_mode(N1Mode mode) {
   mode_ = mode;
-  tell("happened", "mode", rc_mode(mode));
+  tell("did", "mode", rc_mode(mode));
   if (mode != N1Mode::kF) {
     asked_once_ = false;
     release_asked_once_ = false;
@@ -198,7 +217,7 @@ void N1Autopilot::end_virtual_rc(std::string_view why) {
 }
 
 void N1Autopilot::restart() {
-  tell("happened", "restart");
+  tell("did", "restart");
   note_loss(client_in_control() || virtual_rc_on_);
   activated_ = false;
   device_ = protocol::ControlDevice::kRemoteController;

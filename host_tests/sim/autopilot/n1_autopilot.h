@@ -52,7 +52,8 @@ struct N1Config {
 /// One thing received or done. Names are those of the protocol's catalogue where there is one.
 struct N1Event {
   core::TimePoint at{};
-  std::string_view what;  ///< "received", "answered", "ignored", "did", "happened", "violation"
+  std::string_view
+      what;  ///< "received", "answered", "ignored", "did"; a breach is "received", with a "violation_" name
   std::string_view name;
   double value = 0.0;
 };

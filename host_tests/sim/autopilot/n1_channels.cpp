@@ -60,7 +60,7 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
     record_.least_on_spacing = std::min(record_.least_on_spacing, time_ - last_on_);
     if (time_ - last_on_ < kSwitchSpacing) {
       deaf_to_switch_until_ = time_ + kSwitchSpacing;
-      tell("violation", "virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
+      tell("received", "violation_virtual_rc_on_too_often", core::seconds<double>(time_ - last_on_));
     }
   }
   last_on_ = time_;
@@ -81,7 +81,7 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
 void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
   const std::uint32_t per_s = note_control_frame(virtual_rc_watch_, virtual_rc_on_);
   if (per_s > kVirtualRcMost_per_s + 1) {
-    tell("violation", "virtual_rc_too_fast", per_s);
+    tell("received", "violation_virtual_rc_too_fast", per_s);
   }
   const bool right_id = !data.under_switch_id || config_.lenient_virtual_rc;
   if (!virtual_rc_on_ || !right_id || protocol::check(data) != core::Status::kOk) {
@@ -98,7 +98,7 @@ void N1Autopilot::take_virtual_rc(const protocol::VirtualRcData& data) {
 void N1Autopilot::take_movement(const protocol::Movement& movement) {
   const std::uint32_t per_s = note_control_frame(movement_watch_, client_in_control());
   if (per_s > kMovementMost_per_s + 1) {
-    tell("violation", "movement_too_fast", per_s);
+    tell("received", "violation_movement_too_fast", per_s);
   }
   if (!client_in_control() || protocol::check(movement) != core::Status::kOk) {  // also a mode that does not exist
     ++record_.movement_ignored;

@@ -27,9 +27,10 @@ double read_value(const N1Form& form, const std::string& word, long line) {
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used != word.size() || used == 0 || !(value >= form.low && value <= form.high)) {
-    throw N1ScriptError(line, "'" + std::string(form.name) + "' needs a number from " + std::to_string(form.low) +
-                                  " to " + std::to_string(form.high));
+  if (used != word.size() || used == 0 || !(value >= form.low && value <= form.high) ||
+      (form.whole && value != std::floor(value))) {
+    throw N1ScriptError(line, "'" + std::string(form.name) + "' needs a " + (form.whole ? "whole " : "") +
+                                  "number from " + std::to_string(form.low) + " to " + std::to_string(form.high));
   }
   return value;
 }

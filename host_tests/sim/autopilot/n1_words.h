@@ -24,6 +24,7 @@ struct N1Form {
   std::span<const N1Word> words;  ///< empty: a number
   double low = 0.0;
   double high = 0.0;  ///< low == high and no words: takes no value
+  bool whole = false;
 };
 inline constexpr std::array kN1Forms{
     N1Form{"mode", N1Happening::kMode, kN1Modes},
@@ -33,12 +34,12 @@ inline constexpr std::array kN1Forms{
     N1Form{"restart", N1Happening::kRestart, {}},
     N1Form{"end_virtual_rc", N1Happening::kEndVirtualRc, {}},
     N1Form{"silence", N1Happening::kSilence, {}, 0.0, 3600.0},
-    N1Form{"lose_acks", N1Happening::kLoseAcks, {}, 0.0, 1e6},
+    N1Form{"lose_acks", N1Happening::kLoseAcks, {}, 0.0, 1e6, true},
     N1Form{"delay_acks", N1Happening::kDelayAcks, {}, 0.0, 60.0},
-    N1Form{"double_acks", N1Happening::kDoubleAcks, {}, 0.0, 1e6},
-    N1Form{"noise", N1Happening::kNoise, {}, 1.0, 2048.0},
+    N1Form{"double_acks", N1Happening::kDoubleAcks, {}, 0.0, 1e6, true},
+    N1Form{"noise", N1Happening::kNoise, {}, 1.0, 2048.0, true},
     N1Form{"loss", N1Happening::kLoss, {}, 0.0, 1.0},
-    N1Form{"activation", N1Happening::kActivation, {}, 0.0, 65535.0},
+    N1Form{"activation", N1Happening::kActivation, {}, 0.0, 65535.0, true},
 };
 
 struct N1StickWord {

@@ -2,7 +2,6 @@
 #include "host_tests/sim/world/plant_file.h"
 
 #include <algorithm>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <set>
@@ -10,6 +9,7 @@
 #include <sstream>
 #include <type_traits>
 
+#include "firmware/companion/files/regular_file.h"
 #include "firmware/companion/files/toml_text.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/sim/world/plant_keys.h"
@@ -82,7 +82,7 @@ class Reader {
       if (table != nullptr && table->contains(name.key)) {
         fail(*node, "sensors." + std::string(name.old), "is given as pose." + std::string(name.key) + " too");
       }
-      number<PoseNumbers>("pose", name.key, *node, kPoseKeys, into);
+      number<PoseNumbers>("pose", name.key, *node, kPoseKeys, into, "sensors." + std::string(name.old));
     }
   }
 
@@ -132,7 +132,10 @@ class Reader {
   void refuse_unknown() const {
     for (const auto& [key, node] : root_) {
       const std::string name(key.str());
-      if (name == "axis" && node.is_table()) {
+      if (name == "axis" && !node.is_table()) {
+        fail(node, name, "must be a table: [axis.roll] and so on");
+      }
+      if (name == "axis") {
         for (const auto& [axis, axis_node] : *node.as_table()) {
           if (!known_.contains("axis." + std::string(axis.str()))) {
             fail(axis_node, "axis." + std::string(axis.str()), "unknown axis");
@@ -204,6 +207,7 @@ class Reader {
         axis_now.natural_frequency_rad_s = 0.0;
       } else if (changes == &model::StickAxis::natural_frequency_rad_s && value > 0.0) {
         axis_now.time_constant_s = 0.0;
+        damp_what_was_first_order(axis_now, false);
       }
     };
   }
@@ -229,12 +233,33 @@ class Reader {
     return out;
   }
 
+  /// What an axis needs to move at all. The error stands at the key that takes it away. @param table the axis's
+  /// section, or [change] with the axis's keys by their full names.
   void expect_an_order(const std::string& name, const toml::table& table, const model::StickAxis& axis) const {
+    const auto refuse = [&](const std::string& key, const std::string& what, bool even_if_absent) {
+      const std::string full = name + "." + key;
+      const toml::node* const own = table.get(key) != nullptr ? table.get(key) : table.get(full);
+      const toml::node* const node = own != nullptr ? own : table.at_path(full).node();
+      if (node != nullptr ? node->value<double>().has_value() : even_if_absent) {
+        fail(node != nullptr ? *node : static_cast<const toml::node&>(table), full, what);
+      }
+    };
     if (!axis.is_identified()) {
-      fail(table, name, "has neither time_constant_s nor natural_frequency_rad_s left");
+      refuse("natural_frequency_rad_s", "0 leaves the axis neither order: give time_constant_s instead", false);
+      refuse("time_constant_s", "0 leaves the axis neither order: give natural_frequency_rad_s instead", true);
     }
     if (axis.natural_frequency_rad_s > 0.0 && !(axis.damping_ratio > 0.0)) {
-      fail(table, name + ".damping_ratio", "missing beside natural_frequency_rad_s");
+      refuse("damping_ratio", "must be above 0 beside natural_frequency_rad_s", true);
+    }
+    if (axis.natural_frequency_rad_s == 0.0 && axis.damping_ratio != 0.0) {
+      refuse("damping_ratio", "means nothing to a first order: give natural_frequency_rad_s too", false);
+    }
+  }
+
+  /// A second order where none was measured has no damping to keep: 1, which does not overshoot either.
+  static void damp_what_was_first_order(model::StickAxis& axis, bool is_given) {
+    if (!is_given && axis.damping_ratio == 0.0) {
+      axis.damping_ratio = 1.0;
     }
   }
 
@@ -248,9 +273,10 @@ class Reader {
     }
     if (first) {
       into.natural_frequency_rad_s = 0.0;
-      into.damping_ratio = 0.0;
+      into.damping_ratio = given("damping_ratio") ? into.damping_ratio : 0.0;
     } else if (second) {
       into.time_constant_s = 0.0;
+      damp_what_was_first_order(into, table.contains("damping_ratio"));
     }
     expect_an_order(name, table, into);
   }
@@ -274,8 +300,8 @@ class Reader {
 
   template <typename T>
   void number(const std::string& section, std::string_view key, const toml::node& node,
-              std::span<const NumberKey<T>> keys, T& into) const {
-    const std::string full = section + "." + std::string(key);
+              std::span<const NumberKey<T>> keys, T& into, const std::string& as_written = "") const {
+    const std::string full = as_written.empty() ? section + "." + std::string(key) : as_written;
     if (key == "source" && node.is_string()) {
       return;
     }
@@ -348,34 +374,12 @@ Plant parse_plant(std::string_view text, const std::string& name, const Plant& b
   return plant;
 }
 
-Plant plant_of(const model::Vehicle& vehicle) {
-  Plant plant = measured_plant();
-  plant.roll = vehicle.roll;
-  plant.pitch = vehicle.pitch;
-  plant.yaw_rate = vehicle.yaw_rate;
-  plant.climb = vehicle.climb;
-  plant.mass_kg = vehicle.translation.mass_kg;
-  static_cast<model::TranslationNumbers&>(plant.air) = vehicle.translation;
-  return plant;
-}
-
-Plant base_plant(const std::string& vehicle_path) {
-  return vehicle_path.empty() ? measured_plant() : plant_of(companion::load_vehicle(vehicle_path).vehicle);
-}
-
-Plant plant_of_options(const std::string& plant_path, const std::string& vehicle_path) {
-  const Plant base = base_plant(vehicle_path);
-  return plant_path.empty() ? base : load_plant(plant_path, base);
-}
-
 Plant load_plant(const std::string& path, const Plant& base) {
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    throw PlantFileError(path + ": cannot be opened");
+  const companion::FileContent content = companion::read_regular(path, companion::kMostTextBytes);
+  if (!content.why_not.empty()) {
+    throw PlantFileError(path + ": " + content.why_not);
   }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  return parse_plant(text.str(), path, base);
+  return parse_plant(content.bytes, path, base);
 }
 
 }  // namespace m100::sim

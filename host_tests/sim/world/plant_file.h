@@ -17,7 +17,8 @@ class PlantFileError : public std::runtime_error {
 
 /// Reads a plant file (TOML): a list of differences from `base`. What is missing, section or key, is as there; a file
 /// of comments alone is the base itself. The axes have the keys and ranges of the vehicle file; zero switches an effect
-/// off; a time constant replaces the second order of an axis and a natural frequency its first. Unknown sections and
+/// off; a time constant replaces the second order of an axis and a natural frequency its first, with a damping of 1
+/// where none is given and none was measured. Unknown sections and
 /// keys, wrong types and values out of range are errors.
 Plant load_plant(const std::string& path, const Plant& base = measured_plant());
 /// The same from text; `name` stands for the file in messages.

@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
                 R"({"session":2,"is_ack":true,"encrypted":false,"seq":1,"cmd_set":1,"cmd_id":0,"payload_hex":""})",
                 "'payload_hex': an acknowledgement carries no cmd_set, and an encrypted frame needs data"},
         BadLine{"NoKey", R"({"session":2,"is_ack":true,"encrypted":true,"seq":1,"payload_hex":"00"})",
-                "'payload_hex': an encrypted frame needs key_hex (or --key)"},
+                "'key_hex': an encrypted frame needs its key_hex (or --key-file)"},
         BadLine{"ShortKey", R"({"session":2,"is_ack":true,"encrypted":true,"seq":1,"payload_hex":"00","key_hex":"00"})",
                 "'key_hex': a key is 64 hexadecimal digits"}),
     [](const auto& tested) { return tested.param.name; });

@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return tested.param.name; });
 
 TEST(OpenLog, NamesAFileThatIsNotThere) {
-  EXPECT_EQ(complaint_of([] { open_log("/nowhere/a.csv"); }), "/nowhere/a.csv: cannot be opened");
+  EXPECT_EQ(complaint_of([] { open_log("/nowhere/a.csv"); }), "/nowhere/a.csv: cannot be read");
 }
 
 TEST(OpenLog, RefusesADamagedMatFile) {

@@ -92,6 +92,19 @@ TEST(PlantFile, ReadsTheSourceOfPoseUnderItsNewAndItsOldNames) {
   EXPECT_EQ(old.sensors.attitude_noise_rad, 0.01);
 }
 
+// No damping was measured where no second order was; and a device or a folder is no plant, as it is no other file.
+TEST(PlantFile, ASecondOrderInThePlaceOfAFirstIsDampedAndAFileIsRegular) {
+  const Plant plant = parse_plant("[axis.yaw_rate]\nnatural_frequency_rad_s = 6\n", "p.toml");
+  EXPECT_EQ(plant.yaw_rate.time_constant_s, 0.0);
+  EXPECT_EQ(plant.yaw_rate.damping_ratio, 1.0);
+  const Plant later =
+      changed(parse_plant("[change]\nat_s = 3\n\"axis.yaw_rate.natural_frequency_rad_s\" = 6\n", "p.toml"));
+  EXPECT_EQ(later.yaw_rate.damping_ratio, 1.0);
+  for (const char* const other : {"/dev/zero", "/"}) {
+    EXPECT_THROW((void)load_plant(other), PlantFileError) << other;
+  }
+}
+
 TEST(PlantFile, DiffersFromAVehicleFileWhereThatIsTheBase) {
   model::Vehicle vehicle;
   vehicle.roll = {.scale_per_count = 7e-4, .time_constant_s = 0.2, .lead_zero_s = 0.1, .backlash_counts = 4.0};
@@ -144,31 +157,39 @@ TEST_P(BadPlantFile, IsRefusedInOneLineThatNamesThePlace) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, BadPlantFile,
-    ::testing::Values(Bad{"Empty", "", "p.toml: the file is empty"}, Bad{"NotToml", "[axis", "p.toml:1:"},
-                      Bad{"UnknownSection", "[wind]\nx = 1\n", "p.toml:1: 'wind'"},
-                      Bad{"UnknownKey", "[air]\n\nwnid_m_s = 1\n", "p.toml:3: 'air.wnid_m_s': unknown key"},
-                      Bad{"UnknownAxis", "[axis.rol]\nx = 1\n", "'axis.rol': unknown axis"},
-                      Bad{"Negative", "[axis.roll]\nscale_rad_per_count = 1e-3\ntime_constant_s = -0.1\n",
-                          "p.toml:3: 'axis.roll.time_constant_s'"},
-                      Bad{"NoOrder", "[axis.roll]\nnatural_frequency_rad_s = 0\n", "time_constant_s"},
-                      Bad{"TwoOrders", "[axis.roll]\ntime_constant_s = 0.1\nnatural_frequency_rad_s = 8\n",
-                          "give either time_constant_s or natural_frequency_rad_s"},
-                      Bad{"NoDamping", "[axis.yaw_rate]\nnatural_frequency_rad_s = 8\n", "damping_ratio"},
-                      Bad{"NoScale", "[axis.roll]\nscale_rad_per_count = 0\n", "scale_rad_per_count"},
-                      Bad{"ChangeOfNothing", "[change]\nat_s = 3\n\"axis.rol.dead_zone_counts\" = 3\n",
-                          "p.toml:3: 'change.axis.rol.dead_zone_counts': is no key"},
-                      Bad{"ChangeOfUnknownKey", "[change]\nat_s = 3\n\"air.gust\" = 3\n", "'change.air.gust'"},
-                      Bad{"ChangeAtNoTime", "[change]\n\"air.gust_m_s\" = 3\n", "'change.at_s': is missing"},
-                      Bad{"ChangeToNoDamping", "[change]\nat_s = 3\n\"axis.yaw_rate.natural_frequency_rad_s\" = 8\n",
-                          "damping_ratio"},
-                      Bad{"NoMass", "[vehicle]\nmass_kg = 0\n", "vehicle.mass_kg"},
-                      Bad{"UnknownPhase", "[pose]\nphase = \"free\"\n", "must be \"random\" or \"locked\""},
-                      Bad{"UnknownAge", "[pose]\nreported_age = 3\n", "must be \"true\" or \"constant\" or \"none\""},
-                      Bad{"NoRate", "[pose]\nrate_hz = 0\n", "p.toml:2: 'pose.rate_hz'"},
-                      Bad{"OldAndNewName", "[pose]\nlatency_s = 0.1\n[sensors]\npose_delay_s = 0.2\n",
-                          "p.toml:4: 'sensors.pose_delay_s': is given as pose.latency_s too"},
-                      Bad{"WindIsTwoNumbers", "[air]\nwind_m_s = [1, 2]\n", "three numbers"},
-                      Bad{"NotANumber", "[battery]\nsag = nan\n", "p.toml:2: 'battery.sag'"}),
+    ::testing::Values(
+        Bad{"Empty", "", "p.toml: the file is empty"}, Bad{"NotToml", "[axis", "p.toml:1:"},
+        Bad{"UnknownSection", "[wind]\nx = 1\n", "p.toml:1: 'wind'"},
+        Bad{"UnknownKey", "[air]\n\nwnid_m_s = 1\n", "p.toml:3: 'air.wnid_m_s': unknown key"},
+        Bad{"UnknownAxis", "[axis.rol]\nx = 1\n", "'axis.rol': unknown axis"},
+        Bad{"Negative", "[axis.roll]\nscale_rad_per_count = 1e-3\ntime_constant_s = -0.1\n",
+            "p.toml:3: 'axis.roll.time_constant_s'"},
+        Bad{"NoOrder", "[axis.roll]\nnatural_frequency_rad_s = 0\n", "p.toml:2: 'axis.roll.natural_frequency_rad_s'"},
+        Bad{"TwoOrders", "[axis.roll]\ntime_constant_s = 0.1\nnatural_frequency_rad_s = 8\n",
+            "give either time_constant_s or natural_frequency_rad_s"},
+        Bad{"NoDamping", "[axis.roll]\ndamping_ratio = 0\n", "p.toml:2: 'axis.roll.damping_ratio'"},
+        Bad{"DampingOfAFirstOrder", "[axis.yaw_rate]\ndamping_ratio = 0.3\n",
+            "p.toml:2: 'axis.yaw_rate.damping_ratio': means nothing"},
+        Bad{"ChangedDampingOfAFirstOrder", "[change]\nat_s = 3\n\"axis.yaw_rate.damping_ratio\" = 0.3\n",
+            "p.toml:3: 'axis.yaw_rate.damping_ratio': means nothing"},
+        Bad{"NoTimeConstant", "[axis.yaw_rate]\ntime_constant_s = 0\n", "p.toml:2: 'axis.yaw_rate.time_constant_s'"},
+        Bad{"OldName", "[sensors]\n\npose_noise_m = \"text\"\n", "p.toml:3: 'sensors.pose_noise_m'"},
+        Bad{"AxisIsANumber", "axis = 3\n", "p.toml:1: 'axis': must be a table"},
+        Bad{"NoScale", "[axis.roll]\nscale_rad_per_count = 0\n", "scale_rad_per_count"},
+        Bad{"ChangeOfNothing", "[change]\nat_s = 3\n\"axis.rol.dead_zone_counts\" = 3\n",
+            "p.toml:3: 'change.axis.rol.dead_zone_counts': is no key"},
+        Bad{"ChangeOfUnknownKey", "[change]\nat_s = 3\n\"air.gust\" = 3\n", "'change.air.gust'"},
+        Bad{"ChangeAtNoTime", "[change]\n\"air.gust_m_s\" = 3\n", "'change.at_s': is missing"},
+        Bad{"ChangeToNoDamping", "[change]\nat_s = 3\n\"axis.roll.damping_ratio\" = 0\n",
+            "p.toml:3: 'axis.roll.damping_ratio'"},
+        Bad{"NoMass", "[vehicle]\nmass_kg = 0\n", "vehicle.mass_kg"},
+        Bad{"UnknownPhase", "[pose]\nphase = \"free\"\n", "must be \"random\" or \"locked\""},
+        Bad{"UnknownAge", "[pose]\nreported_age = 3\n", "must be \"true\" or \"constant\" or \"none\""},
+        Bad{"NoRate", "[pose]\nrate_hz = 0\n", "p.toml:2: 'pose.rate_hz'"},
+        Bad{"OldAndNewName", "[pose]\nlatency_s = 0.1\n[sensors]\npose_delay_s = 0.2\n",
+            "p.toml:4: 'sensors.pose_delay_s': is given as pose.latency_s too"},
+        Bad{"WindIsTwoNumbers", "[air]\nwind_m_s = [1, 2]\n", "three numbers"},
+        Bad{"NotANumber", "[battery]\nsag = nan\n", "p.toml:2: 'battery.sag'"}),
     [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

@@ -61,10 +61,8 @@ Json findings_of(const IdentifyResult& result) {
   Json out = Json::array();
   for (const Finding& finding : result.findings) {
     Json one{{"what", finding.what}, {"signal", finding.signal}};
-    if (finding.to_s > finding.from_s) {
-      one["from_s"] = finding.from_s;
-      one["to_s"] = finding.to_s;
-    }
+    one["from_s"] = finding.from_s;
+    one["to_s"] = finding.to_s;
     if (!finding.certain) {
       one["certain"] = false;
     }

@@ -7,10 +7,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
-#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 namespace {
@@ -20,9 +20,11 @@ struct Options {
 };
 
 void run(const Options& options) {
-  refuse_overwriting(options.pitch_roll, options.json, "--json");
-  refuse_overwriting(options.height, options.json, "--json");
-  require_writable(options.json, "--json");
+  companion::FileUse()
+      .reads("--pitch-roll", options.pitch_roll)
+      .reads("--height", options.height)
+      .writes("--json", options.json)
+      .check();
   const identify::paper::Report report = identify::paper::reproduce(options.pitch_roll, options.height);
   std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
   nlohmann::ordered_json lines = nlohmann::ordered_json::array();

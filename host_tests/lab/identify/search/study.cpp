@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "host_tests/lab/identify/log_ranges.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
 #include "host_tests/lab/identify/search/bootstrap.h"
 #include "host_tests/lab/identify/search/verdict.h"
@@ -82,6 +83,7 @@ class Conclusion {
         }
       }
     }
+    date_findings(request_, result_.findings);
     result_.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return std::move(result_);
   }
