@@ -9,6 +9,8 @@ namespace {
 constexpr double kMemory = 3000.0;  // poses
 constexpr double kRise = 3e-4;      // of the time that has passed: three times the drift of a poor quartz
 constexpr double kMostDrift = 0.02;
+constexpr std::uint32_t kSlowerSource =
+    4;                                  // steps in a row: chance does that once in 160000 where one in twenty is lost
 constexpr double kLongest_s = 10.0;     // without a pose: begun anew
 constexpr double kSetForward_s = 0.25;  // earlier than the envelope: no message is, so the sender's clock was set
 
@@ -44,6 +46,13 @@ void PoseClock::note_spacing(double step_s) {
   }
   // A step over captures that were lost counts little, so that some loss does not look like a slower source.
   const bool usual = step_s < 1.5 * spacing_s_;
+  least_long_step_s_ = long_steps_ == 0 || step_s < least_long_step_s_ ? step_s : least_long_step_s_;
+  long_steps_ = usual ? 0U : long_steps_ + 1U;
+  if (long_steps_ >= kSlowerSource) {  // and not one step of the usual length between them: the source is slower now
+    spacing_s_ = least_long_step_s_;
+    long_steps_ = 0;
+    return;
+  }
   spacing_s_ += (usual ? 1.0 / 16.0 : 1.0 / 256.0) * (step_s - spacing_s_);
 }
 

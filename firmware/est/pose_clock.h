@@ -14,6 +14,8 @@ class Quantile {
   /// @param share of the numbers below the quantile @param step_s how far one number moves it at most
   constexpr Quantile(double share, double step_s) : share_(share), step_s_(step_s) {}
   void note(double value_s) { value_s_ += value_s > value_s_ ? share_ * step_s_ : (share_ - 1.0) * step_s_; }
+  /// What is measured has changed.
+  void set(double value_s) { value_s_ = value_s; }
   double value_s() const { return value_s_ > 0.0 ? value_s_ : 0.0; }
 
  private:
@@ -59,8 +61,10 @@ class PoseClock {
   core::TimePoint origin_{};
   core::SenderTime last_{};
   std::uint32_t count_ = 0;
-  double own_s_ = 0.0;      ///< of the sender's clock since the origin
-  double spacing_s_ = 0.0;  ///< between two captures
+  double own_s_ = 0.0;              ///< of the sender's clock since the origin
+  double spacing_s_ = 0.0;          ///< between two captures
+  double least_long_step_s_ = 0.0;  ///< of those in a row that were longer than usual
+  std::uint32_t long_steps_ = 0;
   // Least squares with forgetting, about running means.
   double mean_own_s_ = 0.0;
   double mean_s_ = 0.0;

@@ -18,6 +18,8 @@ constexpr double kSlew = 0.02;             // seconds a second
 constexpr double kLeftOfJitter_s = 0.002;  // after PoseClock
 constexpr double kRawSigma_s = 0.015;      // without it
 constexpr double kLeastRises = 1e-5;       // s a pose
+constexpr double kFarLater_s = 0.010;      // than the jitter known so far
+constexpr std::uint32_t kChanged = 4;      // such poses in a row: beyond a 99th percentile chance does that never
 
 core::Duration duration_of(double seconds) {
   return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6 + (seconds < 0.0 ? -0.5 : 0.5)));
@@ -34,12 +36,25 @@ void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
   latency_.note_acceleration(measured.now - attitude.age, {kGravity * slope.x, -kGravity * slope.y});
 }
 
+/// Where the way of the poses becomes worse for good, what counts as fresh must follow within the time of a coast.
+template <typename T>
+void PoseTiming<T>::note_jitter(double late_s) {
+  const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
+  least_of_run_s_ = run_ == 0 || late_s < least_of_run_s_ ? late_s : least_of_run_s_;
+  run_ = is_far ? run_ + 1 : 0;
+  jitter_.note(late_s);
+  if (run_ >= kChanged) {
+    jitter_.set(least_of_run_s_);
+    run_ = 0;
+  }
+}
+
 template <typename T>
 void PoseTiming<T>::note_way(core::Duration way) {
   const double way_s = core::seconds<double>(way);
   const double risen_s = least_s_ + kLeastRises;
   least_s_ = way_s < risen_s ? way_s : risen_s;
-  jitter_.note(way_s - least_s_);
+  note_jitter(way_s - least_s_);
   report_.least = duration_of(least_s_) + report_.untold;
   report_.least = report_.least > core::Duration{0} ? report_.least : core::Duration{0};
   report_.jitter = duration_of(jitter_.value_s());

@@ -35,11 +35,14 @@ class PoseTiming {
  private:
   void note_attitude(const Measurement<T>& measured, T yaw_rad);
   void note_way(core::Duration way);
+  void note_jitter(double late_s);
   void believe(const core::Pose<T>& pose, core::TimePoint regular);
 
   PoseClock clock_;
   PoseLatency<T> latency_;
   Quantile jitter_{0.99, 1e-3};
+  double least_of_run_s_ = 0.0;  ///< of those in a row that came far later than jitter_
+  std::uint32_t run_ = 0;
   PoseTimingReport<T> report_;
   T applied_s_{0};  ///< of the latency beyond what is told
   core::TimePoint last_{};

@@ -34,6 +34,12 @@ void freeze_pose(Bench& bench) {
   });
 }
 
+/// A third of the poses.
+void slow_down(Bench& bench) {
+  auto count = std::make_shared<int>(0);
+  bench.pose_messages.set_change([count](mavlink::AttPosMocap&, core::TimePoint) { return ++*count % 3 == 0; });
+}
+
 constexpr std::array kFaults{
     Fault{.name = "pose lost",
           .group = Group::kPose,
@@ -95,6 +101,31 @@ constexpr std::array kFaults{
           .strike = [](Bench& b) { b.poses.plan.flip_per_bit = 0.03; },
           .stages = kWithPose,
           .within_s = kLadder_s},
+    // A source that becomes worse: flown on as if it had been so from the start.
+    Fault{.name = "pose slows to 33 Hz",
+          .group = Group::kPose,
+          .strike = slow_down,
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose in bunches of 50 ms",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(50); },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose in bunches of 80 ms",
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.bunch = milliseconds(80); },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
+    Fault{.name = "pose later by 100 to 140 ms",
+          .group = Group::kPose,
+          .strike =
+              [](Bench& b) {
+                b.poses.plan.delay = milliseconds(100);
+                b.poses.plan.jitter = milliseconds(40);
+              },
+          .stages = bit(Stage::kFlying),
+          .flies_on = true},
 };
 
 }  // namespace

@@ -13,6 +13,9 @@ void Tamper::queue(std::span<const std::byte> bytes, core::TimePoint now) {
   if (plan.jitter > core::Duration{0}) {
     when += core::Duration{static_cast<std::int64_t>(random_.uniform() * static_cast<double>(plan.jitter.count()))};
   }
+  if (plan.bunch > core::Duration{0}) {
+    when = core::TimePoint{} + (when.time_since_epoch() / plan.bunch + 1) * plan.bunch;
+  }
   if (!pieces_.empty()) {
     when = std::max(when, pieces_.back().when);
   }

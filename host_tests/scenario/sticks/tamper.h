@@ -25,6 +25,7 @@ struct TamperPlan {
   double flip_per_bit = 0.0;
   core::Duration delay{0};
   core::Duration jitter{0};   ///< on top, drawn for each piece; the order stays
+  core::Duration bunch{0};    ///< what comes in so long a time passes at its end; 0: at once
   std::uint32_t sent_at = 0;  ///< baud; with received_at: re-sampled as between two UARTs that differ
   std::uint32_t received_at = 0;
   std::size_t swallow = 0;                  ///< bytes that vanish, once: the frames they belong to are cut short

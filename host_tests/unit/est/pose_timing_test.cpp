@@ -79,6 +79,22 @@ TEST(PoseClock, LostCapturesChangeNothing) {
   EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.0003);
 }
 
+// Catches an interval that follows a source which has become slower over seconds: the flight would be over by then.
+TEST(PoseClock, ASlowerSourceIsKnownAfterFourCaptures) {
+  PoseClock clock;
+  for (int n = 0; n < 500; ++n) {
+    clock.note(stamp(0.01 * n), at(0.01 * n));
+  }
+  for (int n = 1; n <= 5; ++n) {
+    clock.note(stamp(5.0 + 0.03 * n), at(5.0 + 0.03 * n));
+  }
+  EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.030, 0.001);
+  for (int n = 1; n <= 100; ++n) {
+    clock.note(stamp(5.15 + 0.01 * n), at(5.15 + 0.01 * n));
+  }
+  EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.001) << "and the way back";
+}
+
 // Would catch a clock that follows a way which has become longer: poses 0.4 s old would be called fresh.
 TEST(PoseClock, WhatComesLaterIsOlder) {
   Source source;
