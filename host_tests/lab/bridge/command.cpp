@@ -19,6 +19,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/file_use.h"
 #include "hal/linux/udp_port.h"
 #include "host_tests/lab/bridge/descriptor.h"
 #include "host_tests/lab/bridge/plain_pose.h"
@@ -199,6 +200,7 @@ Counts run_bridge(const Options& options, const mavlink::Key& key) {
 }
 
 void run(const Options& options) {
+  companion::FileUse().reads("--mavlink-key", options.key_file).writes("--json", options.json).check();
   const protocol::CipherKey read = read_key(options.key_file);
   mavlink::Key key;
   std::transform(read.begin(), read.end(), key.begin(), [](std::uint8_t byte) { return std::byte{byte}; });

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 
 #include "host_tests/lab/identify/log_defects.h"
@@ -98,8 +99,23 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
+/// Beside a gap a stick jumps without a hand: what was held there is no sample. A tenth of a second on either side,
+/// which is as far as an outlier's neighbours are looked at.
+std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
+  constexpr double kBeside_s = 0.1;
+  const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));
+  for (std::size_t i = 0; i < gap.size() && i < used.size(); ++i) {
+    if (gap[i] != 0) {
+      std::fill(used.begin() + static_cast<std::ptrdiff_t>(i - std::min(i, beside)),
+                used.begin() + static_cast<std::ptrdiff_t>(std::min(i + beside + 1, used.size())), char{0});
+    }
+  }
+  return used;
+}
+
 }  // namespace
 
+// Deviation: over 60 lines; one signal after the other is picked and mended, each once.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
                          double stick_earlier_s) {
   const Choice* choice =
@@ -125,12 +141,14 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
     out.other_name = logs::name_of(other);
     out.data.other = log.of(other);
   }
-  const std::vector<char> near = inside(log, asked, kMemory_s);
+  const auto near = [&](Signal one) {
+    return beside_gaps_out(inside(log, asked, kMemory_s), log.gap_of({one}), log.period_s);
+  };
   std::vector<Finding> jumps =
-      repair_stick(out.data.stick, near, {log.start_s, log.period_s, out.data.stick_row_s}, out.stick_name);
+      repair_stick(out.data.stick, near(stick), {log.start_s, log.period_s, out.data.stick_row_s}, out.stick_name);
   if (has(log, other)) {
     const std::vector<Finding> more =
-        repair_stick(out.data.other, near, {log.start_s, log.period_s, log.row_of(other)}, out.other_name);
+        repair_stick(out.data.other, near(other), {log.start_s, log.period_s, log.row_of(other)}, out.other_name);
     jumps.insert(jumps.end(), more.begin(), more.end());
   }
   move_earlier(out.data.stick, stick_earlier_s / log.period_s);
