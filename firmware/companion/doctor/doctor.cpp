@@ -237,7 +237,11 @@ void run(const Options& options) {
   if (std::isnan(options.pose.rate_hz)) {  // passes every comparison of a range
     throw UsageError("--pose-rate: is not a number");
   }
-  FileUse().holds("--port", options.port).writes("--json", options.json).check();
+  FileUse()
+      .holds("--port", options.port)
+      .holds("--mavlink-key", options.pose.key_file)  // whether it can be read is one of the answers
+      .writes("--json", options.json)
+      .check();
   const std::vector<Check> checks = options.frames ? doctor::check_frames(by_hand_of(options)) : examine(options);
   bool bad = false;
   for (const Check& check : checks) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/fly/start_place.h"
 #include "firmware/companion/replay/replay.h"
 #include "firmware/companion/room/follow.h"
 #include "firmware/companion/subcommands.h"
@@ -70,17 +71,22 @@ Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_
 ref::Waypoint<double> first_pose(PosePort& port) {
   link::PoseLink link(port.line(), port.baud());
   TickClock clock(port.clock_port());
+  StartPlace place;
   for (core::TimePoint now = clock.now(); now.time_since_epoch() < kPosePatience && !stop_asked(); now = clock.next()) {
     port.tick();
     if (const core::Expected<core::Pose<double>> pose = link.receive(now)) {
-      ref::Waypoint<double> start;
-      start.position_w_m = pose->position_w_m;
-      start.yaw_rad = pose->yaw_rad;
-      return start;
+      if (const std::optional<ref::Waypoint<double>> start = place.add(*pose)) {
+        return *start;
+      }
     }
   }
   if (stop_asked()) {
     throw CLI::RuntimeError(kAnswerIsNo);
+  }
+  if (place.disagrees()) {
+    throw UsageError(port.name() +
+                     ": its poses do not agree on where the aircraft stands: more than half of nine in a " +
+                     "row lie farther than 0.3 m apart; hold it still, and look at the source of pose");
   }
   throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
                    why_no_pose(link, port));

@@ -187,6 +187,8 @@ std::vector<Case> counted_battery() {
   return cases;
 }
 
+constexpr int kTriesAgain = 5;  // in the machine's own time, whose stalls end a flight as they must
+
 std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places, std::size_t jobs,
                             const std::vector<std::string>& open, std::ostream& out) {
   std::vector<Result> results(cases.size());
@@ -196,6 +198,12 @@ std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places
     for (std::size_t i = next++; i < cases.size(); i = next++) {
       const std::string folder = places.folder + "/" + std::to_string(i);
       results[i] = {.flown = cases[i], .verdict = fly_in(cases[i], places, folder)};
+      // A flight that a busy machine ended before the fault says nothing: a case counts only if the program flew
+      // before.
+      for (int more = 0; more < kTriesAgain && cases[i].real_time && !results[i].verdict.counted; ++more) {
+        fs::remove_all(folder);
+        results[i].verdict = fly_in(cases[i], places, folder);
+      }
       results[i].open = is_open(cases[i].name(), results[i].verdict, open);
       if (results[i].passed()) {
         fs::remove_all(folder);
