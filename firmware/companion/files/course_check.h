@@ -11,12 +11,13 @@
 
 namespace m100::companion {
 
-/// What any course may ask for. Tilt, climb and yaw rate end where the supervisor would cut the command off.
+/// What any course may ask for. Climb and yaw rate end where the supervisor would cut the command off; the tilt ends at
+/// the law's own box along an axis, because what the supervisor leaves above it is for braking in a wind.
 struct CourseLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double speed_m_s = kNone;
   double acceleration_m_s2 = kNone;
-  double tilt_rad = safety::Envelope{}.tilt_rad;
+  double tilt_rad = ref::SpeedLimits{}.tilt_rad;
   double climb_m_s = safety::Envelope{}.climb_m_s;
   double yaw_rate_rad_s = safety::Envelope{}.yaw_rate_rad_s;
 };
