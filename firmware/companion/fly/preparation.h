@@ -27,7 +27,8 @@ struct Orders {
   std::string excitation_name;
 };
 
-/// Where the aircraft stands: the first poses that agree, waited for 5 s. Errors: UsageError; CLI::RuntimeError after a signal.
+/// Where the aircraft stands: the first poses that agree, waited for 5 s. Errors: UsageError; CLI::RuntimeError after a
+/// signal.
 ref::Waypoint<double> first_pose(PosePort& port);
 
 /// The course from where the flight starts. Errors: CourseError, also where it asks for more than its limits;
