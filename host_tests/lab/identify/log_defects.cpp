@@ -7,27 +7,14 @@
 #include <cstdio>
 #include <numbers>
 
+#include "host_tests/lab/identify/quantile.h"
+
 namespace m100::lab::identify {
 namespace {
 
 using logs::FlightLog;
 
 constexpr double kAfterTakeOff_s = 1.0;  // ground effect, motors still spinning up
-
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double large(const std::vector<double>& values) {
-  std::vector<double> sizes(values.size());
-  std::transform(values.begin(), values.end(), sizes.begin(), [](double v) { return std::abs(v); });
-  return quantile(std::move(sizes), 0.98);
-}
 
 }  // namespace
 

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <deque>
 
+#include "host_tests/lab/identify/quantile.h"
+
 namespace m100::lab::identify {
 namespace {
 
@@ -17,21 +19,6 @@ constexpr double kAnswer_s = 1.0;     // within which every vehicle answers: del
 constexpr double kStillShare = 0.15;  // of the response's own large values; half a stick gives more
 constexpr double kHeldShare = 0.5;    // of the stick's own large values
 constexpr double kNoises = 8.0;       // of a rest's own standard deviations: no sample of an hour is farther off
-
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double large(const std::vector<double>& values) {
-  std::vector<double> sizes(values.size());
-  std::transform(values.begin(), values.end(), sizes.begin(), [](double v) { return std::abs(v); });
-  return quantile(std::move(sizes), 0.98);
-}
 
 struct Pair {
   const std::vector<double>* stick;

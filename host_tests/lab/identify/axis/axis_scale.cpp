@@ -4,20 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_tests/lab/identify/quantile.h"
+
 namespace m100::lab::identify {
-namespace {
-
-// The stick's quantile and slope quantiles of |values|.
-double quantile(std::vector<double> values, double fraction) {
-  if (values.empty()) {
-    return 0.0;
-  }
-  const auto at = static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
-}  // namespace
 
 AxisScale scale_of(const AxisBlocks& training) {
   const AxisData& data = training.data();
