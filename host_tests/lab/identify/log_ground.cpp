@@ -89,6 +89,20 @@ class Travel {
   double lowest_ = 1e300;
 };
 
+/// The median of each response over the first samples from an end.
+template <typename Sample>
+std::vector<double> where_they_rest(const std::vector<Pair>& pairs, std::size_t count, Sample&& sample) {
+  std::vector<double> first;
+  for (const Pair& pair : pairs) {
+    std::vector<double> begin;
+    for (std::size_t k = 0; k < count; ++k) {
+      begin.push_back((*pair.response)[sample(k)]);
+    }
+    first.push_back(quantile(std::move(begin), 0.5));
+  }
+  return first;
+}
+
 /// Length of the stretch from one end of the log on which every response stays where it was, and whether a stick went
 /// from one place to another on it, long enough for an answer, in vain: one that is held from the log's end on may be
 /// answered by what does not move. `sample(k)`: the k-th from that end.
@@ -96,14 +110,7 @@ template <typename Sample>
 std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
   const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));
   const auto answer = static_cast<std::size_t>(std::lround(kAnswer_s / period_s));
-  std::vector<double> first(pairs.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    std::vector<double> begin;
-    for (std::size_t k = 0; k < std::min(window, size); ++k) {
-      begin.push_back((*pairs[p].response)[sample(k)]);
-    }
-    first[p] = quantile(std::move(begin), 0.5);
-  }
+  const std::vector<double> first = where_they_rest(pairs, std::min(window, size), sample);
   std::vector<Travel> travels(pairs.size(), Travel(window));
   std::size_t moved = size;  // sample from which on a stick's way asks for an answer
   std::size_t k = 0;

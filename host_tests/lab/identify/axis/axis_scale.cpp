@@ -7,6 +7,31 @@
 #include "host_tests/lab/identify/quantile.h"
 
 namespace m100::lab::identify {
+namespace {
+
+/// Response over stick, by least squares at the lag that suits best.
+double gain_of(const AxisBlocks& training) {
+  const AxisData& data = training.data();
+  double gain = AxisScale{}.gain;
+  double best = -1.0;
+  for (std::size_t lag = 0; lag <= 60; lag += 5) {
+    double uy = 0.0;
+    double uu = 0.0;
+    for (std::size_t number = 0; number < training.size(); ++number) {
+      for (std::size_t i = std::max(training[number].begin, lag); i < training[number].end; ++i) {
+        uy += data.stick[i - lag] * data.measured[i];
+        uu += data.stick[i - lag] * data.stick[i - lag];
+      }
+    }
+    if (uu > 0.0 && uy * uy / uu > best) {
+      best = uy * uy / uu;
+      gain = uy / uu;
+    }
+  }
+  return gain;
+}
+
+}  // namespace
 
 AxisScale scale_of(const AxisBlocks& training) {
   const AxisData& data = training.data();
@@ -27,22 +52,7 @@ AxisScale scale_of(const AxisBlocks& training) {
   scale.response = std::max(quantile(responses, 0.98), 1e-9);
   scale.rate_per_s = std::max(quantile(rates, 0.99), 1e-9);
   scale.minimum_counts = scale.stick > 5.0 ? 1.0 : 1.0 / 660.0;
-  // Gain by least squares at the lag that suits best.
-  double best = -1.0;
-  for (std::size_t lag = 0; lag <= 60; lag += 5) {
-    double uy = 0.0;
-    double uu = 0.0;
-    for (std::size_t number = 0; number < training.size(); ++number) {
-      for (std::size_t i = std::max(training[number].begin, lag); i < training[number].end; ++i) {
-        uy += data.stick[i - lag] * data.measured[i];
-        uu += data.stick[i - lag] * data.stick[i - lag];
-      }
-    }
-    if (uu > 0.0 && uy * uy / uu > best) {
-      best = uy * uy / uu;
-      scale.gain = uy / uu;
-    }
-  }
+  scale.gain = gain_of(training);
   if (std::abs(scale.gain) < 1e-9 * scale.response / scale.stick) {
     scale.gain = scale.response / scale.stick;
   }
