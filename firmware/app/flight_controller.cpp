@@ -10,6 +10,8 @@ namespace m100::app {
 namespace {
 
 constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
+/// From the tick that sends a stick to the autopilot's using it: half a tick, in which a frame passes at 115200 baud.
+constexpr core::Duration kUplink = core::kTickPeriod / 2;
 constexpr double kErrorSigmas = 3.0;
 constexpr int kBacklogReads = 32;  ///< of PoseLink::kBytesPerTick: more than a driver holds
 /// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
@@ -51,7 +53,8 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       excitation_(config.excitation),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
-      residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod)),
+      residual_(vehicle, typename sysid::ResidualMonitor<T>::Expected{}, core::seconds<T>(core::kTickPeriod),
+                core::seconds<T>(config.attitude_age + kUplink)),
       trim_(vehicle),
       log_(log),
       config_(config) {}
@@ -151,11 +154,16 @@ void FlightController<T, S>::watch_residual() {
     return;
   }
   const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
-  // In the order of sysid::Channel; the yaw stick is positive to the right.
-  residual_.update({.stick_counts = {counts(last_sticks_.roll), counts(last_sticks_.pitch), counts(last_sticks_.yaw),
-                                     counts(last_sticks_.throttle)},
-                    .measured = {measured_.attitude.roll_rad, measured_.attitude.pitch_rad,
-                                 -measured_.attitude.rate_b_rad_s.z(), estimate_.climb_m_s}});
+  // In the order of sysid::Channel; the yaw stick is positive to the right. A gyro's z is the heading's rate only while
+  // the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
+  const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
+  const T heading_rate_rad_s = (core::sin(attitude.roll_rad) * attitude.rate_b_rad_s.y() +
+                                core::cos(attitude.roll_rad) * attitude.rate_b_rad_s.z()) /
+                               core::cos(attitude.pitch_rad);
+  const est::TrimCounts<T>& trim = trim_.now();
+  residual_.update({.stick_counts = {counts(last_sticks_.roll) - trim.roll, counts(last_sticks_.pitch) - trim.pitch,
+                                     counts(last_sticks_.yaw), counts(last_sticks_.throttle)},
+                    .measured = {attitude.roll_rad, attitude.pitch_rad, -heading_rate_rad_s, estimate_.climb_m_s}});
 }
 
 template <typename T, typename S>

@@ -7,6 +7,13 @@
 
 namespace m100::est {
 
+/// Counts on the two tilt sticks.
+template <typename T>
+struct TrimCounts {
+  T roll{0};
+  T pitch{0};
+};
+
 /// How far the sticks' balancing points have moved from the vehicle file's, in counts (paper, III-A: 1080 and 998 where
 /// neutral is 1024; they drift with the aircraft's own levelling).
 template <typename T>
@@ -21,7 +28,7 @@ struct TrimReport {
 /// air. In flight the offset takes in errors of the command gain too; that is why only hover counts. Told, never acted
 /// upon: the control law already flies with the offset itself.
 ///
-/// Memory: six numbers. Cost: a sine, a cosine and some ten products in hover, two comparisons otherwise.
+/// Memory: eight numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
 class TrimWatch {
  public:
@@ -36,32 +43,39 @@ class TrimWatch {
 
   /// Once per tick. @param holds the reference stands still and the commands are ours.
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
+    now_ = counts(estimate);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
-    // Offsets of the yaw-free frame, turned into the body's: a = g (x, -y) forward and left of the world.
-    const T sine = core::sin(estimate.yaw_rad);
-    const T cosine = core::cos(estimate.yaw_rad);
-    const T pitch_rad = cosine * estimate.x.input_offset_rad - sine * estimate.y.input_offset_rad;
-    const T roll_rad = sine * estimate.x.input_offset_rad + cosine * estimate.y.input_offset_rad;
     // A mean at first, a first-order lag from its time constant on: no value to start from is guessed.
     hover_s_ = hover_s_ < kSettled_s ? hover_s_ + step_s : hover_s_;
     const T share = step_s / (hover_s_ < kTimeConstant_s ? hover_s_ : kTimeConstant_s);
-    report_.roll_counts += share * (-roll_rad * roll_counts_per_rad_ - report_.roll_counts);
-    report_.pitch_counts += share * (-pitch_rad * pitch_counts_per_rad_ - report_.pitch_counts);
+    report_.roll_counts += share * (now_.roll - report_.roll_counts);
+    report_.pitch_counts += share * (now_.pitch - report_.pitch_counts);
     report_.settled = hover_s_ >= kSettled_s;
     report_.drifted = report_.settled && (beyond(report_.roll_counts) || beyond(report_.pitch_counts));
   }
 
   const TrimReport<T>& report() const { return report_; }
+  /// The input offset of this tick, hover or not, as counts on the sticks.
+  const TrimCounts<T>& now() const { return now_; }
 
  private:
+  // Offsets of the yaw-free frame, turned into the body's: a = g (x, -y) forward and left of the world.
+  TrimCounts<T> counts(const Estimate<T>& estimate) const {
+    const T sine = core::sin(estimate.yaw_rad);
+    const T cosine = core::cos(estimate.yaw_rad);
+    const T pitch_rad = cosine * estimate.x.input_offset_rad - sine * estimate.y.input_offset_rad;
+    const T roll_rad = sine * estimate.x.input_offset_rad + cosine * estimate.y.input_offset_rad;
+    return {.roll = -roll_rad * roll_counts_per_rad_, .pitch = -pitch_rad * pitch_counts_per_rad_};
+  }
   static bool still(T speed_m_s) { return speed_m_s > -kStill_m_s && speed_m_s < kStill_m_s; }
   static bool beyond(T counts) { return counts > kLimit_counts || counts < -kLimit_counts; }
 
   T roll_counts_per_rad_;
   T pitch_counts_per_rad_;
   T hover_s_{0};
+  TrimCounts<T> now_;
   TrimReport<T> report_;
 };
 

@@ -5,6 +5,16 @@
 #include "firmware/core/maths.h"
 
 namespace m100::sysid {
+namespace {
+
+template <typename Real>
+model::StickAxis behind(model::StickAxis axis, Real line_s) {
+  axis.transport_delay_s += static_cast<double>(line_s);
+  return axis;
+}
+
+}  // namespace
+
 template <typename Real>
 AxisResidual<Real>::AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s)
     : delay_s_(static_cast<Real>(axis.transport_delay_s)),
@@ -12,7 +22,8 @@ AxisResidual<Real>::AxisResidual(const model::StickAxis& axis, Real expected_rms
       expected_rms_(expected_rms),
       sample_period_s_(sample_period_s),
       law_(axis, sample_period_s),
-      dynamics_(axis, sample_period_s) {
+      dynamics_(axis, sample_period_s),
+      fit_(sample_period_s) {
   M100_ASSERT(expected_rms > Real(0));
   M100_ASSERT(delay_s_ <= sample_period_s * static_cast<Real>(kDelay - 2));
 }
@@ -53,8 +64,13 @@ void AxisResidual<Real>::process(std::size_t slot) {
     }
     begin_block();
   }
-  const Real error = dynamics_.value() - measured_[slot];
+  const Real predicted = dynamics_.value();
+  const Real error = predicted - measured_[slot];
   sum_ += error * error;
+  if (in_block_ >= kSettle) {
+    fit_.add(predicted, (predicted - predicted_) / sample_period_s_, error);
+  }
+  predicted_ = predicted;
   const Real now = delayed_command();
   dynamics_.step(now + lead_zero_s_ / sample_period_s_ * (now - before_));
   before_ = now;
@@ -81,16 +97,30 @@ void AxisResidual<Real>::begin_block() {
   dynamics_.start(value, m1 / (Real(110) * sample_period_s_));
   sum_ = Real(0);
   in_block_ = 0;
+  fit_.begin();
   running_ = true;
 }
 
 template <typename Real>
 void AxisResidual<Real>::end_block() {
+  const auto beyond = [](Real value, Real sigma, Real limit) {
+    return (value < Real(0) ? -value : value) - kSigmas * sigma > limit;
+  };
+  report_.response_departed = false;
+  if (fit_.end()) {
+    report_.response = fit_.report();
+    report_.response_departed = report_.response.swing >= kEnoughSwing * expected_rms_ &&
+                                (beyond(report_.response.gain, report_.response.gain_sigma, kGainLimit) ||
+                                 beyond(report_.response.late_s, report_.response.late_sigma_s, kLateLimit_s));
+  }
+  const auto square = [](Real value) { return value * value; };
+  const Real expected =
+      square(expected_rms_) + square(kTiming_s) * fit_.block_slope() + square(kGain) * fit_.block_swing();
   report_.block_rms = core::sqrt(sum_ / static_cast<Real>(kBlock));
-  report_.ratio = report_.block_rms / expected_rms_;
+  report_.ratio = core::sqrt(fit_.block_error() / expected);
   ++report_.blocks;
   report_.blocks_over = report_.ratio > kLimit ? report_.blocks_over + 1 : 0;
-  report_.departed = report_.blocks_over >= 2 || report_.ratio > kFarLimit;
+  report_.departed = report_.response_departed || report_.blocks_over >= 2 || report_.ratio > kFarLimit;
   running_ = false;
 }
 
@@ -105,11 +135,12 @@ Real AxisResidual<Real>::delayed_command() const {
 }
 
 template <typename Real>
-ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s)
-    : channels_{AxisResidual<Real>(vehicle.roll, expected.roll_rad, sample_period_s),
-                AxisResidual<Real>(vehicle.pitch, expected.pitch_rad, sample_period_s),
-                AxisResidual<Real>(vehicle.yaw_rate, expected.yaw_rate_rad_s, sample_period_s),
-                AxisResidual<Real>(vehicle.climb, expected.climb_m_s, sample_period_s)} {}
+ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s,
+                                       Real line_s)
+    : channels_{AxisResidual<Real>(behind(vehicle.roll, line_s), expected.roll_rad, sample_period_s),
+                AxisResidual<Real>(behind(vehicle.pitch, line_s), expected.pitch_rad, sample_period_s),
+                AxisResidual<Real>(behind(vehicle.yaw_rate, line_s), expected.yaw_rate_rad_s, sample_period_s),
+                AxisResidual<Real>(behind(vehicle.climb, line_s), expected.climb_m_s, sample_period_s)} {}
 
 template <typename Real>
 void ResidualMonitor<Real>::update(const Sample& sample) {

@@ -7,33 +7,49 @@
 
 #include "firmware/model/vehicle.h"
 #include "firmware/sysid/axis_dynamics.h"
+#include "firmware/sysid/response_fit.h"
 
 namespace m100::sysid {
 
 /// What a channel's residual says. It names no cause: that takes the whole log and a host.
 template <typename Real>
 struct ResidualReport {
-  Real block_rms = Real(0);       ///< of the last complete block, unit of the axis
-  Real ratio = Real(0);           ///< block_rms over the expected one
-  std::uint32_t blocks = 0;       ///< complete blocks so far
-  std::uint32_t blocks_over = 0;  ///< of them over the limit, in a row, up to now
-  bool departed = false;  ///< reality has left the model: two blocks in a row over the limit, or one far over it
+  Real block_rms = Real(0);        ///< of the last complete block, unit of the axis
+  Real ratio = Real(0);            ///< of its end, about its mean: over what may be expected of a right model
+  std::uint32_t blocks = 0;        ///< complete blocks so far
+  std::uint32_t blocks_over = 0;   ///< of them over the limit, in a row, up to now
+  ResponseError<Real> response;    ///< gain and time over the last three blocks
+  bool response_departed = false;  ///< the stick moved enough to say that gain or time are others than the model's
+  bool departed = false;           ///< reality has left the model: by the response, by two blocks over, by one far over
 };
 
 /// The residual of `m100-lab identify`, in flight: simulation error over blocks of 2.5 s, each started from the
 /// measured state (quadratic through eleven samples), of one stick axis. Works five samples behind, because the
-/// quadratic is centred. Memory: fixed, about 1.3 kB for Real = double. Cost per sample: one static law and one step,
-/// some 60 flops; at a block's start 100 more.
+/// quadratic is centred. Memory: fixed, about 1.6 kB for Real = double. Cost per sample: one static law and one step,
+/// some 80 flops; at a block's start and end 100 more.
+///
+/// What may be expected of a right model at a block's end: the floor of the identified axis, the prediction's slope
+/// times kTiming_s (of a line whose clocks are not ours) and its swing times kGain (half of an identified interval).
+/// Offsets are left to est::TrimWatch: squares count about their mean in the block.
 template <typename Real>
 class AxisResidual {
  public:
   static constexpr std::size_t kHalfWindow = 5;
   static constexpr std::size_t kBlock = 250;  ///< samples
   static constexpr std::size_t kDelay = 64;   ///< most samples of transport delay, plus one
-  static constexpr Real kLimit = Real(3);     ///< times the expected residual: over
-  static constexpr Real kFarLimit = Real(6);  ///< times the expected residual: departed at once
+  static constexpr std::size_t kSettle = 50;  ///< samples in which an error of the start fades
+  static constexpr Real kTiming_s = Real(0.02);
+  static constexpr Real kGain = Real(0.1);
+  static constexpr Real kLimit = Real(2.5);   ///< times the expected residual: over
+  static constexpr Real kFarLimit = Real(5);  ///< times the expected residual: departed at once
+  /// The response has departed beyond these and three standard errors: half of what must be noticed (60 ms), and midway
+  /// between what an identified gain may be off (10 %) and what must be noticed (30 %).
+  static constexpr Real kLateLimit_s = Real(0.03);
+  static constexpr Real kGainLimit = Real(0.2);
+  static constexpr Real kSigmas = Real(3);
+  static constexpr Real kEnoughSwing = Real(3);  ///< times the floor: below, the loop answers the wander (ResponseFit)
 
-  /// @param expected_rms  residual of the identified axis on the validation part, unit of the axis, > 0
+  /// @param expected_rms  floor: residual of the identified axis on the validation part, unit of the axis, > 0
   AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s);
 
   /// One tick. Sticks as they were sent, counts from neutral; `measured` in the unit of the axis.
@@ -65,7 +81,9 @@ class AxisResidual {
   std::size_t in_block_ = 0;
   Real before_ = Real(0);
   Real sum_ = Real(0);
+  Real predicted_ = Real(0);  ///< of the sample before
   bool running_ = false;
+  ResponseFit<Real> fit_;
   ResidualReport<Real> report_;
 };
 
@@ -83,9 +101,11 @@ class ResidualMonitor {
     Real yaw_rate_rad_s = Real(0.05);
     Real climb_m_s = Real(0.07);
   };
-  ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s);
+  /// @param line_s  from the tick that sends a stick to the autopilot, and from the measured attitude to the tick that
+  ///        reads it: what a delay of the vehicle file (autopilot's stick to attitude) does not hold.
+  ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s, Real line_s);
 
-  /// Sticks as sent, counts from neutral.
+  /// Sticks as sent, counts from where they balance: neutral, and the trim as far as it is known.
   struct Sample {
     std::array<Real, kChannels> stick_counts{};
     std::array<Real, kChannels> measured{};

@@ -81,6 +81,57 @@ TEST(AxisResidual, StaysQuietWhileTheModelHolds) {
   EXPECT_FALSE(seen.departed);
 }
 
+// Nothing but a part of the gain, or a little time: the size of the error is no more than an honest model's.
+TEST(AxisResidual, NoticesAThirdOfTheGain) {
+  RecordProperty("promise", "R17");
+  for (const double factor : {0.7, 1.3}) {
+    model::StickAxis truth = measured_roll();
+    truth.scale_per_count *= factor;
+    const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.01), 0.008);
+    EXPECT_TRUE(seen.response_departed) << "factor " << factor;
+    EXPECT_NEAR(seen.response.gain, factor - 1.0, 0.08);
+    EXPECT_NEAR(seen.response.late_s, 0.0, 0.01);
+  }
+}
+
+TEST(AxisResidual, NoticesSixtyMilliseconds) {
+  RecordProperty("promise", "R17");
+  model::StickAxis truth = measured_roll();
+  truth.transport_delay_s += 0.06;
+  const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.01), 0.008);
+  EXPECT_TRUE(seen.response_departed);
+  EXPECT_NEAR(seen.response.late_s, 0.06, 0.01);
+}
+
+// Ten seconds, wherever in a block reality changes.
+TEST(AxisResidual, NoticesAChangeWithinTenSeconds) {
+  RecordProperty("promise", "R17");
+  model::StickAxis late = measured_roll();
+  late.transport_delay_s += 0.06;
+  const lab::identify::AxisData healthy = fly(measured_roll(), 6000, 0.007);
+  const lab::identify::AxisData changed = fly(late, 6000, 0.007);
+  for (std::size_t at = 2000; at < 2260; at += 37) {
+    AxisResidual<double> residual(measured_roll(), 0.008, kPeriod_s);
+    for (std::size_t i = 0; i < at + 1000; ++i) {
+      residual.update(healthy.stick[i], 0.0, i < at ? healthy.measured[i] : changed.measured[i]);
+      ASSERT_TRUE(i >= at || !residual.report().departed) << "a false alarm at sample " << i;
+    }
+    EXPECT_TRUE(residual.report().departed) << "changed at sample " << at;
+  }
+}
+
+// In hover the prediction answers the wander: sticks that push against it must not be taken for a gain that is lost.
+TEST(AxisResidual, BelievesNoResponseWithoutSwing) {
+  lab::identify::AxisData hover = fly(measured_roll(), 3000, 0.0);
+  for (std::size_t i = 0; i < hover.measured.size(); ++i) {
+    hover.stick[i] = std::round(20.0 * std::sin(0.03 * static_cast<double>(i)));
+    hover.measured[i] = -0.008 * std::sin(0.03 * static_cast<double>(i));
+  }
+  const ResidualReport<double> seen = watch(measured_roll(), hover, 0.008);
+  EXPECT_GT(seen.blocks, 5U);
+  EXPECT_FALSE(seen.departed);
+}
+
 // Reality leaves the model: half the gain is gone, or 150 ms of delay have come.
 TEST(AxisResidual, NoticesALostGain) {
   model::StickAxis truth = measured_roll();
@@ -94,6 +145,15 @@ TEST(AxisResidual, NoticesADelay) {
   truth.transport_delay_s += 0.15;
   const ResidualReport<double> seen = watch(measured_roll(), fly(truth, 3000, 0.002), 0.008);
   EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
+}
+
+// An offset is a trim, and est::TrimWatch's: here it says nothing.
+TEST(AxisResidual, LeavesAnOffsetToTheTrim) {
+  lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
+  for (double& measured : data.measured) {
+    measured += 0.05;
+  }
+  EXPECT_FALSE(watch(measured_roll(), data, 0.008).departed);
 }
 
 // A block with a hole in it would compare the model with nothing.
@@ -127,10 +187,10 @@ TEST(ResidualMonitor, SaysWhichChannelIsWorst) {
   vehicle.yaw_rate.time_constant_s = 0.19;
   vehicle.climb.scale_per_count = 2.65e-3;
   vehicle.climb.time_constant_s = 0.33;
-  ResidualMonitor<double> monitor(vehicle, {}, kPeriod_s);
+  ResidualMonitor<double> monitor(vehicle, {}, kPeriod_s, 0.015);
   for (int i = 0; i < 600; ++i) {
     ResidualMonitor<double>::Sample sample;
-    sample.measured = {0.0, i > 20 ? 0.2 : 0.0, 0.0, 0.0};  // pitch goes where no stick sent it
+    sample.measured = {0.0, 0.2 * std::sin(0.03 * i), 0.0, 0.0};  // pitch goes where no stick sent it
     monitor.update(sample);
   }
   EXPECT_EQ(monitor.worst(), Channel::kPitch);
