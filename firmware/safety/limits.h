@@ -49,7 +49,7 @@ constexpr core::Duration fresh_limit(const Limits& limits, const PoseLatency& me
 
 /// What each command may be, and how fast it may change.
 struct Envelope {
-  /// 30 deg, the law's own limit of both axes together: the MPC's box of 25 deg is along the axes of the world, and
+  /// 30 deg, of both axes together, as the law's own limit: the MPC's box of 25 deg is along the axes of the world, and
   /// what brakes in a wind needs the rest.
   double tilt_rad = 0.5235987755982988;
   double tilt_slew_rad_s = 20.0;

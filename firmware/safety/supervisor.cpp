@@ -6,6 +6,9 @@
 namespace m100::safety {
 namespace {
 
+/// A law that keeps the same limit in float must not be cut for its last bits.
+constexpr double kTiltRounding_rad = 1e-4;
+
 /// Finite and not absurd; NaN fails every comparison.
 template <typename T>
 bool sound(T value, double range) {
@@ -103,11 +106,30 @@ T Supervisor<T>::limited(T wanted, T last, double range, double slew, T step_s) 
   return reached;
 }
 
+// Both axes together: each at its own limit would lean the aircraft by 1.4 times as much.
+template <typename T>
+ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
+  const T most = static_cast<T>(envelope_.tilt_rad);
+  const T square = wanted.roll_rad * wanted.roll_rad + wanted.pitch_rad * wanted.pitch_rad;
+  // cos(tilt) = cos(roll) cos(pitch): a little less than the root of the squares, by which the two are shortened.
+  if (square <= most * most ||
+      core::cos(wanted.roll_rad) * core::cos(wanted.pitch_rad) >= core::cos(most + static_cast<T>(kTiltRounding_rad))) {
+    return wanted;
+  }
+  const T share = most / core::sqrt(square);
+  ctl::Command<T> inside = wanted;
+  inside.roll_rad *= share;
+  inside.pitch_rad *= share;
+  stats_.limited_commands += 1;
+  return inside;
+}
+
 template <typename T>
 ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) {
   const Envelope& e = envelope_;
-  return {.roll_rad = limited(wanted.roll_rad, last_.roll_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
-          .pitch_rad = limited(wanted.pitch_rad, last_.pitch_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
+  const ctl::Command<T> inside = leaning(wanted);
+  return {.roll_rad = limited(inside.roll_rad, last_.roll_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
+          .pitch_rad = limited(inside.pitch_rad, last_.pitch_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
           .climb_m_s = limited(wanted.climb_m_s, last_.climb_m_s, e.climb_m_s, e.climb_slew_m_s2, step_s),
           .yaw_rate_rad_s =
               limited(wanted.yaw_rate_rad_s, last_.yaw_rate_rad_s, e.yaw_rate_rad_s, e.yaw_slew_rad_s2, step_s)};

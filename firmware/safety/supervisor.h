@@ -66,6 +66,7 @@ class Supervisor {
   void count_good_poses(const Observation& seen, bool fresh);
   void enter(const LadderRow& row, const Observation& seen);
   Cause cause_of(const LadderRow& row, const Observation& seen) const;
+  ctl::Command<T> leaning(const ctl::Command<T>& wanted);
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
   T limited(T wanted, T last, double range, double slew, T step_s);
 

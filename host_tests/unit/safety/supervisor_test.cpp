@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace m100::safety {
 namespace {
@@ -279,6 +280,26 @@ TEST_F(Ladder, SlewsInsteadOfJumping) {
   EXPECT_NEAR(tick(good(), wanted).command.roll_rad, 0.1 + 20.0 * 0.01, 1e-12);
   EXPECT_NEAR(tick(good(), wanted).command.roll_rad, 0.43, 1e-12);
   EXPECT_NEAR(tick(good(), {.roll_rad = 0.6}).command.roll_rad, 0.5235987755982988, 1e-12);
+}
+
+// Each axis at its own 30 degrees would be 41 degrees of tilt, and R12 says 35.
+TEST_F(Ladder, LeansByNoMoreThanItsLimitWhateverTheDirection) {
+  RecordProperty("promise", "R12");
+  fly();
+  for (const auto& [roll_rad, pitch_rad] : {std::pair(0.52, 0.52), std::pair(-0.6, 0.3), std::pair(0.2, -1.0)}) {
+    const ctl::Command<double> wanted{.roll_rad = roll_rad, .pitch_rad = pitch_rad};
+    ctl::Command<double> granted;
+    for (int i = 0; i < 20; ++i) {
+      granted = tick(good(), wanted).command;
+      EXPECT_LE(std::acos(std::cos(granted.roll_rad) * std::cos(granted.pitch_rad)), 0.5236 + 1e-4);
+    }
+    EXPECT_NEAR(granted.pitch_rad / granted.roll_rad, pitch_rad / roll_rad, 1e-9) << "the direction is kept";
+  }
+  const ctl::Command<double> right{.roll_rad = 0.3, .pitch_rad = 0.4};
+  for (int i = 0; i < 20; ++i) {
+    tick(good(), right);
+  }
+  EXPECT_EQ(tick(good(), right).command.pitch_rad, 0.4) << "what is inside is left alone";
 }
 
 }  // namespace
