@@ -18,6 +18,8 @@ struct FlightConfig {
   safety::Envelope envelope;
   Plausible plausible;
   core::Fence fence;
+  /// Farther from where the course begins [m] an order to fly does nothing: the law would fly the rest at once.
+  double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;     ///< of the horizontal axes
   est::CheckSet checks_off = 0;      ///< of pose against autopilot, that the operator has switched off by name
   ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight

@@ -98,7 +98,7 @@ template <typename T, typename S>
 void FlightController<T, S>::take_orders(core::TimePoint now) {
   tick_orders_ = orders_;
   orders_ = 0;
-  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.rung())) {
+  if ((tick_orders_ & log::kOrderEngage) != 0 && !safety::passes_law(supervisor_.rung()) && is_in_reach()) {
     link_.request_control(now);
     order_until_ = now + config_.order_lasts;
   }
@@ -112,6 +112,16 @@ void FlightController<T, S>::take_orders(core::TimePoint now) {
     }
   }
   order_stands_ = now < order_until_;
+}
+
+/// Of the place where the course begins; before a place is known nothing flies, and nothing is refused for it.
+template <typename T, typename S>
+bool FlightController<T, S>::is_in_reach() const {
+  const core::Vector<T, 3> away{estimate_.x.position_m - reference_.x[0].position_m,
+                                estimate_.y.position_m - reference_.y[0].position_m,
+                                estimate_.height_m - reference_.height.position_m};
+  const T reach_m = static_cast<T>(config_.reach_m);
+  return !estimate_.healthy || away.squaredNorm() <= reach_m * reach_m;
 }
 
 template <typename T, typename S>
@@ -234,7 +244,7 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
           .estimate_healthy = estimate_.healthy,
           .authority = link_.authority().in_control,
           .mode_f = link_.authority().mode_f,
-          .operator_engages = now < order_until_,
+          .operator_engages = now < order_until_ && is_in_reach(),
           .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
           .left_model = {residual_.report(sysid::Channel::kRoll).departed,
                          residual_.report(sysid::Channel::kPitch).departed,

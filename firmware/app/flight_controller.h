@@ -100,6 +100,7 @@ class FlightController {
  private:
   void note_time(core::TimePoint now);
   void take_orders(core::TimePoint now);
+  bool is_in_reach() const;
   core::Pose<double> pose(core::TimePoint now);
   ctl::Command<T> settled() const;
   double speed_m_s() const;

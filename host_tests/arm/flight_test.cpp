@@ -166,7 +166,10 @@ INSTANTIATE_TEST_SUITE_P(Courses, TargetFlight,
 
 /// The image in lockstep with nobody who gives orders over the lockstep line.
 struct TargetOrders : ::testing::Test {
-  World world{measured_plant(), {.seed = kSeed}};
+  explicit TargetOrders(const core::Vector<double, 3>& position_w_m = WorldOptions{}.position_w_m)
+      : world(measured_plant(), {.seed = kSeed, .position_w_m = position_w_m}) {}
+
+  World world;
   EmulatedBoard board{image_path(), "lockstep hover"};
 
   static void SetUpTestSuite() {
@@ -209,6 +212,23 @@ TEST_F(TargetOrders, ControlIsTakenWhenTheSwitchIsTurnedOnAndGivenBackWhenItIsTu
   turn_switch(false);
   advance(100);
   EXPECT_FALSE(world.autopilot().client_in_control());
+}
+
+/// Inside the fence, and 3 m from the course that the board knows.
+struct TargetOrdersElsewhere : TargetOrders {
+  TargetOrdersElsewhere() : TargetOrders({3.0, 0.0, 1.5}) {}
+};
+
+// Would catch: a board that flies 3 m at full tilt to where its course begins as soon as the switch is turned.
+TEST_F(TargetOrdersElsewhere, NothingIsTakenFarFromTheCourse) {
+  RecordProperty("promise", "R4");
+  advance(600);
+  turn_switch(false);
+  advance(1);
+  turn_switch(true);
+  advance(600);
+  EXPECT_FALSE(world.autopilot().client_in_control());
+  EXPECT_EQ(world.autopilot().record().obtain_requests, 0U);
 }
 
 // Would catch: an assertion that stops the board and leaves the last stick deflection in force.

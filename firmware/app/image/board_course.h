@@ -15,6 +15,9 @@ namespace m100::app {
 inline constexpr core::Fence kBoardFence{
     .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 
+/// How far from a course's begin an order to fly is obeyed: as the companion's program has it.
+inline constexpr double kBoardReach_m = 1.5;
+
 /// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre in x and y, 0.2 m up, and
 /// back) and "trajectory" (once around a square of one metre).
 /// @returns kInvalidArgument: no course of that name. Otherwise as Trajectory's append functions.

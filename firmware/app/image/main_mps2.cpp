@@ -141,6 +141,7 @@ int main() {
   app::FlightConfig config = app::kDefaultFlight;
   config.link.app_id = 1;
   config.fence = app::kBoardFence;
+  config.reach_m = app::kBoardReach_m;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_line, course, nullptr);
   static const link::Farewell farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
   last_words = &farewell;
