@@ -52,6 +52,8 @@ void note(Action action, AuthorityState& state) {
     case Action::kReleaseControl:
       state.must_release = false;
       state.since_release = core::Duration{0};
+      state.releases =
+          state.releases > kReleasesAtOnce ? state.releases : static_cast<std::uint8_t>(state.releases + 1);
       break;
     default:
       break;
@@ -81,10 +83,20 @@ bool still_owed(const AuthorityState& state, AuthoritySign signs) {
   return shows_ours(signs) || (state.owed && !settled);
 }
 
+/// The sixth waits until the first is a second old; from then on they are evenly spaced.
+constexpr core::Duration release_spacing(std::uint8_t releases) {
+  if (releases < kReleasesAtOnce) {
+    return kReleaseSpacing;
+  }
+  return releases == kReleasesAtOnce ? kReleaseWindow - (kReleasesAtOnce - 1) * kReleaseSpacing
+                                     : kReleaseWindow / kReleasesAtOnce;
+}
+
 bool must_give_back(const AuthorityState& state, AuthoritySign signs) {
   const bool wants_it = (kAcquiring | Stage::kInControl).has(state.stage);
   const bool blind = state.owed && !hears_items(signs);
-  return !wants_it && state.since_release >= kReleaseSpacing && (state.must_release || shows_ours(signs) || blind);
+  return !wants_it && state.since_release >= release_spacing(state.releases) &&
+         (state.must_release || shows_ours(signs) || blind);
 }
 
 }  // namespace
@@ -96,6 +108,7 @@ AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Durat
   after.since_request = older(state.since_request, elapsed);
   after.since_switch = older(state.since_switch, elapsed);
   after.since_release = older(state.since_release, elapsed);
+  after.releases = after.since_release >= kReleaseWindow ? std::uint8_t{0} : state.releases;
   after.owed = still_owed(after, signs);
   if (any(signs, AuthoritySign::kAsked) && !(kAcquiring | kHolding).has(state.stage)) {
     after.asked = true;

@@ -121,7 +121,12 @@ inline constexpr core::Duration kListenTime = std::chrono::seconds(1);
 inline constexpr core::Duration kPauseTime = std::chrono::seconds(5);
 inline constexpr core::Duration kItemsTime = std::chrono::seconds(2);  ///< for RC and control items to appear
 inline constexpr core::Duration kConfirmTime = std::chrono::seconds(1);
-inline constexpr core::Duration kReleaseSpacing = std::chrono::milliseconds(200);  ///< R4: at most five a second
+/// Giving back is said at most five times in any second (R4). The five of the first second leave at its beginning: an
+/// autopilot wants to hear it twice, and of a bad line the second must have come within the second of R15. Then a pause
+/// up to the full second, and from then on evenly.
+inline constexpr core::Duration kReleaseSpacing = std::chrono::milliseconds(100);
+inline constexpr std::uint8_t kReleasesAtOnce = 5;
+inline constexpr core::Duration kReleaseWindow = std::chrono::seconds(1);
 /// What is asked for may be granted so much later. Twice the age at which items stop being fresh, so that fresh items
 /// of a time when this has passed are younger than the grant.
 inline constexpr core::Duration kGrantTime = std::chrono::seconds(1);
@@ -142,6 +147,7 @@ struct AuthorityState {
   core::Duration since_request = kAgeLimit;
   core::Duration since_switch = kAgeLimit;
   core::Duration since_release = kAgeLimit;
+  std::uint8_t releases = 0;  ///< since a whole second without any; kReleasesAtOnce + 1: or more
   friend constexpr bool operator==(const AuthorityState&, const AuthorityState&) = default;
 };
 
@@ -155,8 +161,8 @@ struct AuthorityStep {
 constexpr bool may_command(Stage stage) { return stage == Stage::kInControl; }
 
 /// One step, at most one row of the table, then what stands beside it (promise R15): in a stage that does not want
-/// control, whatever telemetry shows as ours, and whatever may be ours while telemetry is silent, is given back, five
-/// times a second, until telemetry shows that the transmitter has it. Pure: the caller keeps the state.
+/// control, whatever telemetry shows as ours, and whatever may be ours while telemetry is silent, is given back, at
+/// most five times a second, until telemetry shows that the transmitter has it. Pure: the caller keeps the state.
 /// @param elapsed since the step before, not negative.
 AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Duration elapsed);
 

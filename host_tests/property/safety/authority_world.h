@@ -77,6 +77,7 @@ inline void canonicalise(World& world) {
   client.since_request = std::min(client.since_request, kRequestSpacing);
   client.since_switch = std::min(client.since_switch, kRequestSpacing);
   client.since_release = client.since_release < kReleaseSpacing ? core::Duration{0} : kAgeLimit;
+  client.releases = 0;  // the pause of giving back only delays; GivingBackIsRepeated... counts
   const bool timed = client.stage == Stage::kListening || client.stage == Stage::kPausing ||
                      client.stage == Stage::kConfirming || client.stage == Stage::kEnabling ||
                      client.stage == Stage::kAwaitingTelemetry;

@@ -49,7 +49,7 @@ TEST_P(GivingBack, AReleasedAircraftIsThePilotsAlthoughEveryAnswerIsLost) {
   bench.link.release(bench.clock.now());
   const auto taken = time_to_the_pilot(bench);
   ASSERT_TRUE(taken.has_value());
-  EXPECT_LE(*taken, milliseconds(300)) << "two requests, a fifth of a second apart";
+  EXPECT_LE(*taken, milliseconds(200)) << "two requests, a tenth of a second apart";
   ASSERT_TRUE(bench.run_until(Stage::kReady, milliseconds(200)));
   EXPECT_EQ(bench.link.authority().reason, Reason::kReleased);
   EXPECT_FALSE(bench.link.authority().owed);
