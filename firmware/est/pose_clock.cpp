@@ -67,7 +67,10 @@ core::TimePoint PoseClock::note(core::SenderTime captured, core::TimePoint arriv
   count_ += count_ < 1000000U ? 1U : 0U;
   own_s_ += step_s;
   note_spacing(step_s);
-  fit(own_s_, arrived_s);
+  const bool is_overdue = is_proven() && arrived_s - (envelope_s_ + step_s * rate_) > kMostLateness_s;
+  if (!is_overdue) {
+    fit(own_s_, arrived_s);
+  }
   if (count_ < kSettled) {
     envelope_s_ = arrived_s;
     return arrived;
@@ -84,6 +87,9 @@ core::TimePoint PoseClock::note(core::SenderTime captured, core::TimePoint arriv
   const double rise_s = kRise * way_s + unsure_s;
   envelope_s_ += way_s + (late_s < rise_s ? late_s : rise_s);
   lateness_.note(late_s);
+  if (!is_proven()) {
+    in_time_ = late_s < kMostLateness_s ? in_time_ + 1 : 0;
+  }
   return is_regular() ? origin_ + duration_of(envelope_s_) : arrived;
 }
 

@@ -32,7 +32,8 @@ class Quantile {
 /// some 3000 poses; t0 + r s is the lower envelope of y: it advances with s, falls at once to a smaller y, and rises
 /// slowly (faster while r is uncertain). What is left is a constant, the part of the latency that every message has;
 /// PoseLatency finds it. Captures that were lost change nothing. A clock that was set forward is begun anew; one that
-/// was set back makes poses look old, which they may be.
+/// was set back makes poses look old, which they may be. Stamps that have once followed the arrivals go on to be
+/// believed: what is then far later than they say is old, however long it lasts, and teaches nothing about the rate.
 ///
 /// Cost: about 40 products a pose, three divisions. In double: the numbers are times of a whole flight.
 class PoseClock {
@@ -49,11 +50,13 @@ class PoseClock {
   /// 99th percentile of what note() took away.
   core::Duration lateness() const;
   /// note() takes jitter away.
-  bool is_regular() const { return count_ >= kSettled && lateness_.value_s() < kMostLateness_s; }
+  bool is_regular() const { return count_ >= kSettled && (is_proven() || lateness_.value_s() < kMostLateness_s); }
 
  private:
   static constexpr std::uint32_t kSettled = 30;
+  static constexpr std::uint32_t kProven = 20;  ///< poses in a row, after those
   static constexpr double kMostLateness_s = 0.12;
+  bool is_proven() const { return in_time_ >= kProven; }
   void begin(core::SenderTime captured, core::TimePoint arrived);
   void fit(double own_s, double arrived_s);
   void note_spacing(double step_s);
@@ -61,6 +64,7 @@ class PoseClock {
   core::TimePoint origin_{};
   core::SenderTime last_{};
   std::uint32_t count_ = 0;
+  std::uint32_t in_time_ = 0;       ///< poses in a row that were not far later than their stamps; kProven: once
   double own_s_ = 0.0;              ///< of the sender's clock since the origin
   double spacing_s_ = 0.0;          ///< between two captures
   double least_long_step_s_ = 0.0;  ///< of those in a row that were longer than usual
