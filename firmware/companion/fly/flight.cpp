@@ -147,25 +147,28 @@ class HealthLog {
   HealthText text_{};
 };
 
-/// Looks once a second whether there is still somebody who gives control back if this program dies.
+/// Whether there is still somebody who gives control back if this program dies, in words where that changes.
 class GuardWatch {
  public:
   GuardWatch(Keeper& keeper, Listener& listener) : keeper_(keeper), listener_(listener) {}
-  void tick(core::TimePoint now) {
-    if (alive_ && now - seen_at_ >= kHealthPeriod) {
-      seen_at_ = now;
-      alive_ = keeper_.alive();
-      if (!alive_) {
-        listener_.hear(now, "the second process is dead: nobody gives control back if this program dies. Land");
-      }
+  /// @returns true: there is.
+  bool tick(core::TimePoint now) {
+    const Keeper::Guard guard = keeper_.guard(now);
+    if (guard != told_) {
+      told_ = guard;
+      listener_.hear(now,
+                     guard == Keeper::Guard::kStands ? "the second process goes on"
+                     : guard == Keeper::Guard::kDead
+                         ? "the second process is dead: nobody gives control back if this program dies. Land"
+                         : "the second process stands still: nobody gives control back if this program dies. Land");
     }
+    return guard == Keeper::Guard::kStands;
   }
 
  private:
   Keeper& keeper_;
   Listener& listener_;
-  core::TimePoint seen_at_{};
-  bool alive_ = true;
+  Keeper::Guard told_ = Keeper::Guard::kStands;
 };
 
 void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now) {
@@ -274,13 +277,13 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
       say("this program stood still for too long: control was given back to the transmitter");
     }
     pose_port.tick();
-    guard.tick(now);
+    const bool guarded = guard.tick(now);
     (void)controller->tick(now);  // what became of the command stands in the log
     pose_port.tell(*controller, now);
     live.tell(*controller, *trajectory, now);
     health.tick(now, controller->link().health());
     const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, pilotage.waits());
-    if (!pilotage.tick(now, {.word = key_pressed() || word, .stops = stops()})) {
+    if (!pilotage.tick(now, {.word = key_pressed() || word, .stops = stops(), .guarded = guarded})) {
       break;
     }
   }

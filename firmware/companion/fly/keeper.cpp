@@ -109,6 +109,18 @@ bool Keeper::alive() {
   return process_ > 0;
 }
 
+Keeper::Guard Keeper::guard(core::TimePoint now) {
+  const std::uint32_t looks = board_->looks.load();
+  if (looks != seen_looks_ || seen_at_ == core::TimePoint{}) {
+    seen_looks_ = looks;
+    seen_at_ = now;
+  }
+  if (now - seen_at_ < kHang) {
+    return Guard::kStands;
+  }
+  return alive() ? Guard::kStandsStill : Guard::kDead;
+}
+
 void Keeper::dismiss() { end(kGo, kGoes); }
 
 void Keeper::speak() { end(kSpeak, kGoes + static_cast<int>(kRounds) * kRepeat); }

@@ -55,6 +55,11 @@ class Keeper {
   /// False: it was killed, so nobody would speak. Reaps it.
   bool alive();
 
+  enum class Guard : std::uint8_t { kStands, kStandsStill, kDead };
+  /// Each tick: whether somebody would speak if this program died now. One that was stopped, or gets no time, has not
+  /// looked for kHang. A system call only where it has not.
+  Guard guard(core::TimePoint now);
+
   /// The flight is over and control is back: the keeper ends. Waits for its end.
   void dismiss();
 
@@ -74,6 +79,8 @@ class Keeper {
   pid_t process_ = -1;
   int held_ = -1;
   std::uint32_t openings_ = 0;
+  std::uint32_t seen_looks_ = 0;
+  core::TimePoint seen_at_{};
 };
 
 }  // namespace m100::companion

@@ -15,6 +15,7 @@ struct KeeperBoard {
   /// Beats so far, and kSpoken from when the keeper decides to speak until the program has noticed it.
   std::atomic<std::uint32_t> beats{0};
   std::atomic<std::uint32_t> in_control{0};
+  std::atomic<std::uint32_t> looks{0};  ///< of the keeper so far: it is alive, and runs
 };
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free, "a lock could die with the program");
 

@@ -30,6 +30,7 @@ class Watch {
       rest(Keeper::kLook);
       obey(receive_word(socket_));
       look(clock_.now());
+      board_.looks.fetch_add(1);
     }
   }
 

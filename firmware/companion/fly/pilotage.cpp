@@ -53,9 +53,9 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
       view.stage == safety::Stage::kReady && obstacle(controller_.observed(), limits_) == safety::Cause::kNone;
   if (wishes_.take_control && !order_given_ && all_ready) {
     order_given_ = true;
-    try_to_engage(now);
+    try_to_engage(now, input.guarded);
   } else if (input.word) {
-    try_to_engage(now);
+    try_to_engage(now, input.guarded);
   }
   tell_what_is_awaited(now, view);
   // Refused before anybody could ask, for a reason that does not heal by itself, or that has not healed.
@@ -100,7 +100,11 @@ void Pilotage::tell_reach(core::TimePoint now) {
   tell(now, line.add(" m: fly there, or start m100 again here; ").add(kAgain).text());
 }
 
-void Pilotage::try_to_engage(core::TimePoint now) {
+void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
+  if (!guarded) {
+    tell(now, "control is not asked for: nobody would give it back if this program died; end it and start it again");
+    return;
+  }
   const safety::Cause cause = obstacle(controller_.observed(), limits_);
   // Before telemetry there is no estimate: the order waits for start-up.
   if (cause == safety::Cause::kPoseRefused || cause == safety::Cause::kPoseOld) {
@@ -136,10 +140,10 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.word);
   const bool too_far = is_out_of_reach();
-  if (takes_it_back || too_far || now - since_ > kPatience) {
+  if (takes_it_back || too_far || !input.guarded || now - since_ > kPatience) {
     if (too_far) {
       tell_reach(now);
-    } else if (!takes_it_back) {
+    } else if (!takes_it_back && input.guarded) {
       tell(now, "control was not granted within 20 s");
     }
     controller_.release();  // what is only asked for may already be granted

@@ -26,6 +26,7 @@ struct Wishes {
 struct OperatorInput {
   bool word = false;        ///< Enter, or SIGUSR1
   std::uint32_t stops = 0;  ///< signals to end, so far
+  bool guarded = true;      ///< somebody gives control back if this program dies
 };
 
 /// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
@@ -57,7 +58,7 @@ class Pilotage {
   bool ask(core::TimePoint now, const View& view, const OperatorInput& input);
   bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
   bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
-  void try_to_engage(core::TimePoint now);
+  void try_to_engage(core::TimePoint now, bool guarded);
   bool is_out_of_reach() const;
   void tell_reach(core::TimePoint now);
   void begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input);

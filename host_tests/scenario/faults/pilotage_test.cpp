@@ -112,6 +112,37 @@ TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
   }
 }
 
+// Would catch a script that waits for ever for a source of pose that is dead.
+TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
+  begin({.take_control = true, .hold_s = 1000.0, .once = true});
+  bench_->world().pose_source().set_faults({.silent = true});
+  const core::TimePoint from = bench_->world().now();
+  (void)until([] { return false; }, seconds(40));
+  ASSERT_TRUE(ended_) << heard_.all();
+  const double after_s = core::seconds<double>(bench_->world().now() - from);
+  EXPECT_GT(after_s, 20.0);
+  EXPECT_LT(after_s, 28.0) << "start-up takes some seconds of it";
+  EXPECT_TRUE(heard_.has("control is not asked for yet")) << heard_.all();
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+}
+
+// Nobody would give control back if the program died: then it is not taken, and what is only asked for goes back.
+TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
+  RecordProperty("promise", "R15");
+  begin({.take_control = true, .hold_s = 1000.0});
+  input_.guarded = false;
+  (void)until([] { return false; }, seconds(12));
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+  EXPECT_TRUE(heard_.has("nobody would give it back if this program died")) << heard_.all();
+  input_.guarded = true;
+  input_.word = true;
+  ASSERT_TRUE(until([&] { return bench_->noted().obtain_requests > 0U; }, seconds(5))) << heard_.all();
+  input_.guarded = false;
+  (void)until([] { return false; }, seconds(5));
+  EXPECT_TRUE(is_pilots());
+  EXPECT_FALSE(pilotage_->flew());
+}
+
 TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0, .once = true});

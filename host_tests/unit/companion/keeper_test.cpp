@@ -233,6 +233,34 @@ TEST_F(KeeperTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
   EXPECT_EQ(releases, 2 * Keeper::kRounds);
 }
 
+// Whoever flies must know that nobody would speak for him. The times are handed in.
+TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
+  RecordProperty("promise", "R15");
+  only_process = getpid();
+  Keeper keeper(kSticks, nullptr);
+  const core::TimePoint from = core::TimePoint{} + std::chrono::seconds(1);
+  const auto looks_again = [&] {  // it looks fifty times a second; the machine may be busy
+    for (int tries = 0; tries < 2000 && keeper.guard(from + Keeper::kHang) != Keeper::Guard::kStands; ++tries) {
+      usleep(10000);
+    }
+    return keeper.guard(from + Keeper::kHang);
+  };
+  EXPECT_EQ(keeper.guard(from), Keeper::Guard::kStands);
+  ASSERT_EQ(kill(keeper.process(), SIGSTOP), 0);
+  int status = 0;
+  ASSERT_EQ(waitpid(keeper.process(), &status, WUNTRACED), keeper.process());
+  (void)keeper.guard(from);  // what it looked at before it stood still
+  EXPECT_EQ(keeper.guard(from + Keeper::kHang - core::Duration{1}), Keeper::Guard::kStands);
+  EXPECT_EQ(keeper.guard(from + Keeper::kHang), Keeper::Guard::kStandsStill);
+  ASSERT_EQ(kill(keeper.process(), SIGCONT), 0);
+  EXPECT_EQ(looks_again(), Keeper::Guard::kStands);
+  ASSERT_EQ(kill(keeper.process(), SIGKILL), 0);
+  siginfo_t ended{};
+  ASSERT_EQ(waitid(P_PID, static_cast<id_t>(keeper.process()), &ended, WEXITED | WNOWAIT), 0);
+  (void)keeper.guard(from + 2 * Keeper::kHang);
+  EXPECT_EQ(keeper.guard(from + 4 * Keeper::kHang), Keeper::Guard::kDead);
+}
+
 // Start-up may take its time, and nothing is held yet.
 TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
   only_process = getpid();
