@@ -19,6 +19,7 @@ namespace {
 /// What could be seen without sending.
 struct Seen {
   bool telemetry = false;
+  bool mode_f = false;
   std::optional<bool> pose;  ///< no value: nobody looked
   link::LinkHealth health;
   nlohmann::json pose_link{};
@@ -36,11 +37,21 @@ std::uint32_t listen(const FlyOptions& options, const Tick& tick) {
   return clock.stalls();
 }
 
+/// The link asks for the version, and hears no answer to what has not left: that is no failure of the line.
+link::LinkHealth unasked(link::LinkHealth health) {
+  health.sessions = {};
+  return health;
+}
+
 /// Without a vehicle or a pose there is nothing to estimate: the link alone.
 Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal::Uart& port) {
   link::SerialLink link(port, config);
   const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { link.receive(now); });
-  return {.telemetry = link.authority().telemetry_fresh, .pose = {}, .health = link.health(), .stalls = stalls};
+  return {.telemetry = link.authority().telemetry_fresh,
+          .mode_f = link.authority().mode_f,
+          .pose = {},
+          .health = unasked(link.health()),
+          .stalls = stalls};
 }
 
 /// The whole program but its voice.
@@ -69,15 +80,21 @@ Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightM
   });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,
+          .mode_f = controller->link().authority().mode_f,
           .pose = estimate.healthy &&
                   controller->observed().pose_age <= fresh_limit(config.limits, controller->observed().pose_latency),
-          .health = controller->link().health(),
+          .health = unasked(controller->link().health()),
           .pose_link = to_json(controller->pose_link().stats(), pose_port.signatures()),
           .stalls = stalls};
 }
 
 void tell(const FlyOptions& options, const Seen& seen) {
   std::cout << "autopilot: " << (seen.telemetry ? "telemetry comes" : "no telemetry; m100 probe tells why") << "\n";
+  if (seen.telemetry) {
+    std::cout << "switch:    "
+              << (seen.mode_f ? "at F" : "not at F: control would be refused; set the transmitter's mode switch to F")
+              << "\n";
+  }
   if (seen.pose) {
     std::cout << "pose:      " << (*seen.pose ? "fresh, and the estimate is healthy" : "too old, or not believed")
               << "\n";
@@ -89,6 +106,7 @@ void tell(const FlyOptions& options, const Seen& seen) {
                      {"obtained", false},
                      {"released", false},
                      {"telemetry", seen.telemetry},
+                     {"mode_f", seen.mode_f},
                      {"stalls", seen.stalls},
                      {"bytes_sent", seen.health.bytes_sent},
                      {"health", to_json(seen.health)}};

@@ -30,6 +30,8 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
                      "--json", result.string(), "--mode", "calm_room", "--channel", "movement", "--app-id", "4711"}),
              0);
   EXPECT_NE(said.find("dry run: nothing is sent"), std::string::npos) << said;
+  EXPECT_NE(said.find("switch:    at F"), std::string::npos) << said;
+  EXPECT_NE(said.find(" 0 session failures"), std::string::npos) << "what was not asked did not fail\n" << said;
   EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
   EXPECT_NE(said.find("the estimate is healthy"), std::string::npos) << said;
   const json flown = json::parse(std::ifstream(result));
