@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kFarthest_m = 1000.0;
 constexpr double kRounding_m = 1e-3;  ///< a pose has millimetres; a course along the fence is inside
+constexpr double kRoom_m = 0.5;       ///< a hover in wind wanders by half of it, and a place is to be left by braking
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",
@@ -149,6 +150,15 @@ void check_together(const toml::table& root, const std::string& file, const Flig
     if (!box.contains(0.0)) {
       fail(file, root["fence"][key].node(), std::string("fence.") + key, "the start, 0, is not inside " + text_of(box));
     }
+    if (box.low > -kRoom_m || box.high < kRoom_m) {
+      fail(
+          file, root["fence"][key].node(), std::string("fence.") + key,
+          text_of(box) + " leaves less than " + text_of(kRoom_m) + " m to a side of the start: too narrow to hover in");
+    }
+  }
+  if (flight.fence_z_m.high - flight.fence_z_m.low < 2.0 * kRoom_m) {
+    fail(file, root["fence"]["z_m"].node(), "fence.z_m",
+         text_of(flight.fence_z_m) + " is lower than " + text_of(2.0 * kRoom_m) + " m: too low to hover in");
   }
   if (flight.fence_z_m.low <= flight.ground_z_m) {
     fail(file, root["fence"]["z_m"].node(), "fence.z_m",

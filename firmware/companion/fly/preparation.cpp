@@ -50,6 +50,16 @@ void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start)
   }
 }
 
+/// A course that was named is meant: one without a piece would be a hover that nobody asked for.
+std::vector<CoursePiece> lay(const Orders& orders, const ref::Waypoint<double>& start,
+                             ref::Trajectory<double>& course) {
+  std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, course, orders.course_name);
+  if (pieces.empty() && !orders.course_name.empty()) {
+    throw CourseError(orders.course_name + ": has no piece; without --course the aircraft hovers where it is");
+  }
+  return pieces;
+}
+
 }  // namespace
 
 Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_name(options.course) {
@@ -93,7 +103,7 @@ ref::Waypoint<double> first_pose(PosePort& port) {
 }
 
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
-  const std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, course, orders.course_name);
+  const std::vector<CoursePiece> pieces = lay(orders, start, course);
   expect_flyable(course, pieces, start, limits_of_course(orders), orders.course_name);
   if (orders.flight) {
     expect_inside(*orders.flight, start, course, pieces, orders.course_name);
@@ -104,7 +114,7 @@ void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref
 Range check_offsets(const Orders& orders) {
   const auto course = std::make_unique<ref::Trajectory<double>>();
   ref::Waypoint<double> start;
-  const std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, *course, orders.course_name);
+  const std::vector<CoursePiece> pieces = lay(orders, start, *course);
   expect_flyable(*course, pieces, start, limits_of_course(orders), orders.course_name);
   if (!orders.flight) {
     return {-kEverywhere_m, kEverywhere_m};
@@ -112,8 +122,7 @@ Range check_offsets(const Orders& orders) {
   const Range heights_m = heights_over_start(*course, pieces);
   const Range fence_m = orders.flight->fence_z_m;
   start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start that the fence lets pass
-  expect_inside(*orders.flight, start, *course, lay_course(orders.course_text, start, *course, orders.course_name),
-                orders.course_name);
+  expect_inside(*orders.flight, start, *course, lay(orders, start, *course), orders.course_name);
   return {start.position_w_m.z(), fence_m.high - heights_m.high};
 }
 

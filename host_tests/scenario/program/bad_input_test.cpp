@@ -129,6 +129,7 @@ TEST_F(BadInput, OfACourseIsFoundAtTheDesk) {
   };
   EXPECT_EQ(run(check_course(file("good.course", "quintic 1 0 1 0 5\nsquare 1 2 0.2\n"))), 0) << error();
   expect_refused(check_course(folder / "none.course"), "none.course: cannot be read");
+  expect_refused(check_course(file("empty.course", "# to be written\n\n")), "empty.course: has no piece");
   expect_refused(check_course(file("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
   expect_refused(check_course(file("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
                  "far.course:2: 'step': x = 100 m is outside the fence");
