@@ -64,7 +64,7 @@ std::vector<std::string> Bench::client_words() const {
                                  "--port",     cable_->port_of(End::kClient),
                                  "--baud",     std::to_string(setup_.baud),
                                  "--channel",  setup_.movement ? "movement" : "virtual_rc",
-                                 "--hold",     "600"};
+                                 "--hold",     std::to_string(setup_.hold_s)};
   if (!setup_.handshake) {
     words.insert(words.end(),
                  {"--pose-port", cable_->port_of(End::kClientPose), "--vehicle", places_.vehicle, "--gains",
@@ -162,6 +162,17 @@ void Bench::let_client_end() {
   for (int wait = 0; wait < kWaits && client_->runs() && !cable_->takes_part(client_->id()); ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
+}
+
+void Bench::send_to_keeper(int signal) {
+  const pid_t keeper = client_->child("m100-keeper");
+  if (keeper <= 0) {
+    throw std::runtime_error("m100 fly has no second process");
+  }
+  if (signal == SIGSTOP) {
+    cable_->suspend(keeper);
+  }
+  ::kill(keeper, signal);
 }
 
 std::string Bench::said() const {

@@ -22,6 +22,7 @@ struct Places {
   std::string vehicle;
   std::string gains;
   std::string folder;  ///< of this case, empty
+  bool keep = false;   ///< what was written stays, however the case ended
 };
 
 /// How the two programs are started.
@@ -30,6 +31,7 @@ struct Setup {
   bool encrypted = false;
   bool real_time = false;
   bool handshake = false;  ///< m100 handshake instead of m100 fly
+  double hold_s = 600.0;
   std::uint64_t seed = 1;
   std::uint32_t baud = 230400;
   std::vector<std::string> more_words{};  ///< of m100
@@ -57,6 +59,7 @@ class Bench {
   /// A line of the autopilot's script, now.
   void tell_autopilot(const std::string& line);
   void stop_client_at_the_signal(bool stopped);  ///< SIGSTOP or SIGCONT, with its time
+  void send_to_keeper(int signal);               ///< the second process of m100 fly
   /// Puts another autopilot at the client's port; to be plugged in by the caller.
   void replace_autopilot() { other_.emplace(setup_.baud, now()); }
   /// Empty: there is none.

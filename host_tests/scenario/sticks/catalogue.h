@@ -47,6 +47,8 @@ struct Fault {
   bool flies_on = false;                    ///< and the flight must go on: the fault is none of its business
   bool needs_mount = false;                 ///< left out where can_mount() says no
   bool ends_program = false;                ///< by itself: no exit code is asked for, and no life after it
+  bool ends_alone = false;                  ///< and it must: without the operator's stop, with exit code 1
+  bool takes_guard = false;  ///< the second process is gone: with a death of the first that would be two deaths
 };
 
 // What R15 allows. The ladder from a lost pose: 60 ms to coast, 0.7 s to level, 1 s to release, 1.0 s for the

@@ -57,6 +57,10 @@ constexpr std::array kFaults{
           .group = Group::kAuthority,
           .strike = [](Bench& b) { b.tell_autopilot("double_acks 1000"); },
           .flies_on = true},
+    Fault{.name = "answers of another session",
+          .group = Group::kAuthority,
+          .strike = [](Bench& b) { b.to_client.plan.strange_answers = true; },
+          .flies_on = true},
     // The port.
     Fault{.name = "unplugged for 0.4 s",
           .group = Group::kPort,

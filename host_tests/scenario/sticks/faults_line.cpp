@@ -27,6 +27,14 @@ void garble(Bench& bench, bool on) {
   }
 }
 
+/// Our driver's buffer that was full: a piece is missing in the middle of what we read, again and again.
+void plan_overruns(Bench& bench, int left) {
+  bench.to_client.plan.swallow = 100;
+  if (left > 0) {
+    bench.plan(milliseconds(250), [&bench, left] { plan_overruns(bench, left - 1); });
+  }
+}
+
 void cut(Bench& bench, bool to_client, bool to_autopilot) {
   bench.to_client.plan.cut = to_client;
   bench.to_autopilot.plan.cut = to_autopilot;
@@ -54,6 +62,17 @@ constexpr std::array kFaults{
     Fault{.name = "pieces lost, 5 %",
           .group = Group::kLine,
           .strike = [](Bench& b) { b.to_client.plan.drop = b.to_autopilot.plan.drop = 0.05; }},
+    Fault{.name = "pieces lost, 10 %",
+          .group = Group::kLine,
+          .strike = [](Bench& b) { b.to_client.plan.drop = b.to_autopilot.plan.drop = 0.10; }},
+    Fault{.name = "pieces in fragments",
+          .group = Group::kLine,
+          .strike = [](Bench& b) { b.to_client.plan.in_fragments = b.to_autopilot.plan.in_fragments = true; },
+          .flies_on = true},
+    Fault{.name = "our buffer overruns, 4 a second",
+          .group = Group::kLine,
+          .strike = [](Bench& b) { plan_overruns(b, 40); },
+          .flies_on = true},
     Fault{.name = "pieces doubled",
           .group = Group::kLine,
           .strike = [](Bench& b) { b.to_client.plan.twice = b.to_autopilot.plan.twice = 0.1; }},
@@ -78,7 +97,7 @@ constexpr std::array kFaults{
     Fault{.name = "run of start bytes", .group = Group::kLine, .strike = run_of_start_bytes, .flies_on = true},
     Fault{.name = "false headers, 10 a second",
           .group = Group::kLine,
-          .strike = [](Bench& b) { plan_false_headers(b, 30); },
+          .strike = [](Bench& b) { plan_false_headers(b, 100); },
           .flies_on = true},
     Fault{.name = "wrong baud rate",
           .group = Group::kLine,

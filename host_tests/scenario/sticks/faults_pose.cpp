@@ -52,6 +52,14 @@ constexpr std::array kFaults{
           .stages = kWithPose,
           .heals_after_s = 0.3,
           .heal = [](Bench& b) { b.poses.plan.cut = false; }},
+    Fault{.name = "pose lost, --once",  // a script is not to wait for ever: it ends after 20 s without a pose
+          .group = Group::kPose,
+          .strike = [](Bench& b) { b.poses.plan.cut = true; },
+          .stages = bit(Stage::kStarting),
+          .heals_after_s = 18.0,  // so long and 5 s more the case is watched
+          .heal = [](Bench&) {},
+          .prepare = [](Setup& s) { s.more_words.emplace_back("--once"); },
+          .ends_alone = true},
     Fault{.name = "pose port unplugged",
           .group = Group::kPose,
           .strike = [](Bench& b) { b.cable().unplug(End::kClientPose); },

@@ -100,6 +100,17 @@ class Judge {
     return fault.name.starts_with("SIGSTOP") ? kDeath_s : 0.0;
   }
 
+  /// A program that stands still opens no port that came back, and the second process cannot: it has no name of it.
+  double within_s(const Fault& fault) const {
+    constexpr std::string_view kStop = "SIGSTOP for ";
+    const bool port_was_gone = any([&](const Fault& other) {
+      return &other != &fault && other.group == Group::kPort && struck_s(&other) < struck_s(&fault) + kDeath_s;
+    });
+    return port_was_gone && fault.name.starts_with(kStop)
+               ? std::stod(std::string(fault.name.substr(kStop.size()))) + kHealed_s
+               : fault.within_s;
+  }
+
   /// The transmitter must have control `within_s` after t_s, or after the line came back.
   void expect_return(double t_s, double within_s, const std::string& why) {
     if (t_s == kNever_s || any([](const Fault& fault) { return fault.reach == Reach::kLate; })) {
@@ -144,7 +155,7 @@ class Judge {
       }
       // What was granted after the strike counts from the grant.
       const double granted_s = in_flight || story_.obtained_s == kNever_s ? 0.0 : story_.obtained_s;
-      expect_return(std::max(struck_s(fault), granted_s), fault->within_s, std::string(fault->name));
+      expect_return(std::max(struck_s(fault), granted_s), within_s(*fault), std::string(fault->name));
     }
     expect_return(story_.pose_taken_away_s, kLadder_s, "pose taken away");
     expect_return(story_.stopped_s, kStop_s, "operator's stop");
@@ -160,7 +171,9 @@ class Judge {
       object("asked for control " + std::to_string(summary.at("obtain_requests").get<int>()) + " times");
     }
     const bool was_replaced = any([](const Fault& fault) { return fault.name == "another autopilot plugged in"; });
-    if (was_replaced && !story_.found_another) {
+    const bool two_at_the_plug = case_.second != nullptr && case_.fault->group == Group::kPort &&
+                                 case_.second->group == Group::kPort;  // the one undoes what the other did
+    if (was_replaced && !two_at_the_plug && !story_.found_another) {
       object("the link did not start up with the autopilot that was plugged in");
     }
     if (story_.requests_to_the_other > 0) {
@@ -246,6 +259,9 @@ class Judge {
     if (!story_.ran_until_stopped && !by_fault && !never_came && case_.stage != Stage::kReleasing) {
       object("the program ended by itself, code " + std::to_string(story_.ending.value_or(-1)));
     }
+    if (any([](const Fault& fault) { return fault.ends_alone; }) && (story_.ran_until_stopped || story_.ending != 1)) {
+      object("the program did not end by itself with exit code 1");
+    }
     const bool flew = story_.obtained_s != kNever_s;
     if (flew && story_.ending == 2) {
       object("exit code 2 after a flight");
@@ -255,7 +271,7 @@ class Judge {
     }
     const bool unreachable = mute().from_s != kNever_s && mute().to_s == kNever_s;
     const bool killed = any([](const Fault& fault) {
-      return fault.name == "SIGKILL" || fault.name == "SIGSEGV" || fault.name == "SIGSTOP";
+      return fault.name == "SIGKILL" || fault.name == "SIGSEGV" || fault.name == "SIGABRT" || fault.name == "SIGSTOP";
     });
     const bool deaf = any([](const Fault& fault) { return fault.reach == Reach::kDeaf && fault.heal == nullptr; });
     if (killed || unreachable || deaf) {
@@ -302,7 +318,10 @@ class Judge {
     constexpr std::array kWords{
         Word{"taken by the app", Stage::kFlying, "the mobile app has control of the aircraft, not the transmitter"},
         Word{"transmitter off", Stage::kFlying, "no transmitter is heard"},
+        Word{"second process killed", Stage::kFlying, "the second process is dead: nobody gives control back"},
+        Word{"second process stopped", Stage::kFlying, "the second process stands still: nobody gives control back"},
         Word{"pose lost", Stage::kStarting, "control is not asked for yet; pose old"},
+        Word{"pose lost, --once", Stage::kStarting, "control is not asked for yet; pose old"},
         Word{"pose frozen", Stage::kStarting, "control is not asked for yet; pose old"},
         Word{"pose port unplugged", Stage::kStarting, "control is not asked for yet; pose old"}};
     for (const Word& word : kWords) {

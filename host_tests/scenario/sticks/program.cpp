@@ -92,6 +92,22 @@ void Program::send(int signal) const {
   }
 }
 
+pid_t Program::child(const std::string& name) const {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc", error)) {
+    std::ifstream file(entry.path() / "stat");  // number (name) state parent
+    std::string text;
+    std::getline(file, text);
+    const std::size_t begin = text.find('(');
+    const std::size_t end = text.rfind(')');
+    if (begin != std::string::npos && end != std::string::npos && text.substr(begin + 1, end - begin - 1) == name &&
+        std::stol(text.substr(end + 4)) == id_) {
+      return static_cast<pid_t>(std::stol(text));
+    }
+  }
+  return -1;
+}
+
 void Program::type(const std::string& words) const { (void)!::write(input_, words.data(), words.size()); }
 
 void Program::close_input() {

@@ -26,6 +26,8 @@ class Program {
 
   pid_t id() const { return id_; }
   void send(int signal) const;
+  /// The process of this name that it has started; -1: none.
+  pid_t child(const std::string& name) const;
   void type(const std::string& words) const;  ///< into its standard input
   void close_input();
   /// @returns true while it runs.

@@ -7,6 +7,29 @@
 #include "protocol/crc.h"
 
 namespace m100::sticks {
+namespace {
+
+/// The same answer, whole and sound, to a question of another session.
+std::vector<std::byte> of_another_session(std::span<const std::byte> answer) {
+  constexpr std::size_t kFlags = 3;
+  constexpr std::size_t kCrc16 = 10;
+  constexpr std::size_t kCrc32Bytes = 4;
+  std::vector<std::byte> frame(answer.begin(), answer.end());
+  const auto flags = std::to_integer<std::uint8_t>(frame[kFlags]);
+  frame[kFlags] = static_cast<std::byte>((flags & 0xE0U) | ((flags + 1U) & 0x1FU));
+  const std::uint16_t short_sum = protocol::crc16(std::span(frame).first(kCrc16));
+  frame[kCrc16] = static_cast<std::byte>(short_sum & 0xFFU);
+  frame[kCrc16 + 1] = static_cast<std::byte>(short_sum >> 8U);
+  if (frame.size() > protocol::kHeaderBytes) {
+    const std::uint32_t sum = protocol::crc32(std::span(frame).first(frame.size() - kCrc32Bytes));
+    for (std::size_t i = 0; i < kCrc32Bytes; ++i) {
+      frame[frame.size() - kCrc32Bytes + i] = static_cast<std::byte>(sum >> (8U * i));
+    }
+  }
+  return frame;
+}
+
+}  // namespace
 
 void Tamper::queue(std::span<const std::byte> bytes, core::TimePoint now) {
   core::TimePoint when = now + plan.delay;
@@ -26,6 +49,9 @@ void Tamper::queue_frames(std::span<const std::byte> bytes, core::TimePoint now)
   parser_.consume(bytes, [&](const protocol::FrameView& frame) {
     const bool is_telemetry = !frame.header.is_ack && frame.header.session == 0;
     if (!is_telemetry) {
+      if (frame.header.is_ack && plan.strange_answers) {
+        queue(of_another_session(frame.bytes), now);
+      }
       queue(frame.bytes, now);
       return;
     }
@@ -39,6 +65,18 @@ void Tamper::queue_frames(std::span<const std::byte> bytes, core::TimePoint now)
   });
 }
 
+void Tamper::queue_fragments(std::span<const std::byte> bytes, core::TimePoint now) {
+  constexpr double kLargest = 16.0;
+  constexpr double kApart_us = 1000.0;
+  while (!bytes.empty()) {
+    const auto wanted = 1 + static_cast<std::size_t>(random_.uniform() * kLargest);
+    const std::size_t size = std::min(wanted, bytes.size());
+    queue(bytes.first(size), now);
+    now += core::Duration{static_cast<std::int64_t>(random_.uniform() * kApart_us)};
+    bytes = bytes.subspan(size);
+  }
+}
+
 void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
   const auto happens = [this](double share) { return share > 0.0 && random_.uniform() < share; };
   const std::size_t swallowed = std::min(plan.swallow, bytes.size());
@@ -47,7 +85,11 @@ void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
   if (bytes.empty() || plan.cut || happens(plan.drop)) {
     return;
   }
-  if (plan.telemetry_stands_still || plan.telemetry_again_after > core::Duration{0}) {
+  if (plan.in_fragments) {
+    queue_fragments(bytes, now);
+    return;
+  }
+  if (plan.telemetry_stands_still || plan.strange_answers || plan.telemetry_again_after > core::Duration{0}) {
     queue_frames(bytes, now);
     return;
   }

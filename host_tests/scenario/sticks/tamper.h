@@ -31,6 +31,8 @@ struct TamperPlan {
   std::size_t swallow = 0;                  ///< bytes that vanish, once: the frames they belong to are cut short
   bool telemetry_stands_still = false;      ///< instead of every telemetry frame the first one comes once more
   core::Duration telemetry_again_after{0};  ///< every telemetry frame comes once more, so much later; 0: it does not
+  bool in_fragments = false;                ///< each piece comes in fragments of 1 to 16 bytes, up to 1 ms apart
+  bool strange_answers = false;             ///< in front of each answer comes another of the session behind its own
 };
 
 /// One direction of the man in the middle: bytes in, bytes out at their times.
@@ -53,6 +55,7 @@ class Tamper {
   };
   void queue(std::span<const std::byte> bytes, core::TimePoint now);
   void queue_frames(std::span<const std::byte> bytes, core::TimePoint now);
+  void queue_fragments(std::span<const std::byte> bytes, core::TimePoint now);
 
   sim::Random random_;
   std::deque<Piece> pieces_;
