@@ -14,7 +14,6 @@ constexpr std::array kOnlyPassedOver{
     MessageInfo{.id = 1, .crc_extra = 124, .least_bytes = 31, .full_bytes = 43},    // SYS_STATUS
     MessageInfo{.id = 2, .crc_extra = 137, .least_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
     MessageInfo{.id = 4, .crc_extra = 237, .least_bytes = 14, .full_bytes = 14},    // PING
-    MessageInfo{.id = 23, .crc_extra = 168, .least_bytes = 23, .full_bytes = 23},   // PARAM_SET
     MessageInfo{.id = 30, .crc_extra = 39, .least_bytes = 28, .full_bytes = 28},    // ATTITUDE
     MessageInfo{.id = 85, .crc_extra = 140, .least_bytes = 51, .full_bytes = 51},   // POSITION_TARGET_LOCAL_NED
     MessageInfo{.id = 148, .crc_extra = 178, .least_bytes = 60, .full_bytes = 78},  // AUTOPILOT_VERSION

@@ -12,11 +12,11 @@
 namespace m100::mavlink {
 
 /// All messages that we read or write.
-using Messages =
-    std::tuple<AttPosMocap, VisionPositionEstimate, Odometry, Timesync, SetPositionTargetLocalNed, CommandLong,
-               CommandAck, ParamRequestRead, ParamRequestList, ParamValue, MissionRequestList, MissionCount,
-               MissionRequestInt, MissionItemInt, MissionAck, MissionClearAll, MissionCurrent, MissionItemReached,
-               Heartbeat, AttitudeQuaternion, LocalPositionNed, EstimatorStatus, BatteryStatus, StatusText>;
+using Messages = std::tuple<AttPosMocap, VisionPositionEstimate, Odometry, Timesync, SetPositionTargetLocalNed,
+                            CommandLong, CommandAck, ParamRequestRead, ParamRequestList, ParamSet, ParamValue,
+                            MissionRequestList, MissionCount, MissionRequest, MissionRequestInt, MissionItem,
+                            MissionItemInt, MissionAck, MissionClearAll, MissionCurrent, MissionItemReached, Heartbeat,
+                            AttitudeQuaternion, LocalPositionNed, EstimatorStatus, BatteryStatus, StatusText>;
 
 /// Calls use.template operator()<Message>() for each of them.
 template <typename Use>

@@ -57,6 +57,57 @@ inline constexpr auto kFields<MissionRequestInt> =
                field("target_component", &MissionRequestInt::target_component),
                field("mission_type", &MissionRequestInt::mission_type)};
 
+/// MISSION_REQUEST: asks for one item, as older senders do; to be answered as MISSION_REQUEST_INT is.
+struct MissionRequest {
+  std::uint16_t seq{};
+  std::uint8_t target_system{};
+  std::uint8_t target_component{};
+  std::uint8_t mission_type{};
+  static constexpr MessageInfo kInfo{.id = 40, .crc_extra = 230, .least_bytes = 4, .full_bytes = 5};
+};
+
+template <>
+inline constexpr auto kFields<MissionRequest> = std::tuple{
+    field("seq", &MissionRequest::seq), field("target_system", &MissionRequest::target_system),
+    field("target_component", &MissionRequest::target_component), field("mission_type", &MissionRequest::mission_type)};
+
+/// MISSION_ITEM: one item, as older senders have it; x and y of a local frame in m.
+struct MissionItem {
+  float param1{};
+  float param2{};
+  float param3{};
+  float param4{};
+  float x{};
+  float y{};
+  float z{};
+  std::uint16_t seq{};
+  std::uint16_t command{};
+  std::uint8_t target_system{};
+  std::uint8_t target_component{};
+  std::uint8_t frame{};
+  std::uint8_t current{};
+  std::uint8_t autocontinue{};
+  std::uint8_t mission_type{};
+  static constexpr MessageInfo kInfo{.id = 39, .crc_extra = 254, .least_bytes = 37, .full_bytes = 38};
+};
+
+template <>
+inline constexpr auto kFields<MissionItem> = std::tuple{field("param1", &MissionItem::param1),
+                                                        field("param2", &MissionItem::param2),
+                                                        field("param3", &MissionItem::param3),
+                                                        field("param4", &MissionItem::param4),
+                                                        field("x", &MissionItem::x),
+                                                        field("y", &MissionItem::y),
+                                                        field("z", &MissionItem::z),
+                                                        field("seq", &MissionItem::seq),
+                                                        field("command", &MissionItem::command),
+                                                        field("target_system", &MissionItem::target_system),
+                                                        field("target_component", &MissionItem::target_component),
+                                                        field("frame", &MissionItem::frame),
+                                                        field("current", &MissionItem::current),
+                                                        field("autocontinue", &MissionItem::autocontinue),
+                                                        field("mission_type", &MissionItem::mission_type)};
+
 /// MISSION_ITEM_INT: one item; x and y of a local frame in 0.1 mm.
 struct MissionItemInt {
   float param1{};

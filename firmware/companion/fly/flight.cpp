@@ -213,6 +213,15 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
   return out;
 }
 
+nlohmann::json to_json(const HeardStats& heard, std::uint32_t parameters_not_set) {
+  return {{"goals", heard.goals},
+          {"orders", heard.orders},
+          {"orders_replaced", heard.orders_replaced},
+          {"requests", heard.requests},
+          {"requests_lost", heard.requests_lost},
+          {"parameters_not_set", parameters_not_set}};
+}
+
 /// @returns null: none was asked for.
 log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
                           const Orders& orders, const ref::Waypoint<double>& start, const app::FlightConfig& config,
@@ -290,8 +299,9 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   core::set_assertion_handler(former);
   service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
-  conclude(options, to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits), *controller,
-           pose_port, live);
+  nlohmann::json result = to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits);
+  result["room"] = to_json(pose_line.stats(), room.parameters_not_set());
+  conclude(options, std::move(result), *controller, pose_port, live);
   return pilotage.given_back() && is_excited(orders, *controller);
 }
 

@@ -21,6 +21,11 @@ constexpr float kMostTurn_deg = 3600.F;
 bool is_unset_or(float value, float low, float high) { return std::isnan(value) || (value >= low && value <= high); }
 bool is_within(std::int32_t value) { return value >= -kFarthest && value <= kFarthest; }
 
+std::int32_t in_tenths_of_mm(float value_m) {
+  const bool is_near = std::abs(value_m) <= kFarthest_m;  // not a number is not
+  return is_near ? static_cast<std::int32_t>(std::lround(1e4 * static_cast<double>(value_m))) : kFarthest + 1;
+}
+
 mavlink::MissionAck ack(mavlink::Address to, std::uint8_t result, std::uint8_t type = kFlightPlan) {
   return {.target_system = to.system, .target_component = to.component, .type = result, .mission_type = type};
 }
@@ -36,6 +41,24 @@ bool is_other_type(const Message& message, mavlink::Address from, Replies& repli
 }
 
 }  // namespace
+
+mavlink::MissionItemInt newer(const mavlink::MissionItem& item) {
+  return {.param1 = item.param1,
+          .param2 = item.param2,
+          .param3 = item.param3,
+          .param4 = item.param4,
+          .x = in_tenths_of_mm(item.x),
+          .y = in_tenths_of_mm(item.y),
+          .z = item.z,
+          .seq = item.seq,
+          .command = item.command,
+          .target_system = item.target_system,
+          .target_component = item.target_component,
+          .frame = item.frame,
+          .current = item.current,
+          .autocontinue = item.autocontinue,
+          .mission_type = item.mission_type};
+}
 
 std::uint8_t judge(const mavlink::MissionItemInt& item) {
   if (item.command != kNavWaypoint) {
@@ -69,6 +92,8 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
     take(*announced, from, is_flown, now, replies);
   } else if (const auto* const item = std::get_if<mavlink::MissionItemInt>(&request.message)) {
     take(*item, from, now, replies);
+  } else if (const auto* const older = std::get_if<mavlink::MissionItem>(&request.message)) {
+    take(newer(*older), from, now, replies);
   } else if (const auto* const list = std::get_if<mavlink::MissionRequestList>(&request.message)) {
     if (!is_other_type(*list, from, replies)) {
       (void)replies.add(mavlink::MissionCount{.count = static_cast<std::uint16_t>(count_),
@@ -77,6 +102,8 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
     }
   } else if (const auto* const asked = std::get_if<mavlink::MissionRequestInt>(&request.message)) {
     give(*asked, from, replies);
+  } else if (const auto* const asked_of_old = std::get_if<mavlink::MissionRequest>(&request.message)) {
+    give({.seq = asked_of_old->seq, .mission_type = asked_of_old->mission_type}, from, replies);
   } else if (const auto* const end = std::get_if<mavlink::MissionAck>(&request.message)) {
     if (end->type == mission_result::kCancelled && from == partner_) {
       expected_ = 0;

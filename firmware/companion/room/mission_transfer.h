@@ -32,6 +32,10 @@ inline constexpr std::uint8_t kCancelled = 15;
 /// @returns one of mission_result.
 std::uint8_t judge(const mavlink::MissionItemInt& item);
 
+/// The same item as newer senders have it. A coordinate that has no number, or is too far away for a flight, becomes
+/// one that judge() refuses.
+mavlink::MissionItemInt newer(const mavlink::MissionItem& item);
+
 /// The vehicle's end of MAVLink's mission protocol: takes a list of items from whoever announces one, one transfer at a
 /// time, and gives it back to whoever asks. What is not whole replaces nothing. An item that does not come is asked for
 /// again; a transfer that stands still is given up. Bounded, no heap, no clock: a log replays it from the bytes of the

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -12,6 +13,15 @@
 #include "protocol/mavlink/parser.h"
 
 namespace m100::companion {
+
+/// What a room has said to us so far.
+struct HeardStats {
+  std::uint32_t goals = 0;
+  std::uint32_t orders = 0;
+  std::uint32_t requests = 0;
+  std::uint32_t orders_replaced = 0;  ///< by a newer one of the same tick
+  std::uint32_t requests_lost = 0;    ///< more than kMostRequests came in a tick
+};
 
 /// A line that hands on everything, and keeps the newest goal, the newest order and the first kMostRequests requests
 /// that passed. Put in front of a signed line it hears only who may speak. No heap; costs one parser more.
@@ -42,17 +52,23 @@ class OverheardLine final : public hal::Uart {
   /// What was asked since forget_requests(), in its order.
   std::span<const Request> requests() const { return requests_.all(); }
   void forget_requests() { requests_.clear(); }
+  const HeardStats& stats() const { return stats_; }
 
  private:
   /// We are system 1; 0 is everybody.
   static bool is_for_us(std::uint8_t system) { return system <= 1; }
   void hear(const mavlink::FrameView& frame) {
     if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
-      const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame);
-      goal_ = is_for_us(goal.target_system) ? std::optional(goal) : goal_;
+      if (const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame); is_for_us(goal.target_system)) {
+        goal_ = goal;
+        ++stats_.goals;
+      }
     } else if (mavlink::is<mavlink::CommandLong>(frame)) {
-      const auto order = mavlink::decode<mavlink::CommandLong>(frame);
-      order_ = is_for_us(order.target_system) ? std::optional(Order{order, frame.from}) : order_;
+      if (const auto order = mavlink::decode<mavlink::CommandLong>(frame); is_for_us(order.target_system)) {
+        stats_.orders_replaced += order_ ? 1U : 0U;
+        order_ = Order{order, frame.from};
+        ++stats_.orders;
+      }
     } else {
       hear_request(frame, std::type_identity<RequestMessage>{});
     }
@@ -67,7 +83,8 @@ class OverheardLine final : public hal::Uart {
       return;
     }
     if (const auto message = mavlink::decode<Message>(frame); is_for_us(message.target_system)) {
-      (void)requests_.add({message, frame.from});
+      ++stats_.requests;
+      stats_.requests_lost += requests_.add({message, frame.from}) ? 0U : 1U;
     }
   }
 
@@ -76,6 +93,7 @@ class OverheardLine final : public hal::Uart {
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
   std::optional<Order> order_;
   Requests requests_;
+  HeardStats stats_;
 };
 
 }  // namespace m100::companion

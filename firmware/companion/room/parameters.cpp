@@ -51,7 +51,17 @@ std::string_view name_in(const std::array<char, 16>& text) {
   return {text.data(), static_cast<std::size_t>(std::ranges::find(text, '\0') - text.begin())};
 }
 
+/// The number of parameters: none has that name.
+std::size_t index_of(const std::array<char, 16>& name) {
+  return static_cast<std::size_t>(std::ranges::find(kRows, name_in(name), &ParameterRow::name) - kRows.begin());
+}
+
 }  // namespace
+
+std::string_view name_of(const mavlink::ParamSet& wish) {
+  const std::size_t index = index_of(wish.param_id);
+  return index < kRows.size() ? kRows[index].name : "that is not there";
+}
 
 std::span<const ParameterRow> parameter_rows() { return kRows; }
 
@@ -76,14 +86,11 @@ void Parameters::hear(const Request& request, Replies& replies) {
     next_ = 0;
     return;
   }
-  const auto* const asked = std::get_if<mavlink::ParamRequestRead>(&request.message);
-  if (asked == nullptr) {
-    return;
-  }
-  auto index = static_cast<std::size_t>(std::max<std::int16_t>(asked->param_index, 0));
-  if (asked->param_index < 0) {
-    const auto* const found = std::ranges::find(kRows, name_in(asked->param_id), &ParameterRow::name);
-    index = static_cast<std::size_t>(found - kRows.begin());
+  std::size_t index = kRows.size();
+  if (const auto* const wish = std::get_if<mavlink::ParamSet>(&request.message)) {
+    index = index_of(wish->param_id);
+  } else if (const auto* const asked = std::get_if<mavlink::ParamRequestRead>(&request.message)) {
+    index = asked->param_index < 0 ? index_of(asked->param_id) : static_cast<std::size_t>(asked->param_index);
   }
   if (index < kRows.size()) {  // else there is no such parameter, and MAVLink has no answer for that
     (void)replies.add(message(index));

@@ -31,8 +31,11 @@ struct ParameterRow {
 /// All of them, in the order of their indices.
 std::span<const ParameterRow> parameter_rows();
 
+/// The parameter that somebody would change, by a name of ours.
+std::string_view name_of(const mavlink::ParamSet& wish);
+
 /// The numbers that a flight believes and keeps, for whoever asks (PARAM_REQUEST_LIST, PARAM_REQUEST_READ). They can be
-/// read and not written. A whole list goes out one a tick. No heap.
+/// read and not written: PARAM_SET is answered with the value as it stays. A whole list goes out one a tick. No heap.
 class Parameters {
  public:
   static constexpr std::size_t kMost = 64;

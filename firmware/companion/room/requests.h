@@ -13,9 +13,10 @@
 namespace m100::companion {
 
 /// What a room may ask for beside goals and orders.
-using RequestMessage = std::variant<mavlink::MissionCount, mavlink::MissionItemInt, mavlink::MissionRequestList,
-                                    mavlink::MissionRequestInt, mavlink::MissionAck, mavlink::MissionClearAll,
-                                    mavlink::ParamRequestList, mavlink::ParamRequestRead>;
+using RequestMessage =
+    std::variant<mavlink::MissionCount, mavlink::MissionItem, mavlink::MissionItemInt, mavlink::MissionRequestList,
+                 mavlink::MissionRequest, mavlink::MissionRequestInt, mavlink::MissionAck, mavlink::MissionClearAll,
+                 mavlink::ParamRequestList, mavlink::ParamRequestRead, mavlink::ParamSet>;
 
 /// And who asked.
 struct Request {

@@ -47,13 +47,23 @@ bool is_errand(const mavlink::CommandLong& order) {
 
 }  // namespace
 
-bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits) {
-  Replies of_parameters;
+void RoomOrders::hear_parameters(core::TimePoint now) {
+  Replies replies;
   for (const Request& request : line_.requests()) {
-    parameters_.hear(request, of_parameters);
+    parameters_.hear(request, replies);
+    const auto* const wish = std::get_if<mavlink::ParamSet>(&request.message);
+    if (wish != nullptr && (parameters_not_set_++ == 0 || now - wish_told_at_ >= kWishLines)) {
+      wish_told_at_ = now;
+      TextLine line;
+      listener_.hear(now, line.add("parameter ").add(name_of(*wish)).add(": not set, parameters are read only").text());
+    }
   }
-  parameters_.tick(of_parameters);
-  reply(of_parameters);
+  parameters_.tick(replies);
+  reply(replies);
+}
+
+bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits) {
+  hear_parameters(now);
   const Followed followed = errands_ ? errands_->follow(line_, controller, now) : without_errands();
   if (followed.goal) {
     tell_goal(now, *followed.goal);

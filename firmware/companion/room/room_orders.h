@@ -29,11 +29,15 @@ class RoomOrders {
   /// After each tick of the controller. @returns true: the room gave the operator's word.
   /// @param waits the operator's word would ask for control now; else it would give it back.
   bool tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits);
+  /// Wishes to change a parameter, each answered with its value as it stays.
+  std::uint32_t parameters_not_set() const { return parameters_not_set_; }
 
  private:
   static constexpr core::Duration kGoalLines = std::chrono::seconds(1);     ///< between two of a stream of goals
   static constexpr core::Duration kMissionLines = std::chrono::seconds(1);  ///< between two MISSION_CURRENT
+  static constexpr core::Duration kWishLines = std::chrono::seconds(1);     ///< between two of parameters to change
 
+  void hear_parameters(core::TimePoint now);
   Followed without_errands();
   bool obey(core::TimePoint now, const OverheardLine::Order& order, bool done, bool waits);
   void tell_goal(core::TimePoint now, GoalAnswer answer);
@@ -50,6 +54,8 @@ class RoomOrders {
   core::TimePoint goal_told_at_{};
   std::optional<MissionState> told_mission_;
   core::TimePoint mission_told_at_{};
+  std::uint32_t parameters_not_set_ = 0;
+  core::TimePoint wish_told_at_{};
 };
 
 }  // namespace m100::companion

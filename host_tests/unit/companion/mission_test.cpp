@@ -118,6 +118,46 @@ TEST_F(TransferTest, WhatIsNotWholeReplacesNothing) {
   EXPECT_EQ(transfer.edition(), edition);
 }
 
+mavlink::MissionItem older_item(std::uint16_t seq, float x_m, float y_m, float z_m) {
+  return {.param4 = kNan,
+          .x = x_m,
+          .y = y_m,
+          .z = z_m,
+          .seq = seq,
+          .command = 16,
+          .target_system = 1,
+          .frame = 1,
+          .autocontinue = 1};
+}
+
+// A sender of before 2020 asks by MISSION_REQUEST and sends MISSION_ITEM, in metres. Would catch one that is left
+// alone.
+TEST_F(TransferTest, OlderMessagesCarryTheSameItems) {
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(hear(older_item(0, 1.25F, -3.F, -1.5F))), 1);
+  EXPECT_EQ(result(hear(older_item(1, -1000.F, 1000.F, -1.5F))), mission_result::kAccepted);
+  ASSERT_EQ(transfer.items().size(), 2U);
+  EXPECT_EQ(transfer.items()[0].x, 12500);
+  EXPECT_EQ(transfer.items()[0].y, -30000);
+  EXPECT_EQ(transfer.items()[0].z, -1.5F);
+  const std::vector<Reply> given = hear(mavlink::MissionRequest{.seq = 1}, kOther);
+  ASSERT_EQ(given.size(), 1U);
+  EXPECT_EQ(std::get<mavlink::MissionItemInt>(given[0]).x, -10'000'000);
+  EXPECT_EQ(std::get<mavlink::MissionItemInt>(given[0]).target_system, kOther.system);
+  EXPECT_EQ(result(hear(mavlink::MissionRequest{.seq = 2})), mission_result::kInvalidSequence);
+  EXPECT_EQ(result(hear(mavlink::MissionRequest{.seq = 0, .mission_type = 1})), mission_result::kUnsupported);
+}
+
+TEST_F(TransferTest, AnOlderItemThatIsNoPlaceIsRefused) {
+  EXPECT_EQ(judge(newer(older_item(0, kNan, 0.F, -1.F))), mission_result::kInvalidX);
+  EXPECT_EQ(judge(newer(older_item(0, 0.F, 1e30F, -1.F))), mission_result::kInvalidY);
+  EXPECT_EQ(judge(newer(older_item(0, 1000.5F, 0.F, -1.F))), mission_result::kInvalidX);
+  EXPECT_EQ(judge(newer(older_item(0, 0.F, 0.F, kNan))), mission_result::kInvalidZ);
+  mavlink::MissionItem by_degrees = older_item(0, 47.3F, 8.5F, 1.F);
+  by_degrees.frame = 3;
+  EXPECT_EQ(judge(newer(by_degrees)), mission_result::kUnsupportedFrame);
+}
+
 TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
   carry_over(2);
   EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 1}, kStation, true)), mission_result::kDenied);
@@ -328,6 +368,21 @@ TEST_F(ParametersTest, OneIsReadByNameOrIndexAndWhatIsNotThereIsNot) {
   EXPECT_TRUE(answers(named("MASS"), 1).empty());
   EXPECT_TRUE(answers(named("MASS_KG_AND_MORE"), 1).empty());
   EXPECT_TRUE(answers(mavlink::ParamRequestRead{.param_index = 1000}, 1).empty());
+}
+
+// Would catch a program that changes what it flies by, and one that leaves the sender without an answer.
+TEST_F(ParametersTest, AWishToChangeOneIsAnsweredWithTheValueThatStays) {
+  mavlink::ParamSet wish{.param_value = 99.F, .param_type = 9};
+  std::ranges::copy(std::string_view("MASS_KG"), wish.param_id.begin());
+  for (int twice = 0; twice < 2; ++twice) {
+    const std::vector<mavlink::ParamValue> answered = answers(wish, 1);
+    ASSERT_EQ(answered.size(), 1U);
+    EXPECT_EQ(answered[0].param_value, static_cast<float>(vehicle.translation.mass_kg));
+  }
+  EXPECT_EQ(name_of(wish), "MASS_KG");
+  wish.param_id = {'\x1b', '[', '2', 'J'};
+  EXPECT_TRUE(answers(wish, 1).empty());
+  EXPECT_EQ(name_of(wish), "that is not there") << "what a sender writes does not reach the terminal";
 }
 
 }  // namespace
