@@ -78,17 +78,34 @@ void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
     TextLine line;
     line.add("control is not asked for yet; ");
     describe(line, cause, controller_.observed(), limits_);
-    tell(now, line.add(": see to the source of pose").text());
+    tell(now, line.add(": ").add(what_helps(cause)).text());
   }
 }
 
-/// What is known of the place counts only while nothing stands against flying by it.
+bool Pilotage::is_outside() const { return obstacle(controller_.observed(), limits_) == safety::Cause::kFenceLeft; }
+
+/// What is known of the place counts only while nothing but the place stands against flying by it.
 bool Pilotage::is_out_of_reach() const {
   const est::Estimate<double>& at = controller_.estimate();
   const core::Vector<double, 3> away{at.x.position_m - wishes_.begins_w_m.x(), at.y.position_m - wishes_.begins_w_m.y(),
                                      at.height_m - wishes_.begins_w_m.z()};
-  return obstacle(controller_.observed(), limits_) == safety::Cause::kNone &&
-         away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
+  const bool is_known = is_outside() || obstacle(controller_.observed(), limits_) == safety::Cause::kNone;
+  return is_known && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
+}
+
+void Pilotage::tell_place(core::TimePoint now) {
+  if (is_outside()) {
+    tell_obstacle(now, safety::Cause::kFenceLeft);
+  } else {
+    tell_reach(now);
+  }
+}
+
+void Pilotage::tell_obstacle(core::TimePoint now, safety::Cause cause) {
+  TextLine line;
+  line.add("control is not taken; ");
+  describe(line, cause, controller_.observed(), limits_);
+  tell(now, line.add(": ").add(what_helps(cause)).add("; ").add(kAgain).text());
 }
 
 void Pilotage::tell_reach(core::TimePoint now) {
@@ -108,14 +125,11 @@ void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
   const safety::Cause cause = obstacle(controller_.observed(), limits_);
   // Before telemetry there is no estimate: the order waits for start-up.
   if (cause == safety::Cause::kPoseRefused || cause == safety::Cause::kPoseOld) {
-    TextLine line;
-    line.add("control was not asked for; ");
-    describe(line, cause, controller_.observed(), limits_);
-    tell(now, line.add(": see to the source of pose; ").add(kAgain).text());
+    tell_obstacle(now, cause);
     return;
   }
-  if (is_out_of_reach()) {
-    tell_reach(now);
+  if (is_elsewhere()) {
+    tell_place(now);
     return;
   }
   controller_.engage();
@@ -130,7 +144,8 @@ bool Pilotage::is_refused(core::TimePoint now, const View& view) const {
 }
 
 bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& input) {
-  if (view.in_control) {
+  const bool elsewhere = is_elsewhere();
+  if (view.in_control && !elsewhere) {
     phase_ = Phase::kFlying;
     flew_ = true;
     had_control_ = true;
@@ -139,10 +154,9 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
     return true;
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.word);
-  const bool too_far = is_out_of_reach();
-  if (takes_it_back || too_far || !input.guarded || now - since_ > kPatience) {
-    if (too_far) {
-      tell_reach(now);
+  if (takes_it_back || elsewhere || !input.guarded || now - since_ > kPatience) {
+    if (elsewhere) {
+      tell_place(now);
     } else if (!takes_it_back && input.guarded) {
       tell(now, "control was not granted within 20 s");
     }
@@ -162,6 +176,12 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
   engaged_ = engaged_ || controller_.supervisor().rung() != safety::Rung::kSilent;
   if (!view.in_control) {
     tell_end(now, view);
+    begin_hand_back(now, false, input);
+    return true;
+  }
+  if (!engaged_ && is_elsewhere()) {  // granted while no place was known
+    tell_place(now);
+    controller_.release();
     begin_hand_back(now, false, input);
     return true;
   }

@@ -59,8 +59,13 @@ class Pilotage {
   bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
   bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
   void try_to_engage(core::TimePoint now, bool guarded);
+  bool is_outside() const;
   bool is_out_of_reach() const;
+  /// Not where the law may take over: farther from the beginning of the course than its reach, or outside the fence.
+  bool is_elsewhere() const { return is_outside() || is_out_of_reach(); }
   void tell_reach(core::TimePoint now);
+  void tell_place(core::TimePoint now);
+  void tell_obstacle(core::TimePoint now, safety::Cause cause);
   void begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input);
   bool is_refused(core::TimePoint now, const View& view) const;
   void tell_stage(core::TimePoint now, const View& view);

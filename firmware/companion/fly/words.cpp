@@ -170,4 +170,16 @@ Cause obstacle(const safety::Observation& seen, const safety::Limits& limits) {
   return seen.outside_m > 0.0 ? Cause::kFenceLeft : Cause::kNone;
 }
 
+std::string_view what_helps(Cause obstacle) {
+  switch (obstacle) {
+    case Cause::kFenceLeft:
+      return "bring it inside, or take a larger box";
+    case Cause::kTelemetryOld:
+    case Cause::kTelemetrySilent:
+      return "see to the cable and the autopilot's telemetry";
+    default:
+      return "see to the source of pose";
+  }
+}
+
 }  // namespace m100::companion

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string_view>
+
 #include "firmware/companion/fly/text_line.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/link/serial_link.h"
@@ -21,5 +23,7 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 
 /// What stands in the way of flying now; kNone: nothing.
 safety::Cause obstacle(const safety::Observation& seen, const safety::Limits& limits);
+/// What to do about it.
+std::string_view what_helps(safety::Cause obstacle);
 
 }  // namespace m100::companion

@@ -31,8 +31,8 @@ class Notebook final : public companion::Listener {
 
 class PilotageTest : public ::testing::TestWithParam<link::Channel> {
  protected:
-  void begin(const companion::Wishes& wishes) {
-    bench_.emplace(GetParam());
+  void begin(const companion::Wishes& wishes, const core::Fence& fence = {}) {
+    bench_.emplace(GetParam(), 0, fence);
     pilotage_.emplace(wishes, app::kDefaultFlight.limits, bench_->controller(), heard_);
   }
   bool tick() {
@@ -141,6 +141,78 @@ TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
   (void)until([] { return false; }, seconds(5));
   EXPECT_TRUE(is_pilots());
   EXPECT_FALSE(pilotage_->flew());
+}
+
+/// A box whose side along x is `metres` beyond the aircraft's place.
+core::Fence fence_beyond(const core::Vector<double, 3>& place, double metres) {
+  core::Fence fence;
+  fence.side[core::Fence::kX] = {.low_m = place.x() - 50.0, .high_m = place.x() + metres};
+  return fence;
+}
+
+// Catches a program that asks for control outside the fence: nothing may be sent there, and the pilot has no sticks.
+TEST_P(PilotageTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
+  RecordProperty("promise", "R16");
+  for (const double begins_m : {0.0, -4.0}) {  // within reach of the course's beginning, and beyond it
+    begin({.begins_w_m = bench_start() + core::Vector<double, 3>{begins_m, 0.0, 0.0}, .reach_m = 1.5},
+          fence_beyond(bench_start(), -2.0));
+    (void)until([&] { return bench_->controller().link().authority().stage == safety::Stage::kReady; }, seconds(10));
+    (void)until([] { return false; }, seconds(1));
+    input_.word = true;
+    (void)until([] { return false; }, seconds(3));
+    EXPECT_TRUE(is_pilots());
+    EXPECT_FALSE(pilotage_->flew());
+    EXPECT_EQ(bench_->noted().obtain_requests, 0U);
+    EXPECT_TRUE(
+        heard_.has("control is not taken; the aircraft is 2.00 m outside its fence: bring it inside, or take a "
+                   "larger box"))
+        << heard_.all();
+    EXPECT_FALSE(heard_.has("see to the source of pose")) << heard_.all();
+  }
+}
+
+/// What may become of a flight that is ordered 0.3 m before a limit of the place, at 3 m/s.
+struct Leaving {
+  const char* name;
+  double fence_m;     ///< from the start
+  double reach_m;     ///< from the start
+  bool pose_is_lost;  ///< from the order to fly until control is granted
+  const char* words;
+};
+
+// Catches a place that is not looked at outside the fence, or no more once control is granted: the ladder goes up as
+// soon as it can, and the law flies the rest at once.
+TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
+  RecordProperty("promise", "R16");
+  for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring it inside"},
+                             Leaving{"reach", 1e3, 5.0, false, "the course begins at"},
+                             Leaving{"fence, unseen", 5.0, 1e9, true, "m outside its fence: bring it inside"},
+                             Leaving{"reach, unseen", 1e3, 5.0, true, "the course begins at"}}) {
+    SCOPED_TRACE(way.name);
+    const core::Vector<double, 3> start = bench_start();
+    begin({.begins_w_m = start, .reach_m = way.reach_m}, fence_beyond(start, way.fence_m));
+    (void)until([&] { return bench_->controller().link().authority().stage == safety::Stage::kReady; }, seconds(10));
+    (void)until([] { return false; }, seconds(1));
+    sim::StickInput sticks;
+    sticks.pitch_vrc += 150.0;
+    bench_->world().autopilot().set_pilot_sticks(sticks);
+    const auto gone_m = [&] { return (bench_->world().vehicle().state().position_w_m - start).norm(); };
+    ASSERT_TRUE(until([&] { return gone_m() > 4.7; }, seconds(8))) << heard_.all();
+    input_.word = true;
+    ASSERT_TRUE(tick());
+    const auto in_control = [&] { return bench_->controller().link().authority().in_control; };
+    ASSERT_FALSE(in_control()) << heard_.all();
+    if (way.pose_is_lost) {
+      bench_->world().pose_source().set_faults({.silent = true});
+      ASSERT_TRUE(until(in_control, seconds(5))) << heard_.all();
+      bench_->world().pose_source().set_faults({});
+    }
+    (void)until([] { return false; }, seconds(3));
+    EXPECT_TRUE(is_pilots()) << heard_.all();
+    EXPECT_EQ(bench_->controller().supervisor().stats().steps, 0U) << heard_.all();
+    EXPECT_TRUE(heard_.has(way.words)) << heard_.all();
+    heard_.lines.clear();
+  }
 }
 
 TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
