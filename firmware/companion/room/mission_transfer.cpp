@@ -112,6 +112,7 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
     if (!is_other_type(*clear, from, replies)) {
       if (!is_flown) {
         replace(0);
+        end_.reset();
       }
       (void)replies.add(ack(from, is_flown ? mission_result::kDenied : mission_result::kAccepted));
     }
@@ -138,6 +139,7 @@ void MissionTransfer::take(const mavlink::MissionCount& announced, mavlink::Addr
   partner_ = from;
   next_ = 0;
   asked_ = 0;
+  end_.reset();
   expected_ = announced.count;
   if (expected_ == 0) {
     replace(0);
@@ -153,8 +155,8 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
     return;
   }
   if (!is_open()) {
-    if (count_ > 0 && item.seq + 1U == count_) {  // our answer to the last one was lost
-      (void)replies.add(ack(from, mission_result::kAccepted));
+    if (end_ && item.seq == end_->seq) {
+      (void)replies.add(ack(from, end_->result));
     }
     return;
   }
@@ -162,8 +164,7 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
     return;  // it came twice; what is missing is asked for again in time
   }
   if (const std::uint8_t result = judge(item); result != mission_result::kAccepted) {
-    expected_ = 0;
-    (void)replies.add(ack(from, result));
+    end_with(item, result, replies);
     return;
   }
   lists_[1 - current_][next_++] = item;
@@ -173,7 +174,13 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
     return;
   }
   replace(next_);
-  (void)replies.add(ack(from, mission_result::kAccepted));
+  end_with(item, mission_result::kAccepted, replies);
+}
+
+void MissionTransfer::end_with(const mavlink::MissionItemInt& item, std::uint8_t result, Replies& replies) {
+  expected_ = 0;
+  end_ = End{.seq = item.seq, .result = result};
+  (void)replies.add(ack(partner_, result));
 }
 
 void MissionTransfer::give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const {

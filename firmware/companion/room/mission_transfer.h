@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "firmware/companion/room/requests.h"
@@ -64,6 +65,7 @@ class MissionTransfer {
   void give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const;
   void ask(core::TimePoint now, Replies& replies);
   void replace(std::size_t count);
+  void end_with(const mavlink::MissionItemInt& item, std::uint8_t result, Replies& replies);
 
   std::array<std::array<mavlink::MissionItemInt, kMostItems>, 2> lists_{};
   std::size_t current_ = 0;  ///< of the two lists, the one that counts
@@ -75,6 +77,12 @@ class MissionTransfer {
   mavlink::Address partner_{};
   core::TimePoint asked_at_{};
   std::uint32_t asked_ = 0;
+  /// How the newest transfer ended, and with which item. Who repeats that item lost the answer, and gets it again.
+  struct End {
+    std::uint16_t seq;
+    std::uint8_t result;
+  };
+  std::optional<End> end_;
 };
 
 }  // namespace m100::companion

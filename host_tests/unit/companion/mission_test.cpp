@@ -101,6 +101,24 @@ TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
+// Would catch a mission that was refused, and is answered as accepted because a list before it was as long.
+TEST_F(TransferTest, WhoRepeatsTheEndOfARefusedListIsNotToldThatItWasAccepted) {
+  carry_over(2);
+  mavlink::MissionItemInt global = item(1, 2.0, 0.0, -1.5);
+  global.frame = 5;
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
+  EXPECT_EQ(result(hear(global)), mission_result::kUnsupportedFrame);
+  EXPECT_EQ(result(hear(global)), mission_result::kUnsupportedFrame) << "our answer was lost";
+  EXPECT_TRUE(hear(item(0, 9.0, 0.0, -1.5)).empty());
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_TRUE(hear(mavlink::MissionAck{.type = mission_result::kCancelled}).empty());
+  EXPECT_TRUE(hear(item(1, 9.0, 0.0, -1.5)).empty()) << "it was cancelled";
+  carry_over(1);
+  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_TRUE(hear(item(0, 9.0, 0.0, -1.5)).empty()) << "it was cleared";
+}
+
 TEST_F(TransferTest, WhatIsNotWholeReplacesNothing) {
   carry_over(2);
   const std::uint32_t edition = transfer.edition();
