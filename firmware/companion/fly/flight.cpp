@@ -216,7 +216,7 @@ nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pi
 nlohmann::json to_json(const HeardStats& heard, std::uint32_t parameters_not_set) {
   return {{"goals", heard.goals},
           {"orders", heard.orders},
-          {"orders_replaced", heard.orders_replaced},
+          {"orders_lost", heard.orders_lost},
           {"requests", heard.requests},
           {"requests_lost", heard.requests_lost},
           {"parameters_not_set", parameters_not_set}};

@@ -12,12 +12,10 @@
 
 namespace m100::companion {
 
-// Commands of MAVLink's common message set that mean something here.
-inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
-inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
-inline constexpr std::uint16_t kMissionStart = 300;   ///< MAV_CMD_MISSION_START: param1 first item, param2 last
-inline constexpr std::uint16_t kLand = 21;            ///< MAV_CMD_NAV_LAND: not there
-inline constexpr std::uint16_t kTakeOff = 22;         ///< MAV_CMD_NAV_TAKEOFF: not there
+// Commands of MAVLink's common message set that mean something here, beside those of the overheard line.
+inline constexpr std::uint16_t kMissionStart = 300;  ///< MAV_CMD_MISSION_START: param1 first item, param2 last
+inline constexpr std::uint16_t kLand = 21;           ///< MAV_CMD_NAV_LAND: not there
+inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: not there
 
 /// What was asked for in a tick, and what became of it.
 struct Followed {

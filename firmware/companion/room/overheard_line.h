@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -19,12 +22,16 @@ struct HeardStats {
   std::uint32_t goals = 0;
   std::uint32_t orders = 0;
   std::uint32_t requests = 0;
-  std::uint32_t orders_replaced = 0;  ///< by a newer one of the same tick
-  std::uint32_t requests_lost = 0;    ///< more than kMostRequests came in a tick
+  std::uint32_t orders_lost = 0;    ///< more than kMostOrders waited
+  std::uint32_t requests_lost = 0;  ///< more than kMostRequests came in a tick
 };
 
-/// A line that hands on everything, and keeps the newest goal, the newest order and the first kMostRequests requests
-/// that passed. Put in front of a signed line it hears only who may speak. No heap; costs one parser more.
+inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
+inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
+
+/// A line that hands on everything, and keeps the newest goal, the first kMostOrders orders and the first kMostRequests
+/// requests that passed. Orders are taken one a tick; one to release, or to hold, always finds room. Put in front of a
+/// signed line it hears only who may speak. No heap; costs one parser more.
 class OverheardLine final : public hal::Uart {
  public:
   /// An order and who gave it.
@@ -32,6 +39,8 @@ class OverheardLine final : public hal::Uart {
     mavlink::CommandLong message;
     mavlink::Address from;
   };
+
+  static constexpr std::size_t kMostOrders = 4;  ///< that wait: a release waits for three ticks at most
 
   explicit OverheardLine(hal::Uart& line) : line_(line) {}
 
@@ -46,9 +55,16 @@ class OverheardLine final : public hal::Uart {
   core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
   core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
 
-  /// What came since the call before, if it is for us.
+  /// What came, if it is for us: the newest goal, and the order that waits longest.
   std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
-  std::optional<Order> take_order() { return std::exchange(order_, std::nullopt); }
+  std::optional<Order> take_order() {
+    if (order_count_ == 0) {
+      return std::nullopt;
+    }
+    const Order first = orders_[0];
+    std::shift_left(orders_.begin(), orders_.begin() + static_cast<std::ptrdiff_t>(order_count_--), 1);
+    return first;
+  }
   /// What was asked since forget_requests(), in its order.
   std::span<const Request> requests() const { return requests_.all(); }
   void forget_requests() { requests_.clear(); }
@@ -64,13 +80,30 @@ class OverheardLine final : public hal::Uart {
         ++stats_.goals;
       }
     } else if (mavlink::is<mavlink::CommandLong>(frame)) {
-      if (const auto order = mavlink::decode<mavlink::CommandLong>(frame); is_for_us(order.target_system)) {
-        stats_.orders_replaced += order_ ? 1U : 0U;
-        order_ = Order{order, frame.from};
+      const auto order = mavlink::decode<mavlink::CommandLong>(frame);
+      if (is_for_us(order.target_system)) {
+        keep({order, frame.from});
         ++stats_.orders;
       }
     } else {
       hear_request(frame, std::type_identity<RequestMessage>{});
+    }
+  }
+  static bool releases(const Order& order) {
+    return order.message.command == kGuidedEnable && !(order.message.param1 >= 0.5F);
+  }
+  static bool holds(const Order& order) {
+    return order.message.command == kPauseContinue && order.message.param1 < 0.5F;
+  }
+  /// What finds no room is not answered, and comes again.
+  void keep(const Order& order) {
+    if (order_count_ < kMostOrders) {
+      orders_[order_count_++] = order;
+      return;
+    }
+    ++stats_.orders_lost;
+    if (releases(order) || (holds(order) && !releases(orders_.back()))) {
+      orders_.back() = order;
     }
   }
   template <typename... Message>
@@ -91,7 +124,8 @@ class OverheardLine final : public hal::Uart {
   hal::Uart& line_;
   mavlink::Parser parser_;
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
-  std::optional<Order> order_;
+  std::array<Order, kMostOrders> orders_{};  ///< that wait, the oldest first
+  std::size_t order_count_ = 0;
   Requests requests_;
   HeardStats stats_;
 };

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a room says in one tick: nothing that it orders is lost behind another order.
+#include "firmware/companion/room/overheard_line.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/uart_pair.h"
+
+namespace m100::companion {
+namespace {
+
+constexpr mavlink::Address kStation{.system = 255, .component = 190};
+constexpr std::uint16_t kGuided = 92, kPause = 193, kRequestMessage = 512;
+
+struct OverheardLineTest : ::testing::Test {
+  hal::ManualClock clock;
+  hal::UartPair pair{clock, 0};
+  OverheardLine line{pair.a()};
+  std::uint8_t sequence = 0;
+
+  void say(std::uint16_t command, float param1, std::uint8_t system = 1) {
+    const mavlink::CommandLong order{.param1 = param1, .command = command, .target_system = system};
+    const mavlink::Frame frame = mavlink::encode(order, kStation, sequence++);
+    EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
+    std::vector<std::byte> got(frame.bytes().size());
+    EXPECT_EQ(line.read(got).value_or(0), got.size());
+  }
+  /// Those that wait, one for each tick that takes one.
+  std::vector<std::pair<int, float>> taken() {
+    std::vector<std::pair<int, float>> all;
+    while (const auto order = line.take_order()) {
+      all.emplace_back(order->message.command, order->message.param1);
+    }
+    return all;
+  }
+};
+using Orders = std::vector<std::pair<int, float>>;
+
+// Catches an order to release that is lost because a ground station asked for a message in the same tick.
+TEST_F(OverheardLineTest, OrdersOfOneTickAreTakenOneByOne) {
+  RecordProperty("promise", "R15");
+  say(kGuided, 0.F);
+  say(kRequestMessage, 1.F);
+  say(kGuided, 1.F, 7);  // another aircraft's
+  EXPECT_EQ(taken(), (Orders{{kGuided, 0.F}, {kRequestMessage, 1.F}}));
+  EXPECT_TRUE(taken().empty());
+}
+
+// Catches a release, or an order to hold, that finds no room behind what others asked during a stall.
+TEST_F(OverheardLineTest, AnOrderToStopAlwaysFindsRoom) {
+  RecordProperty("promise", "R15");
+  for (int i = 0; i < 20; ++i) {
+    say(kRequestMessage, static_cast<float>(i));
+  }
+  say(kPause, 0.F);
+  for (int i = 0; i < 20; ++i) {
+    say(kRequestMessage, 1.F);
+    say(kPause, 1.F);
+  }
+  say(kGuided, 0.F);
+  say(kGuided, 1.F);
+  say(kPause, 0.F);
+  const Orders all = taken();
+  EXPECT_LE(all.size(), OverheardLine::kMostOrders) << "bounded";
+  ASSERT_FALSE(all.empty());
+  EXPECT_EQ(all.back(), (std::pair<int, float>{kGuided, 0.F})) << "and nothing that came in excess flies behind it";
+}
+
+}  // namespace
+}  // namespace m100::companion
