@@ -12,6 +12,7 @@ larger by more than a twentieth.
 import hashlib
 import json
 import pathlib
+import random
 import subprocess
 import sys
 import tempfile
@@ -39,6 +40,31 @@ def pilot_script():
                       f"{at + 11} chirp {stick} {120 * side} 0.5 2.5 6"]
             at += 20.0
     return "\n".join(lines) + "\n"
+
+
+REVERSED_MAP = """time = "t_s"
+[signals]
+stick_roll = "roll_stick"
+stick_pitch = "pitch_stick"
+attitude_roll = "roll_rad"
+attitude_pitch = "pitch_rad"
+"""
+
+
+def reversed_log():
+    """A minute as CSV in which each axis answers its stick with the wrong sign: as a column map with a sign slip reads."""
+    chance, rows = random.Random(7), ["t_s,roll_stick,pitch_stick,roll_rad,pitch_rad"]
+    sticks, tilts, speeds, late = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [(0.0, 0.0)] * 5
+    for k in range(3000):
+        for axis in range(2):
+            if k % 25 == 0:
+                sticks[axis] = chance.choice((-150.0, 0.0, 150.0))
+            speeds[axis] += 0.02 * (49.0 * (-8.65e-4 * late[0][axis] - tilts[axis]) - 9.8 * speeds[axis])
+            tilts[axis] += 0.02 * speeds[axis]
+        late = [*late[1:], tuple(sticks)]
+        seen = [tilt + chance.gauss(0.0, 0.002) for tilt in tilts]
+        rows.append(f"{0.02 * k:.2f},{sticks[0]},{sticks[1]},{seen[0]:.6f},{seen[1]:.6f}")
+    return "\n".join(rows) + "\n"
 
 
 class Evening:
@@ -105,7 +131,17 @@ def without_flight(evening):
     for _ in range(2):
         code, said = evening.call()
         expect(code == 1 and "identify: NOT PASSED" in said, "a step of the PC that fails stops the evening, each time")
+    refuses_a_misread_log(evening)
     notices_changes(evening)
+
+
+def refuses_a_misread_log(evening):
+    """Catches an evening that goes on to the flight with a model that identify refused to write."""
+    evening.put("columns_hand.toml", REVERSED_MAP)
+    evening.put("hand.ulg", reversed_log())
+    code, said = evening.call()
+    expect(code == 1 and "a sign of the column map is probably wrong" in said, "identify refuses a log whose sign is wrong")
+    expect("identify: NOT PASSED: the command ended with 1" in said and "gains:" not in said, "and the evening stops")
 
 
 def notices_changes(evening):
