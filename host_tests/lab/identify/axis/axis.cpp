@@ -186,9 +186,10 @@ class AxisInquiry {
     if (change.name != "gain") {
       return false;
     }
-    const double before = change.parameters.front().value;
-    const double after = change.parameters.back().value;
-    const bool stops = std::abs(after) < std::abs(before);
+    // A reversed answer is an answer: sizes are compared.
+    const double before = std::abs(change.parameters.front().value);
+    const double after = std::abs(change.parameters.back().value);
+    const bool stops = after < before;
     if ((stops ? after / before : before / after) > kSilent) {
       return false;
     }
