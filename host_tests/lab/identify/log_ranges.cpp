@@ -81,7 +81,15 @@ void add_pieces(const logs::FlightLog& log, const std::vector<Range>& ranges, bo
   }
 }
 
-/// Whether two logs are one flight, whatever the names of their files: one signal that moves is the same throughout.
+/// Whether a signal was measured, so that its noise is of one flight alone. Sticks and commands are the same in every
+/// flight of one script, and the numbers of rows in every log.
+bool is_measured(std::size_t signal) {
+  const std::string_view name = logs::kSignalNames[signal];
+  return !name.starts_with("stick_") && !name.starts_with("command_") && name != "sequence";
+}
+
+/// Whether two logs are one flight, whatever the names of their files: one measured signal that moves is the same
+/// throughout.
 bool same_flight(const Piece& a, const Piece& b) {
   if (a.log == b.log && a.flight == b.flight) {
     return true;
@@ -92,7 +100,7 @@ bool same_flight(const Piece& a, const Piece& b) {
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
     const std::vector<double>& x = a.log->signals[i];
     const std::vector<double>& y = b.log->signals[i];
-    if (x.empty() || y.empty()) {
+    if (!is_measured(i) || x.empty() || y.empty()) {
       continue;
     }
     const auto from = x.begin() + static_cast<std::ptrdiff_t>(a.begin);

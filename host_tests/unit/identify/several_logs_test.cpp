@@ -9,6 +9,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -309,3 +310,23 @@ TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
 
 }  // namespace
 }  // namespace m100::lab
+// The same script of sticks flown twice is two flights: what was measured differs.
+TEST_F(SeveralLogs, ARepeatedScriptIsAnotherFlight) {
+  logs::FlightLog log = SyntheticAxis{}.fly();
+  logs::write_csv(log, path("a.csv"));
+  logs::write_column_map(log, path("map.toml"));
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0.0, 0.002);
+  for (double& value : log.of(logs::Signal::kAttitudeRoll)) {
+    value += noise(random);
+  }
+  logs::write_csv(log, path("b.csv"));
+  EXPECT_EQ(
+      ask({"--log", path("a.csv"), "--validate-log", path("b.csv"), "--train", "3:24", "--validate", "3:24"}).second,
+      "");
+  EXPECT_EQ(
+      ask({"--log", path("a.csv"), "--log", path("b.csv"), "--train", "1@3:24,2@3:24", "--validate", "1@24:40,2@24:40"})
+          .second,
+      "");
+}
+
