@@ -79,6 +79,9 @@ void LockstepHost::listen(EndState& end) {
 
 void LockstepHost::hang_up(EndState& end) {
   if (end.descriptor >= 0) {
+    // A process that another thread is starting just now holds a copy of it until it runs its program; closing alone
+    // would let the far side hear of it then.
+    ::shutdown(end.descriptor, SHUT_RDWR);
     ::close(end.descriptor);
   }
   end.descriptor = -1;
