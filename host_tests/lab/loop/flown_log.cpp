@@ -3,26 +3,55 @@
 
 #include <algorithm>
 #include <fstream>
+#include <numeric>
 #include <sstream>
 
+#include "firmware/safety/ladder.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/loop/prediction.h"
+#include "host_tests/lab/loop/captured.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
 namespace {
 
-/// The values of so many samples ago (negative: of later ones), between samples by straight lines; the ends are held.
-std::vector<double> moved_later(const std::vector<double>& values, double samples) {
-  std::vector<double> out(values.size());
-  const double last = static_cast<double>(values.size()) - 1.0;
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const double at = std::clamp(static_cast<double>(i) - samples, 0.0, last);
-    const auto below = static_cast<std::size_t>(at);
-    const std::size_t above = std::min(below + 1, values.size() - 1);
-    out[i] = values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
+using identify::Range;
+
+/// What the loop alone needs of its own log, beside what it identifies from.
+constexpr const char* kBeside = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
+
+/// The longest stretch in which the ladder kept the control: its rungs from nominal to level.
+Range in_control(const logs::FlightLog& log, const std::vector<double>& rung) {
+  const auto kept = [](double value) {
+    return value > static_cast<double>(safety::Rung::kNominal) - 0.5 &&
+           value < static_cast<double>(safety::Rung::kLevel) + 0.5;
+  };
+  Range best{log.start_s, log.start_s};
+  for (std::size_t begin = 0; begin < rung.size();) {
+    std::size_t end = begin;
+    while (end < rung.size() && kept(rung[end])) {
+      ++end;
+    }
+    if (log.time_s(end) - log.time_s(begin) > best.second - best.first) {
+      best = {log.time_s(begin), log.time_s(end)};
+    }
+    begin = std::max(end, begin + 1);
   }
+  return best;
+}
+
+/// Takes a channel out of the log: it is no cause of anything that is identified.
+std::vector<double> taken(logs::FlightLog& log, const char* name) {
+  const auto found = log.extra.find(name);
+  if (found == log.extra.end()) {
+    return {};
+  }
+  std::vector<double> out = std::move(found->second);
+  log.extra.erase(found);
   return out;
+}
+
+double mean(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
@@ -68,7 +97,7 @@ std::string excitation(std::uint64_t seed, double duration_s) {
   return course.str();
 }
 
-logs::FlightLog load_flown(const experiments::FlightResult& flight, const std::string& path) {
+FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path) {
   {
     std::ofstream file(path, std::ios::binary);
     file.write(reinterpret_cast<const char*>(flight.log.data()), static_cast<std::streamsize>(flight.log.size()));
@@ -76,7 +105,10 @@ logs::FlightLog load_flown(const experiments::FlightResult& flight, const std::s
       throw InputError(path, 0, "", "cannot be written");
     }
   }
-  logs::FlightLog log = logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns(), "(own columns)"));
+  FlownLog out;
+  out.log = logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns() + kBeside, "(own columns)"));
+  logs::FlightLog& log = out.log;
+  out.in_control = in_control(log, taken(log, "state"));
   using logs::Signal;
   for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
     const double way_s = stick == Signal::kStickThrottle ? kClimbUplink_s : kUplink_s;
@@ -86,7 +118,10 @@ logs::FlightLog load_flown(const experiments::FlightResult& flight, const std::s
                             Signal::kRateY, Signal::kRateZ}) {
     log.of(felt) = moved_later(log.of(felt), -kTelemetry_s / log.period_s);
   }
-  return with_captured_velocity(log);
+  const double believed_age_s = mean(taken(log, "pose_age"));
+  const double lag_s = capture_lag_s(log, taken(log, "pose_yaw"), out.in_control, believed_age_s);
+  log = with_captured_velocity(std::move(log), lag_s);
+  return out;
 }
 
 }  // namespace m100::lab::loop

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "host_tests/lab/experiments/flight.h"
+#include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::loop {
@@ -23,9 +24,15 @@ inline constexpr double kTelemetry_s = 0.0125;    ///< from the autopilot's atti
 inline constexpr double kUplink_s = 0.0055;       ///< from the tick that sets the sticks to the autopilot's receiver
 inline constexpr double kClimbUplink_s = 0.0135;  ///< the same to the climb, which is seen by motion capture
 
+struct FlownLog {
+  logs::FlightLog log;
+  identify::Range in_control;  ///< the longest stretch in which the sticks of the log flew the vehicle
+};
+
 /// Writes the flight's ULog to a file and reads it back as a log of any origin, with what the autopilot received and
-/// motion capture saw: sticks later by kUplink_s, attitude and rates earlier by kTelemetry_s, the captured velocity.
+/// motion capture saw: sticks later by kUplink_s, attitude and rates earlier by kTelemetry_s, position and the captured
+/// velocity earlier by what the heading, which both measure, says (captured.h).
 /// Errors: InputError.
-logs::FlightLog load_flown(const experiments::FlightResult& flight, const std::string& path);
+FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop

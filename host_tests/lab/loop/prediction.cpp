@@ -56,28 +56,6 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
   return late;
 }
 
-std::size_t pose_age_samples(const logs::FlightLog& log) {
-  const auto age = log.extra.find("pose_age");
-  double mean_s = 0.0;
-  if (age != log.extra.end()) {
-    for (const double one : age->second) {
-      mean_s += one / static_cast<double>(age->second.size());
-    }
-  }
-  return static_cast<std::size_t>(std::lround(mean_s / log.period_s));
-}
-
-/// @param half  samples to either side: noise of the position against detail of the velocity
-std::vector<double> velocity(const logs::FlightLog& log, Signal position, std::size_t half = 5) {
-  const std::vector<double>& x = log.of(position);
-  const std::size_t shift = pose_age_samples(log);
-  std::vector<double> out(x.size(), 0.0);
-  for (std::size_t i = half; i + shift + half < x.size(); ++i) {
-    out[i] = (x[i + shift + half] - x[i + shift - half]) / (2.0 * static_cast<double>(half) * log.period_s);
-  }
-  return out;
-}
-
 /// One stick axis: what was measured, what the vehicle file makes of its sticks, and a forecast under way.
 struct AxisForecast {
   AxisForecast(const logs::FlightLog& log, Signal stick, Signal other, Signal measured, const model::StickAxis& axis)
@@ -162,8 +140,8 @@ std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation&
                                                        const logs::FlightLog& log, const AxisForecast& roll,
                                                        const AxisForecast& pitch, const AxisForecast& climb,
                                                        double from_s, double to_s) {
-  const std::vector<double> velocity_x = velocity(log, Signal::kPositionX);
-  const std::vector<double> velocity_y = velocity(log, Signal::kPositionY);
+  const std::vector<double>& velocity_x = log.of(Signal::kVelocityX);
+  const std::vector<double>& velocity_y = log.of(Signal::kVelocityY);
   const std::size_t last = log.index_of(to_s);
   std::array<ErrorSums, kHorizons_s.size()> sums;
   for (std::size_t begin = log.index_of(from_s) + 5; begin + 220 < last; begin += 10) {
@@ -216,21 +194,6 @@ Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::str
 }
 
 }  // namespace
-
-logs::FlightLog with_captured_velocity(const logs::FlightLog& log) {
-  logs::FlightLog out = log;
-  const std::size_t shift = pose_age_samples(log);
-  for (int c = 0; c < 3; ++c) {
-    const std::size_t half = c == 2 ? 2 : 5;  // a climb is fitted to its velocity, whose detail is the fast dynamics
-    out.of(logs::offset(Signal::kVelocityX, c)) = velocity(log, logs::offset(Signal::kPositionX, c), half);
-    std::vector<double>& x = out.of(logs::offset(Signal::kPositionX, c));
-    std::copy(x.begin() + static_cast<std::ptrdiff_t>(shift), x.end(), x.begin());
-  }
-  if (const auto age = out.extra.find("pose_age"); age != out.extra.end()) {
-    std::fill(age->second.begin(), age->second.end(), 0.0);
-  }
-  return out;
-}
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s) {
   const Unseen flight{&log, from_s, to_s};

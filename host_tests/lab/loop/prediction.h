@@ -10,10 +10,6 @@
 
 namespace m100::lab::loop {
 
-/// The log with the velocity that motion capture saw, not the one that the observer believed: the slope of the position
-/// over 0.1 s (upwards 0.04 s); both moved earlier by the mean age of the poses, which is then nought.
-logs::FlightLog with_captured_velocity(const logs::FlightLog& log);
-
 /// How far ahead predictions are looked at.
 inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 

@@ -2,11 +2,16 @@
 // What the loop declares, and what its trial flights may decide.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/tasks.h"
 #include "host_tests/lab/loop/believed.h"
+#include "host_tests/lab/loop/captured.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/trial.h"
+#include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -40,6 +45,38 @@ TEST(Declared, IsAllThatTheVehicleFileSays) {
   vehicle.roll.cross_axis = 0.1;
   EXPECT_EQ(declared(vehicle, "roll"), (Names{"second_order", "transport_delay", "dead_zone", "saturation",
                                               "rate_limit", "backlash", "gain_drift", "cross_axis"}));
+}
+
+/// A minute of turns, felt at once and captured late, with noise of 5 mrad and a heading that drifts.
+logs::FlightLog turning(double lag_s, double rate_rad_s, std::vector<double>& captured_rad) {
+  logs::FlightLog log;
+  log.size = 6000;
+  const auto heading = [&](double t_s) { return 3.0 + rate_rad_s / 0.7 * std::sin(0.7 * t_s); };  // across half a turn
+  sim::Random random(3, "captured");
+  for (std::size_t k = 0; k < log.size; ++k) {
+    const double t_s = log.time_s(k);
+    log.of(logs::Signal::kAttitudeYaw).push_back(heading(t_s));
+    captured_rad.push_back(
+        std::remainder(heading(t_s - lag_s) + 2e-3 * t_s + 5e-3 * random.normal(), 2.0 * std::numbers::pi));
+  }
+  return log;
+}
+
+// The finding that was repeated: the age that the observer believed was 20 ms wrong, and a climb that was seen too
+// early was called backlash.
+TEST(Captured, LagIsReadOffTheHeading) {
+  for (const double lag_s : {-0.012, 0.0, 0.0235, 0.06}) {
+    std::vector<double> captured_rad;
+    const logs::FlightLog log = turning(lag_s, 0.4, captured_rad);
+    EXPECT_NEAR(capture_lag_s(log, captured_rad, {2.0, 58.0}, 1.0), lag_s, 1e-3);
+  }
+}
+
+TEST(Captured, AHeadingThatHardlyTurnsTellsNothing) {
+  std::vector<double> captured_rad;
+  const logs::FlightLog log = turning(0.02, 0.01, captured_rad);
+  EXPECT_EQ(capture_lag_s(log, captured_rad, {2.0, 58.0}, 0.017), 0.017);
+  EXPECT_EQ(capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
 }
 
 TEST(Trial, KeepsWhatIsBetter) {
