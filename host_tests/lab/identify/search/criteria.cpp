@@ -54,7 +54,9 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
   if (comparison.t > least_t && comparison.delta_white > options.minimum_delta_white) {
     return true;
   }
-  return comparison.delta_bic > options.minimum_delta_bic &&
+  // In coloured air the first criterion is not an efficient test, and in a closed loop not even a fair one: a stick
+  // that works against the air moves nothing, which looks like play. The whitened one must not contradict it.
+  return comparison.delta_white >= options.least_delta_white && comparison.delta_bic > options.minimum_delta_bic &&
          (comparison.t > options.minimum_t ||
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));
 }

@@ -17,6 +17,7 @@ struct SelectionOptions {
   double minimum_cv_gain = 0.04;
   double minimum_delta_bic = 6.0;
   double minimum_delta_white = 15.0;  ///< or this much on whitened residuals, with minimum_t_white
+  double least_delta_white = 8.0;     ///< with less nothing else convinces: logs with nothing hidden reach 7.1
   double minimum_t_white = 1.0;       ///< and minimum_t where the first criterion says no
   double minimum_t = 1.7;
   double strong_delta_bic = 10.0;  ///< with this much, minimum_t_strong is enough
