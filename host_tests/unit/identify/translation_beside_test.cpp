@@ -92,6 +92,17 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"RollAndPitchExchanged",
              [](FlightLog& log) { std::swap(log.of(Signal::kAttitudeRoll), log.of(Signal::kAttitudePitch)); },
              "swapped_axes: "},
+        Case{"NorthAndEastExchanged",
+             [](FlightLog& log) {
+               for (const auto& [x, y] : {std::pair{Signal::kPositionX, Signal::kPositionY},
+                                          std::pair{Signal::kVelocityX, Signal::kVelocityY}}) {
+                 std::swap(log.of(x), log.of(y));  // north is x, and west, which is minus east, is y
+                 for (const Signal signal : {x, y}) {
+                   scale(log, signal, -1.0);
+                 }
+               }
+             },
+             "swapped_axes: the acceleration fits north and east exchanged"},
         Case{"Degrees",
              [](FlightLog& log) {
                scale(log, Signal::kAttitudeRoll, 180.0 / std::numbers::pi);

@@ -29,7 +29,7 @@ struct Reading {
 };
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;
-constexpr std::array<Reading, 13> kReadings{{
+constexpr std::array<Reading, 15> kReadings{{
     {"", "", "as the column map says"},
     {"sign_reversed", "attitude_roll", "roll with the other sign", false, -1.0, 1.0},
     {"sign_reversed", "attitude_pitch", "pitch with the other sign", false, 1.0, -1.0},
@@ -43,6 +43,10 @@ constexpr std::array<Reading, 13> kReadings{{
     {"swapped_axes", "attitude_yaw", "the heading a quarter turn to the left", false, 1.0, 1.0, 1.0, kQuarter},
     {"swapped_axes", "attitude_yaw", "the heading a quarter turn to the right", false, 1.0, 1.0, 1.0, -kQuarter},
     {"swapped_axes", "attitude_yaw", "yaw with the other sign, a quarter turn on", false, 1.0, 1.0, -1.0, kQuarter},
+    // A world seen in a mirror is an attitude seen in a mirror: roll and yaw change their signs.
+    {"swapped_axes", "position", "north and east exchanged (ENU read as NED, or the reverse)", false, -1.0, 1.0, -1.0,
+     -kQuarter},
+    {"swapped_axes", "position", "x and y of the world exchanged", false, -1.0, 1.0, -1.0, kQuarter},
 }};
 
 /// Root mean square of what a reading leaves of the horizontal acceleration, means of both axes and one gain taken off.
