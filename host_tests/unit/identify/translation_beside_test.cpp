@@ -122,6 +122,24 @@ INSTANTIATE_TEST_SUITE_P(
              "position_force: "}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+// Catches dates without an interval, and structures that are chosen on both sides of a change and name its shadow.
+TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
+  int inside = 0;
+  for (std::uint64_t seed = 811; seed <= 816; ++seed) {
+    FlightLog log = flight(seed);
+    const double at_s = 14.0 + 2.11 * static_cast<double>(seed - 811);
+    push(log, 0, [&](std::size_t k) { return log.time_s(k) > at_s ? 0.6 : 0.0; });
+    const IdentifyResult result = ask(log);
+    EXPECT_EQ(result.verdict, "explained") << said(result);
+    EXPECT_TRUE(result.effects.empty()) << said(result);
+    ASSERT_EQ(result.changes.size(), 1U) << said(result);
+    EXPECT_EQ(result.changes[0].name, "steady_wind");
+    EXPECT_LT(result.changes[0].high_s - result.changes[0].low_s, 0.6);
+    inside += result.changes[0].low_s <= at_s && at_s <= result.changes[0].high_s ? 1 : 0;
+  }
+  EXPECT_GE(inside, 5);
+}
+
 // Frozen samples are a finding and are kept out; outside of the ranges they do not matter, nor do outliers there.
 TEST(BesideTranslation, SpoiltSamplesAreKeptOutWhereTheyMatter) {
   const FlightLog clean = flight(808);

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 
 #include "host_tests/lab/identify/log_defects.h"
 #include "host_tests/lab/identify/log_ground.h"
 #include "host_tests/lab/identify/log_units.h"
 #include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/search/sides.h"
 #include "host_tests/lab/identify/search/study.h"
 #include "host_tests/lab/identify/translation/translation_change.h"
 #include "host_tests/lab/identify/translation/translation_family.h"
@@ -119,27 +121,11 @@ class TranslationStudy final : public Study {
     return coordinate;
   }
 
-  /// What changed in mid-flight, and forces that depend on the place. What changed is not named among the effects.
-  void ask_beside(Selection& chosen, Beside& beside) const {
-    const Fit& fit = chosen.final_model.fit;
-    const bool one_log = &validation_.log == &training_.log;
-    const std::vector<Finding> tether = position_force(training_, fit);
-    beside.findings.insert(beside.findings.end(), tether.begin(), tether.end());
-    if (!tether.empty()) {
-      return;  // a force that depends on the place changes with it
-    }
-    beside.changes = changes_of(training_, one_log ? &validation_ : nullptr, fit);
-    for (const Change& change : beside.changes) {
-      const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // what the change looks like
-      std::erase_if(chosen.steps, [&](const Step& step) { return step.name == effect; });
-      std::string names = change.name;
-      for (const std::string& rival : change.rivals) {
-        names += " or " + rival;
-      }
-      if (!change.rivals.empty()) {
-        beside.unexplained.push_back("something that changed in mid-flight: " + names);
-      }
-    }
+  std::vector<Finding> tether(const Fit& fit) const { return position_force(training_, fit); }
+
+  /// What changed in mid-flight, over both parts where they are of one log.
+  std::vector<Change> changes(const Fit& fit) const {
+    return changes_of(training_, &validation_.log == &training_.log ? &validation_ : nullptr, fit);
   }
 
   void examine(const Selection& selection, IdentifyResult& result) const override {
@@ -264,11 +250,99 @@ class TranslationStudy final : public Study {
   TranslationFamily family_;
 };
 
+/// The order in which a log is asked: what may be wrong with it, structure, place, change, and the structure again on
+/// one side of the change.
+class TranslationInquiry {
+ public:
+  TranslationInquiry(const Request& request, Beside beside) : request_(request), beside_(std::move(beside)) {}
+
+  /// @param misread  the log's axes or signs are wrong: whatever is fitted would be the shadow of that
+  IdentifyResult run(bool misread) {
+    options_.minimum_cv_gain = kMinimumCvGain;
+    options_.maximum_effects = misread ? 0 : options_.maximum_effects;
+    study_ = std::make_unique<TranslationStudy>(request_);
+    chosen_ = choose(*study_, request_, options_);
+    if (!misread) {
+      const std::vector<Finding> tether = study_->tether(chosen_.final_model.fit);
+      beside_.findings.insert(beside_.findings.end(), tether.begin(), tether.end());
+      if (tether.empty()) {  // a force that depends on the place changes with it
+        ask_for_a_change();
+      }
+    }
+    return conclude(*study_, side_ ? *side_ : request_, std::move(chosen_), std::move(beside_));
+  }
+
+ private:
+  /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on
+  /// one side of the date, and the change must stand under it.
+  void ask_for_a_change() {
+    std::vector<Change> changes = study_->changes(chosen_.final_model.fit);
+    if (changes.empty()) {
+      return;
+    }
+    for (const Request& side : sides_of(request_, changes.front())) {
+      std::unique_ptr<TranslationStudy> calm = study_of(side);
+      if (calm == nullptr) {
+        continue;
+      }
+      Selection chosen = choose(*calm, side, options_);
+      changes = study_->changes(chosen.final_model.fit);
+      if (changes.empty()) {
+        return;
+      }
+      side_ = std::make_unique<Request>(side);
+      study_ = std::make_unique<TranslationStudy>(*side_);
+      chosen_ = std::move(chosen);
+      beside_.findings.push_back(side_note(side));
+      break;
+    }
+    for (const Change& change : changes) {
+      take(change);
+    }
+  }
+
+  /// One side of a change; null where it has too little that can be used.
+  static std::unique_ptr<TranslationStudy> study_of(const Request& side) {
+    try {
+      return std::make_unique<TranslationStudy>(side);
+    } catch (const InputError&) {
+      return nullptr;
+    }
+  }
+
+  /// What changed is not named among the effects, nor is what these data cannot tell from it.
+  void take(const Change& change) {
+    const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // what the change looks like
+    const std::string twin(model::translation_effect(effect)->twin);
+    const bool alike = std::any_of(chosen_.not_separable.begin(), chosen_.not_separable.end(), [&](const auto& group) {
+      return std::find(group.begin(), group.end(), effect) != group.end() &&
+             std::find(group.begin(), group.end(), twin) != group.end();
+    });
+    const auto same = [&](const std::string& name) { return name == effect || (alike && name == twin); };
+    std::erase_if(chosen_.steps, [&](const Step& step) { return same(step.name); });
+    std::erase_if(chosen_.not_separable,
+                  [&](const auto& group) { return std::any_of(group.begin(), group.end(), same); });
+    if (!change.rivals.empty()) {
+      std::string names = change.name;
+      for (const std::string& rival : change.rivals) {
+        names += " or " + rival;
+      }
+      beside_.unexplained.push_back("something that changed in mid-flight: " + names);
+    }
+    beside_.changes.push_back(change);
+  }
+
+  const Request& request_;
+  std::unique_ptr<Request> side_;  ///< of the change, where one was found
+  SelectionOptions options_;
+  std::unique_ptr<TranslationStudy> study_;
+  Selection chosen_;
+  Beside beside_;
+};
+
 }  // namespace
 
 IdentifyResult identify_translation(const Request& request) {
-  SelectionOptions options;
-  options.minimum_cv_gain = kMinimumCvGain;
   Beside beside;
   const logs::FlightLog log = repaired(*request.log, asked_of(request, true), beside.findings);
   const bool one_log = in_one_log(request);
@@ -281,10 +355,7 @@ IdentifyResult identify_translation(const Request& request) {
   beside.findings.insert(beside.findings.end(), units.begin(), units.end());
   const std::vector<Finding> signs = misread(log, request.train);
   beside.findings.insert(beside.findings.end(), signs.begin(), signs.end());
-  const TranslationStudy study(cleaned);
-  Selection chosen = choose(study, cleaned, options);
-  study.ask_beside(chosen, beside);
-  return conclude(study, cleaned, std::move(chosen), std::move(beside));
+  return TranslationInquiry(cleaned, std::move(beside)).run(!signs.empty());
 }
 
 }  // namespace m100::lab::identify

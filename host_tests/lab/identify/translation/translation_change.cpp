@@ -151,10 +151,14 @@ std::vector<Change> changes_of(const Part& training, const Part* validation, con
   if (best == hits.end()) {
     return {};
   }
+  // The scan names the last row before the change: it lies between that row and the next, and the filter has smeared it
+  // over its own width, of which half the power lies in the middle half.
+  const double cell_s = static_cast<double>(kThin) * training.blocks.sample_period_s;
+  const double smeared_s = 0.5 * static_cast<double>(training.data.margin) * training.data.period_s;
   Change out;
-  out.at_s = best->second.at_s;
-  out.low_s = best->second.low_s;
-  out.high_s = best->second.high_s;
+  out.at_s = best->second.at_s + 0.5 * cell_s;
+  out.low_s = best->second.low_s - smeared_s;
+  out.high_s = best->second.high_s + cell_s + smeared_s;
   out.name = best->first->name;
   out.likelihood_ratio = best->second.likelihood_ratio;
   for (Eigen::Index k = 0; k < best->second.size.size(); ++k) {
