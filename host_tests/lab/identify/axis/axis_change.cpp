@@ -103,13 +103,14 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, Tried& tried
   constexpr double kBefore_s = 2.0;
   constexpr double kAfter_s = 0.5;
   constexpr double kStep_s = 0.1;
+  constexpr double kFineStep_s = 0.02;
   constexpr double kDateDrop = 7.35;  // as in the scan
   constexpr double kMostDates = 120.0;
   const double count = whitened_rows(run.segments());
-  const double from_s = std::max(run.time_s().front(), tried.hit.low_s - kBefore_s);
-  const double to_s = std::min(run.time_s().back(), tried.hit.high_s + kAfter_s);
-  const double step_s = std::max(kStep_s, (to_s - from_s) / kMostDates);
+  double from_s = std::max(run.time_s().front(), tried.hit.low_s - kBefore_s);
+  double to_s = std::min(run.time_s().back(), tried.hit.high_s + kAfter_s);
   for (int pass = 0; pass < 2; ++pass) {
+    const double step_s = std::max(pass == 0 ? kStep_s : kFineStep_s, (to_s - from_s) / kMostDates);
     const auto error_at = [&](double date_s) -> Rows {
       return run.error(tried.fit.before, tried.fit.after, date_s).array() - tried.fit.offset;
     };
@@ -129,6 +130,8 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, Tried& tried
         tried.hit.high_s = std::max(tried.hit.high_s, date_s + 0.5 * step_s);
       }
     }
+    from_s = std::max(from_s, tried.hit.low_s - step_s);
+    to_s = std::min(to_s, tried.hit.high_s + step_s);
     const Knob& knob = tried.candidate->knob;
     const Break change{knob, tried.hit.at_s, tried.fit.after.*knob.member - tried.fit.before.*knob.member};
     WhitenedFit again = fit_whitened(run, tried.fit.before, knobs, &change);

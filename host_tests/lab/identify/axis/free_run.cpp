@@ -75,18 +75,20 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
   Eigen::Index row = 0;
   for (const Run& run : runs_) {
     const bool switches = data_.time_s(run.end) > switch_s;
-    command(before, run, command_before_);
-    if (switches) {
+    command(before, run, command_);
+    if (switches) {  // what changes at the stick changes before the delay
       command(after, run, command_after_);
+      for (std::size_t k = 0; k < command_.size(); ++k) {
+        command_[k] = data_.time_s(run.past + k) > switch_s ? command_after_[k] : command_[k];
+      }
     }
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
-    const std::vector<double>* commands = &command_before_;
     const Way* way = ways.data();
     const auto delayed = [&](std::ptrdiff_t sample) {
-      const auto last = static_cast<std::ptrdiff_t>(commands->size()) - 1;
+      const auto last = static_cast<std::ptrdiff_t>(command_.size()) - 1;
       const auto at = [&](std::ptrdiff_t k) {
-        return (*commands)[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
+        return command_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
       };
       const double newer = at(sample - way->shift);
       return way->part > 0.0 ? newer + way->part * (at(sample - way->shift - 1) - newer) : newer;
@@ -101,7 +103,6 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
         const double rate = dynamics.rate_per_s();
         dynamics = sysid::AxisDynamics<double>(after, data_.period_s);
         dynamics.start(value, rate);
-        commands = &command_after_;
         way = &ways[1];
       }
       if (i >= run.begin + settle_) {

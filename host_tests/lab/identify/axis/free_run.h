@@ -47,7 +47,7 @@ class FreeRun {
   std::vector<Run> runs_;
   std::vector<double> time_s_;
   std::vector<Segment> segments_;
-  mutable std::vector<double> command_before_, command_after_;  // scratch
+  mutable std::vector<double> command_, command_after_;  // scratch
 };
 
 /// One number of an axis that a whitened fit may move.
