@@ -74,13 +74,13 @@ Fit AxisFamily::run(Fit start, std::span<const int> weights, int iterations) con
   for (std::size_t block = 0; block < training_.size(); ++block) {
     rows += weights[block] > 0 ? samples_in(block) : 0;
   }
-  std::vector<double> scratch((parameters.size() + 2) * rows);
+  scratch_.resize(std::max(scratch_.size(), (parameters.size() + 2) * rows));
   std::vector<double> x = start.parameters;
   const auto residual = [&](std::span<const double> at, std::span<double> out) {
     start.parameters.assign(at.begin(), at.end());
     training_.error(model(start), weights, out);
   };
-  const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {iterations, 1e-4});
+  const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch_, {iterations, 1e-4});
   start.parameters = x;
   start.sum_of_squares = report.sum_of_squares;
   start.free_parameters = parameters.size();

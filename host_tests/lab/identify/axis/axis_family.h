@@ -55,6 +55,7 @@ class AxisFamily final : public Family {
   double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;
   AxisScale scale_;
+  mutable std::vector<double> scratch_;  ///< of the fits: an hour's is 20 MB, and fits are thousands
 };
 
 }  // namespace m100::lab::identify

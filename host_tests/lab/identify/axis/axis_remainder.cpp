@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_tests/lab/identify/remainder/residual_share.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
 
 namespace m100::lab::identify {
@@ -15,6 +16,27 @@ constexpr double kSettle_s = 1.0;  // a free run forgets its start within this t
 std::size_t flight_of(const AxisData& data, std::size_t sample) {
   return static_cast<std::size_t>(
       std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t begin) { return begin <= sample; }));
+}
+
+/// How the residual test will thin a run of so many samples that is cut into blocks of `length`.
+Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
+  ResidualInput run;
+  run.sample_period_s = period_s;
+  for (std::size_t at = 0; at < samples; at += length) {
+    run.block_begin.push_back(at);
+  }
+  return thin(run, samples);
+}
+
+/// Regressors of an hour at the log's own rate would take 150 MB.
+std::vector<RegressorGroup> thinned(std::vector<RegressorGroup> groups, const Thinned& rows) {
+  for (RegressorGroup& group : groups) {
+    for (std::vector<double>& column : group.columns) {
+      const Eigen::VectorXd means = mean_of(column, rows);
+      column.assign(means.begin(), means.end());
+    }
+  }
+  return groups;
 }
 
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
@@ -45,8 +67,9 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
           input.flight.push_back(first_flight + flight_of(data, i));
         }
         residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
-        merge(input.groups, axis_regressors(part.log, part.signals, begin, end));
-        merge(input.activity, axis_activity(part.signals, begin, end));
+        const Thinned rows = thin_run(data.period_s, length, end - begin);
+        merge(input.groups, thinned(axis_regressors(part.log, part.signals, begin, end), rows));
+        merge(input.activity, thinned(axis_activity(part.signals, begin, end), rows));
       }
       from = to;
     }

@@ -69,12 +69,14 @@ std::vector<double> product(const std::vector<double>& a, const std::vector<doub
   return out;
 }
 
-// Lags reach into the samples before `begin`: made on the whole log, then cut.
+// Lags reach into the samples before `begin`: made on those that they reach, then cut.
 RegressorGroup lag_group(const std::string& source, const std::vector<double>& channel,
                          const std::vector<std::size_t>& lags, std::size_t begin, std::size_t end) {
   RegressorGroup group{source, {}};
-  for (const std::vector<double>& column : lagged(channel, lags)) {
-    group.columns.push_back(slice(column, begin, end));
+  const std::size_t most = lags.empty() ? 0 : *std::max_element(lags.begin(), lags.end());
+  const std::size_t from = begin > most ? begin - most : 0;
+  for (const std::vector<double>& column : lagged(slice(channel, from, end), lags)) {
+    group.columns.push_back(slice(column, begin - from, end - from));
   }
   return group;
 }

@@ -102,6 +102,9 @@ Thinned thin(const ResidualInput& input, std::size_t samples) {
 }
 
 Vector mean_of(const std::vector<double>& values, const Thinned& thinned) {
+  if (values.size() == thinned.begin.size()) {
+    return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
   Vector out(static_cast<Eigen::Index>(thinned.begin.size()));
   for (std::size_t row = 0; row < thinned.begin.size(); ++row) {
     double sum = 0.0;

@@ -24,7 +24,8 @@ struct Thinned {
 /// Means at 10 Hz: a residual has little above 5 Hz, and averaging to this rate saves time.
 /// Precondition: block_begin of the input ascends from 0 and stays below `samples`.
 Thinned thin(const ResidualInput& input, std::size_t samples);
-/// One value for each mean; `values` has one for each sample that was thinned.
+/// One value for each mean; `values` has one for each sample that was thinned, or was thinned before: then it
+/// stays as it is.
 Eigen::VectorXd mean_of(const std::vector<double>& values, const Thinned& thinned);
 
 /// For each group the largest share of the variance that it predicts of any target, cross-validated, and the largest

@@ -9,7 +9,8 @@ namespace m100::lab::identify {
 
 // What is left when the selection has ended: is it still predictable? Shared by the stick axes and by translation.
 
-/// Regressors of one source, e.g. the lags of a stick. Each column has one value per sample of the residual.
+/// Regressors of one source, e.g. the lags of a stick. Each column has one value per sample of the residual, or one per
+/// row of its thinning (residual_share.h).
 struct RegressorGroup {
   std::string source;  ///< what a reader is told: "stick_roll", "stick_roll * stick_pitch", "battery"
   std::vector<std::vector<double>> columns;
@@ -58,8 +59,9 @@ struct ResidualFinding {
 /// Ridge regression of the residual on each group, cross-validated over blocks and held against circular shifts of the
 /// residual; the same for its size; the strongest spectral line; the declared floor. Fewer than five blocks cannot be
 /// tested, and the finding says so.
-/// Preconditions: at least one residual, all of one length; every column, time_s and flight (unless empty) have that
-/// length; block_begin is not empty. Cost: linear in samples, quadratic in the columns of a group.
+/// Preconditions: at least one residual, all of one length; time_s and flight (unless empty) have that length, and
+/// every column that or the number of thinned rows; block_begin is not empty. Cost: linear in samples, quadratic in the
+/// columns of a group.
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options);
 
 /// Appends the samples of another stretch to the groups of the same source and number of columns; into nothing: takes
