@@ -71,6 +71,7 @@ struct Count {
   int logs = 0;
   int covered = 0;
   double relative_width = 0.0;  ///< summed half width over the truth
+  double relative_error = 0.0;  ///< summed error over the truth
 };
 
 /// @returns false where the answer has another structure than what is there: its intervals are those of other numbers.
@@ -96,6 +97,7 @@ bool ask(const Known& known, std::uint64_t seed, std::map<std::string, Count>& c
     Count& count = counts[known.axis + " " + one.name];
     ++count.logs;
     count.covered += one.interval.low <= found->second && found->second <= one.interval.high ? 1 : 0;
+    count.relative_error += (one.interval.value - found->second) / std::abs(found->second);
     count.relative_width += 0.5 * (one.interval.high - one.interval.low) / std::abs(found->second);
   }
   return true;
@@ -107,13 +109,18 @@ int report(const std::map<std::string, Count>& counts, int others, const std::st
   constexpr int kEnough = 500;
   bool inside = true;
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  std::printf("%-36s %6s %10s %16s\n", "parameter (simulated)", "logs", "covered", "mean half width");
+  std::printf("%-36s %6s %10s %16s %12s\n", "parameter (simulated)", "logs", "covered", "mean half width",
+              "mean error");
   for (const auto& [name, count] : counts) {
     const double percent = 100.0 * count.covered / std::max(1, count.logs);
     const double width = 100.0 * count.relative_width / std::max(1, count.logs);
-    std::printf("%-36s %6d %8.1f %% %14.1f %%\n", name.c_str(), count.logs, percent, width);
-    rows.push_back(
-        {{"parameter", name}, {"logs", count.logs}, {"covered_percent", percent}, {"half_width_percent", width}});
+    const double error = 100.0 * count.relative_error / std::max(1, count.logs);
+    std::printf("%-36s %6d %8.1f %% %14.1f %% %10.2f %%\n", name.c_str(), count.logs, percent, width, error);
+    rows.push_back({{"parameter", name},
+                    {"logs", count.logs},
+                    {"covered_percent", percent},
+                    {"half_width_percent", width},
+                    {"error_percent", error}});
     inside = inside && (count.logs < kEnough || (percent >= kLow && percent <= kHigh));
   }
   std::printf("%d logs were answered with another structure and are left out\n", others);
