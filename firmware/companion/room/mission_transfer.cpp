@@ -91,9 +91,9 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
   if (const auto* const announced = std::get_if<mavlink::MissionCount>(&request.message)) {
     take(*announced, from, is_flown, now, replies);
   } else if (const auto* const item = std::get_if<mavlink::MissionItemInt>(&request.message)) {
-    take(*item, from, now, replies);
+    take(*item, from, is_flown, now, replies);
   } else if (const auto* const older = std::get_if<mavlink::MissionItem>(&request.message)) {
-    take(newer(*older), from, now, replies);
+    take(newer(*older), from, is_flown, now, replies);
   } else if (const auto* const list = std::get_if<mavlink::MissionRequestList>(&request.message)) {
     if (!is_other_type(*list, from, replies)) {
       (void)replies.add(mavlink::MissionCount{.count = static_cast<std::uint16_t>(count_),
@@ -110,11 +110,12 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
     }
   } else if (const auto* const clear = std::get_if<mavlink::MissionClearAll>(&request.message)) {
     if (!is_other_type(*clear, from, replies)) {
-      if (!is_flown) {
+      const bool may = !is_flown && (!is_open() || from == partner_);
+      if (may) {
         replace(0);
         end_.reset();
       }
-      (void)replies.add(ack(from, is_flown ? mission_result::kDenied : mission_result::kAccepted));
+      (void)replies.add(ack(from, may ? mission_result::kAccepted : mission_result::kDenied));
     }
   }
 }
@@ -149,8 +150,8 @@ void MissionTransfer::take(const mavlink::MissionCount& announced, mavlink::Addr
   ask(now, replies);
 }
 
-void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address from, core::TimePoint now,
-                           Replies& replies) {
+void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address from, bool is_flown,
+                           core::TimePoint now, Replies& replies) {
   if (!(from == partner_) || item.mission_type != kFlightPlan) {
     return;
   }
@@ -162,6 +163,10 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
   }
   if (item.seq != next_) {
     return;  // it came twice; what is missing is asked for again in time
+  }
+  if (is_flown) {  // since the list was announced
+    end_with(item, mission_result::kDenied, replies);
+    return;
   }
   if (const std::uint8_t result = judge(item); result != mission_result::kAccepted) {
     end_with(item, result, replies);

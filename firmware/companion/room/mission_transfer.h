@@ -47,7 +47,8 @@ class MissionTransfer {
   static constexpr core::Duration kAskAgain = std::chrono::milliseconds(250);
   static constexpr std::uint32_t kMostAsked = 40;  ///< for one item
 
-  /// @param is_flown the items are being flown: they can be read, but neither replaced nor forgotten.
+  /// @param is_flown the items are being flown: they can be read, but neither replaced nor forgotten, and a transfer
+  /// that began before ends at its next item.
   void hear(const Request& request, bool is_flown, core::TimePoint now, Replies& replies);
   /// In every tick, after what was heard.
   void tick(core::TimePoint now, Replies& replies);
@@ -61,7 +62,8 @@ class MissionTransfer {
  private:
   void take(const mavlink::MissionCount& announced, mavlink::Address from, bool is_flown, core::TimePoint now,
             Replies& replies);
-  void take(const mavlink::MissionItemInt& item, mavlink::Address from, core::TimePoint now, Replies& replies);
+  void take(const mavlink::MissionItemInt& item, mavlink::Address from, bool is_flown, core::TimePoint now,
+            Replies& replies);
   void give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const;
   void ask(core::TimePoint now, Replies& replies);
   void replace(std::size_t count);

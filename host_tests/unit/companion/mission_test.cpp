@@ -183,6 +183,27 @@ TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
+// Would catch a mission that is replaced under the aircraft because its start came in the middle of an upload.
+TEST_F(TransferTest, AMissionThatIsStartedDuringATransferIsNotReplacedByIt) {
+  carry_over(2);
+  const std::uint32_t edition = transfer.edition();
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(asked(hear(item(0, 9.0, 0.0, -1.5))), 1);
+  EXPECT_EQ(result(hear(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied);
+  EXPECT_EQ(result(hear(item(1, 9.0, 0.0, -1.5), kStation, true)), mission_result::kDenied) << "our answer was lost";
+  EXPECT_FALSE(transfer.is_open());
+  EXPECT_EQ(transfer.edition(), edition);
+}
+
+// Would catch a transfer that another station ends without a word to who carries it over.
+TEST_F(TransferTest, NobodyElseForgetsTheItemsDuringATransfer) {
+  EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
+  EXPECT_EQ(result(hear(mavlink::MissionClearAll{}, kOther)), mission_result::kDenied);
+  EXPECT_TRUE(transfer.is_open());
+  EXPECT_EQ(result(hear(mavlink::MissionClearAll{})), mission_result::kAccepted);
+  EXPECT_FALSE(transfer.is_open());
+}
+
 TEST_F(TransferTest, OneTransferAtATime) {
   EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
   EXPECT_EQ(result(hear(mavlink::MissionCount{.count = 2}, kOther)), mission_result::kDenied);
