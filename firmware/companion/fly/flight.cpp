@@ -291,8 +291,9 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     pose_port.tell(*controller, now);
     live.tell(*controller, *trajectory, now);
     health.tick(now, controller->link().health());
-    const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, pilotage.waits());
-    if (!pilotage.tick(now, {.word = key_pressed() || word, .stops = stops(), .guarded = guarded})) {
+    const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, facts_of(pilotage));
+    const OperatorInput input{.word = key_pressed() || word, .stops = stops(), .guarded = guarded, .led = room.leads()};
+    if (!pilotage.tick(now, input)) {
       break;
     }
   }

@@ -28,6 +28,7 @@ bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   tell_ladder(now);
   tell_excitation(now);
   back_.watch(now, view);
+  led_ = input.led;
   switch (phase_) {
     case Phase::kWaiting:
       return wait(now, view, input);
@@ -90,7 +91,7 @@ bool Pilotage::is_out_of_reach() const {
   const core::Vector<double, 3> away{at.x.position_m - wishes_.begins_w_m.x(), at.y.position_m - wishes_.begins_w_m.y(),
                                      at.height_m - wishes_.begins_w_m.z()};
   const bool is_known = is_outside() || obstacle(controller_.observed(), limits_) == safety::Cause::kNone;
-  return is_known && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
+  return is_known && !led_ && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
 }
 
 void Pilotage::tell_place(core::TimePoint now) {

@@ -27,6 +27,7 @@ struct OperatorInput {
   bool word = false;        ///< Enter, or SIGUSR1
   std::uint32_t stops = 0;  ///< signals to end, so far
   bool guarded = true;      ///< somebody gives control back if this program dies
+  bool led = false;         ///< goals have led the flight: the next one begins where the aircraft is, not its course
 };
 
 /// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
@@ -46,6 +47,8 @@ class Pilotage {
   bool flew() const { return flew_; }
   /// Nothing was asked for: a word would ask.
   bool waits() const { return phase_ == Phase::kWaiting; }
+  /// A word would do nothing.
+  bool hands_back() const { return phase_ == Phase::kHandingBack; }
   /// Control was had, its end was the operator's, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
@@ -86,6 +89,7 @@ class Pilotage {
   bool order_given_ = false;  ///< that of take_control
   bool engaged_ = false;      ///< the ladder let something through in this flight
   bool by_operator_ = false;
+  bool led_ = false;   ///< OperatorInput::led of this tick
   bool ends_ = false;  ///< when the hand-back is over
   bool flew_ = false;
   bool given_back_ = false;

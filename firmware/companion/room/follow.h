@@ -68,7 +68,7 @@ Followed Errands<T>::follow(OverheardLine& line, const app::FlightController<T, 
   const safety::Rung rung = controller.supervisor().rung();
   const bool flies =
       controller.link().authority().in_control && (rung == safety::Rung::kNominal || rung == safety::Rung::kCoast);
-  goals_.watch(now, controller.started(), controller.estimate());
+  goals_.watch(now, safety::passes_law(rung), controller.started(), controller.estimate());
   Followed followed;
   followed.order = line.take_order();
   hear_requests(line, now, followed);

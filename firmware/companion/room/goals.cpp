@@ -101,12 +101,12 @@ ref::Waypoint<T> Goals<T>::inside(ref::Waypoint<T> place) const {
 }
 
 template <typename T>
-void Goals<T>::watch(core::TimePoint now, core::TimePoint started, const est::Estimate<T>& estimate) {
-  if (started == started_) {
+void Goals<T>::watch(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate) {
+  if (by_law && started == started_) {
     return;
   }
   started_ = started;
-  if (goal_) {  // the way to it began somewhere else
+  if (goal_) {  // the way to it began somewhere else; the tick that begins a flight flies by what stands here
     ref::Waypoint<T> here;
     here.position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m};
     here.yaw_rad = estimate.yaw_rad;

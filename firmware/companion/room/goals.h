@@ -37,8 +37,9 @@ class Goals {
   Goals(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
       : trajectory_(trajectory), fence_(fence), limits_(limits) {}
 
-  /// After each tick. @param started when the trajectory's time began last. @param estimate of this tick.
-  void watch(core::TimePoint now, core::TimePoint started, const est::Estimate<T>& estimate);
+  /// After each tick. Where goals have led the flight, the next one begins where the aircraft is.
+  /// @param by_law the law flies. @param started when the trajectory's time began last. @param estimate of this tick.
+  void watch(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
   /// @param flies the ladder lets commands of the law through.
   GoalAnswer take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
   /// To a place, or to the side of the fence next to it. Only while it flies. @returns false: it is no place.

@@ -62,7 +62,7 @@ void RoomOrders::hear_parameters(core::TimePoint now) {
   reply(replies);
 }
 
-bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits) {
+bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
   hear_parameters(now);
   const Followed followed = errands_ ? errands_->follow(line_, controller, now) : without_errands();
   if (followed.goal) {
@@ -72,7 +72,7 @@ bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& 
   if (errands_) {
     tell_mission(now, followed);
   }
-  return followed.order && obey(now, *followed.order, followed.done, waits);
+  return followed.order && obey(now, *followed.order, followed.done, facts);
 }
 
 Followed RoomOrders::without_errands() {
@@ -147,15 +147,18 @@ void RoomOrders::tell_mission(core::TimePoint now, const Followed& followed) {
   }
 }
 
-bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, bool waits) {
+bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts) {
   const bool is_on = order.message.param1 >= 0.5F;
   TextLine line;
   line.add("order from the room: ");
   std::uint8_t result = kAccepted;
   bool word = false;
   if (order.message.command == kGuidedEnable) {
-    word = is_on == waits;  // one that is repeated, because its answer was lost, must not undo the first
-    line.add(is_on ? "engage" : "release").add(word ? "" : ", which is so already");
+    const bool must_wait = is_on && facts.hands_back;
+    result = must_wait ? kTemporarilyRejected : kAccepted;
+    word = is_on == facts.waits;  // one that is repeated, because its answer was lost, must not undo the first
+    line.add(is_on ? "engage" : "release");
+    line.add(must_wait ? ", refused: control is being given back" : word ? "" : ", which is so already");
   } else if (is_errand(order.message)) {
     const Spoken words = spoken(order.message);
     result = done ? kAccepted : kTemporarilyRejected;

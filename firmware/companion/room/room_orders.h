@@ -8,6 +8,15 @@
 
 namespace m100::companion {
 
+/// What the operator's part of the flight would make of an order now.
+struct FlightFacts {
+  bool waits = false;       ///< a word would ask for control; else it would give it back
+  bool hands_back = false;  ///< control goes back: a word does nothing
+};
+inline FlightFacts facts_of(const Pilotage& pilotage) {
+  return {.waits = pilotage.waits(), .hands_back = pilotage.hands_back()};
+}
+
 /// Who gives orders from the room: goals and missions change the course, an order to engage or release is the
 /// operator's word, and each order is answered. What is not there is refused by its name. No heap.
 class RoomOrders {
@@ -27,8 +36,9 @@ class RoomOrders {
   }
 
   /// After each tick of the controller. @returns true: the room gave the operator's word.
-  /// @param waits the operator's word would ask for control now; else it would give it back.
-  bool tick(core::TimePoint now, const app::FlightController<double>& controller, bool waits);
+  bool tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts);
+  /// Goals have led the flight.
+  bool leads() const { return errands_ && errands_->goals().goal().has_value(); }
   /// Wishes to change a parameter, each answered with its value as it stays.
   std::uint32_t parameters_not_set() const { return parameters_not_set_; }
 
@@ -39,7 +49,7 @@ class RoomOrders {
 
   void hear_parameters(core::TimePoint now);
   Followed without_errands();
-  bool obey(core::TimePoint now, const OverheardLine::Order& order, bool done, bool waits);
+  bool obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts);
   void tell_goal(core::TimePoint now, GoalAnswer answer);
   void tell_mission(core::TimePoint now, const Followed& followed);
   void answer(const OverheardLine::Order& order, std::uint8_t result);

@@ -8,26 +8,10 @@
 #include <vector>
 
 #include "host_tests/scenario/faults/fault_bench.h"
+#include "host_tests/scenario/faults/notebook.h"
 
 namespace m100::scenario {
 namespace {
-
-class Notebook final : public companion::Listener {
- public:
-  void hear(core::TimePoint, std::string_view line) override { lines.emplace_back(line); }
-  bool has(const std::string& text) const {
-    return std::any_of(lines.begin(), lines.end(),
-                       [&](const std::string& line) { return line.find(text) != std::string::npos; });
-  }
-  std::string all() const {
-    std::string text;
-    for (const std::string& line : lines) {
-      text += line + "\n";
-    }
-    return text;
-  }
-  std::vector<std::string> lines;
-};
 
 class PilotageTest : public ::testing::TestWithParam<link::Channel> {
  protected:

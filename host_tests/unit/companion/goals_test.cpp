@@ -172,14 +172,14 @@ TEST_F(GoalsTest, AFlightThatBeginsAnewHoldsItsPlace) {
   estimate.x.position_m = -1.0;
   estimate.y.position_m = 2.0;
   estimate.height_m = 1.2;
-  goals->watch(now, now, estimate);
+  goals->watch(now, true, now, estimate);
   EXPECT_EQ(reference().x, 0.0) << "the course that it began with is left alone";
   EXPECT_EQ(goals->take(goal(3.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
-  goals->watch(now, now, estimate);
+  goals->watch(now, true, now, estimate);
   pass(seconds(1));
   EXPECT_GT(reference().x, 0.01);
   now += seconds(1);
-  goals->watch(now, now, estimate);
+  goals->watch(now, true, now, estimate);
   EXPECT_EQ(reference().x, -1.0);
   EXPECT_EQ(reference().y, 2.0);
   EXPECT_EQ(reference().z, 1.2);

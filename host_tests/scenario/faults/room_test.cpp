@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Goals, missions and orders of a room over the whole flight controller, with the operator's part of a flight.
+#include "firmware/companion/room/room_orders.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/uart_pair.h"
+#include "host_tests/scenario/faults/fault_bench.h"
+#include "host_tests/scenario/faults/notebook.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr mavlink::Address kStation{.system = 255, .component = 190};
+constexpr std::uint16_t kOnlyPosition = 0b110111111000;
+
+class RoomTest : public ::testing::Test {
+ protected:
+  RoomTest()
+      : room_(ref::SpeedLimits{}, mpc::generated::kVehicle, app::kDefaultFlight, bench_.course(), line_, nullptr,
+              heard_),
+        pilotage_({.begins_w_m = bench_.place(), .reach_m = 1.5}, app::kDefaultFlight.limits, bench_.controller(),
+                  heard_) {}
+
+  template <typename Message>
+  void say(const Message& message) {
+    const mavlink::Frame frame = mavlink::encode(message, kStation, sequence_++);
+    EXPECT_EQ(pair_.b().write(frame.bytes()).value_or(0), frame.bytes().size());
+    std::vector<std::byte> got(frame.bytes().size());
+    EXPECT_EQ(line_.read(got).value_or(0), got.size());
+  }
+  void order(std::uint16_t command, float param1, float param2 = 0.F) {
+    say(mavlink::CommandLong{.param1 = param1, .param2 = param2, .command = command, .target_system = 1});
+  }
+  /// In the room's frame: north, east; at the height of the start.
+  void goal(float x, float y) {
+    say(mavlink::SetPositionTargetLocalNed{.x = x,
+                                           .y = y,
+                                           .z = static_cast<float>(-bench_.place().z()),
+                                           .type_mask = kOnlyPosition,
+                                           .target_system = 1,
+                                           .coordinate_frame = 1});
+  }
+  void tick() {
+    bench_.tick();
+    const core::TimePoint now = bench_.world().now();
+    const bool word = room_.tick(now, bench_.controller(), companion::facts_of(pilotage_));
+    (void)pilotage_.tick(now, {.word = word, .led = room_.leads()});
+  }
+  void pass(core::Duration time) {
+    for (const core::TimePoint end = bench_.world().now() + time; bench_.world().now() < end;) {
+      tick();
+    }
+  }
+  template <typename Condition>
+  bool until(const Condition& condition, core::Duration at_most) {
+    for (const core::TimePoint end = bench_.world().now() + at_most; bench_.world().now() < end && !condition();) {
+      tick();
+    }
+    return condition();
+  }
+  bool engage() {
+    order(companion::kGuidedEnable, 1.F);
+    return until([&] { return bench_.rung() == Rung::kNominal; }, seconds(10));
+  }
+  bool get_ready_and_engage() {
+    const auto ready = [&] { return bench_.controller().link().authority().stage == safety::Stage::kReady; };
+    if (!until(ready, seconds(10))) {
+      return false;
+    }
+    pass(seconds(1));
+    return engage();
+  }
+  bool release() {
+    order(companion::kGuidedEnable, 0.F);
+    return until([&] { return pilotage_.waits(); }, seconds(3));
+  }
+  const core::Vector<double, 3>& at() { return bench_.world().vehicle().state().position_w_m; }
+  double off_m() {
+    const ref::Window<double>& to = bench_.controller().reference();
+    return std::hypot(to.x[0].position_m - at().x(), to.y[0].position_m - at().y());
+  }
+
+  FaultBench bench_;
+  Notebook heard_;
+  hal::ManualClock clock_;
+  hal::UartPair pair_{clock_, 0};
+  companion::OverheardLine line_{pair_.a()};
+  companion::RoomOrders room_;
+  companion::Pilotage pilotage_;
+  std::uint8_t sequence_ = 0;
+};
+
+// Catches a flight that is refused where goals led it, or that flies back from there to where it once began; and one
+// that flies the first tick by the way to the last goal.
+TEST_F(RoomTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
+  RecordProperty("promise", "R16");
+  ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
+  goal(3.F, 0.F);
+  pass(seconds(8));
+  ASSERT_NEAR(at().x(), 3.0, 0.2) << heard_.all();
+  ASSERT_TRUE(release()) << heard_.all();
+  sim::StickInput sticks;
+  sticks.pitch_vrc -= 80.0;
+  bench_.world().autopilot().set_pilot_sticks(sticks);
+  ASSERT_TRUE(until([&] { return at().x() < 2.0; }, seconds(8)));
+  ASSERT_TRUE(engage()) << heard_.all();
+  EXPECT_LT(off_m(), 0.1) << "in the tick that begins the flight";
+  const double here_m = at().x();
+  pass(seconds(5));
+  EXPECT_EQ(bench_.rung(), Rung::kNominal);
+  EXPECT_NEAR(at().x(), here_m, 1.5) << "what it needs to stop";
+}
+
+TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
+  ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
+  order(companion::kGuidedEnable, 0.F);
+  pass(milliseconds(50));
+  ASSERT_TRUE(pilotage_.hands_back());
+  order(companion::kGuidedEnable, 1.F);
+  pass(milliseconds(50));
+  EXPECT_TRUE(heard_.has("engage, refused: control is being given back")) << heard_.all();
+  EXPECT_TRUE(until([&] { return pilotage_.waits(); }, seconds(3)));
+}
+
+}  // namespace
+}  // namespace m100::scenario
