@@ -75,7 +75,7 @@ Followed Errands<T>::follow(OverheardLine& line, const app::FlightController<T, 
   followed.reached = mission_.watch(items(), now, controller.estimate(), flies);
   if (const auto goal = line.take_goal()) {
     followed.goal = goals_.take(*goal, now, flies);
-    if (followed.goal == GoalAnswer::kFlies) {
+    if (followed.goal == GoalAnswer::kFlies || followed.goal == GoalAnswer::kSame) {  // to be there, and stay
       mission_.pause();
     }
   }
@@ -103,15 +103,15 @@ bool Errands<T>::obey(const mavlink::CommandLong& order, core::TimePoint now, bo
     mission_.pause();
     return goals_.hold(now, flies);
   }
-  const bool is_flown = mission_.state() == MissionState::kActive;  // an order is repeated where its answer was lost
   if (asks_to_go_on(order)) {
-    return is_flown || mission_.go_on(items(), now, flies);
+    return mission_.state() == MissionState::kActive || mission_.go_on(items(), now, flies);
   }
   if (order.command != kMissionStart) {
     return false;
   }
   const auto number = [](float value) { return static_cast<std::uint16_t>(value > 0.F && value < 1e4F ? value : 0.F); };
-  return is_flown || mission_.start(items(), number(order.param1), number(order.param2), now, flies);
+  const std::uint16_t first = number(order.param1), last = number(order.param2);
+  return mission_.is_flown_as(items(), first, last) || mission_.start(items(), first, last, now, flies);
 }
 
 /// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".

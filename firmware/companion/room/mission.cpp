@@ -40,9 +40,8 @@ bool Mission<T>::start(Items items, std::uint16_t first, std::uint16_t last, cor
   if (!flies || first >= items.size()) {
     return false;
   }
-  const auto end = static_cast<std::uint16_t>(items.size() - 1);
-  current_ = first;
-  last_ = last > first && last < end ? last : end;
+  current_ = first_ = first;
+  last_ = last_of(items, first, last);
   state_ = MissionState::kActive;
   turn_to(items[current_], now);
   return true;

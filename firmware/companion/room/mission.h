@@ -33,6 +33,10 @@ class Mission {
   /// @param last of the items that are flown; what is not behind the first is the last of all.
   /// @returns false: there is no such item, or nothing flies.
   bool start(Items items, std::uint16_t first, std::uint16_t last, core::TimePoint now, bool flies);
+  /// An order to start that was obeyed, and comes again because its answer was lost.
+  bool is_flown_as(Items items, std::uint16_t first, std::uint16_t last) const {
+    return state_ == MissionState::kActive && first == first_ && last_of(items, first, last) == last_;
+  }
   /// @returns false: nothing is paused, or nothing flies.
   bool go_on(Items items, core::TimePoint now, bool flies);
   /// The reference is somebody else's now; it is not braked here.
@@ -50,10 +54,14 @@ class Mission {
   void turn_to(const mavlink::MissionItemInt& item, core::TimePoint now);
   bool is_there(const mavlink::MissionItemInt& item, core::TimePoint now, const est::Estimate<T>& estimate) const;
   void go_to_next(Items items, core::TimePoint now);
+  static std::uint16_t last_of(Items items, std::uint16_t first, std::uint16_t last) {
+    return last > first && last < items.size() ? last : static_cast<std::uint16_t>(items.size() - 1);
+  }
 
   Goals<T>& goals_;
   MissionState state_ = MissionState::kNone;
   std::uint16_t current_ = 0;
+  std::uint16_t first_ = 0;  ///< where it was started
   std::uint16_t last_ = 0;
   std::optional<core::TimePoint> reached_at_;
 };

@@ -45,6 +45,21 @@ class RoomTest : public ::testing::Test {
                                            .target_system = 1,
                                            .coordinate_frame = 1});
   }
+  void carry_over(const std::vector<float>& north) {
+    say(mavlink::MissionCount{.count = static_cast<std::uint16_t>(north.size()), .target_system = 1});
+    pass(milliseconds(20));
+    for (std::uint16_t seq = 0; seq < north.size(); ++seq) {
+      say(mavlink::MissionItemInt{.param4 = std::numeric_limits<float>::quiet_NaN(),
+                                  .x = static_cast<std::int32_t>(std::lround(1e4F * north[seq])),
+                                  .z = static_cast<float>(-bench_.place().z()),
+                                  .seq = seq,
+                                  .command = 16,
+                                  .target_system = 1,
+                                  .frame = 1,
+                                  .autocontinue = 1});
+      pass(milliseconds(20));
+    }
+  }
   void tick() {
     bench_.tick();
     const core::TimePoint now = bench_.world().now();
@@ -125,6 +140,32 @@ TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
   pass(milliseconds(50));
   EXPECT_TRUE(heard_.has("engage, refused: control is being given back")) << heard_.all();
   EXPECT_TRUE(until([&] { return pilotage_.waits(); }, seconds(3)));
+}
+
+// Catches a mission that is told to start at another item, says yes and flies on.
+TEST_F(RoomTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
+  carry_over({2.F, 0.F, -2.F});
+  ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
+  order(companion::kMissionStart, 0.F);
+  ASSERT_TRUE(until([&] { return heard_.has("item 0 is reached"); }, seconds(8))) << heard_.all();
+  order(companion::kMissionStart, 0.F);
+  EXPECT_FALSE(until([&] { return at().x() > 2.3; }, milliseconds(500)));
+  order(companion::kMissionStart, 2.F);
+  ASSERT_TRUE(until([&] { return heard_.has("item 2 is reached"); }, seconds(12))) << heard_.all();
+  EXPECT_FALSE(heard_.has("item 1 is reached")) << heard_.all();
+  EXPECT_NEAR(at().x(), -2.0, 0.3);
+}
+
+// Catches an aircraft that is ordered to be at a place, is on its way there by its mission, and flies on from it.
+TEST_F(RoomTest, AGoalAtThePlaceOfAnItemIsStayedAt) {
+  carry_over({2.F, -2.F});
+  ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
+  order(companion::kMissionStart, 0.F);
+  pass(seconds(1));
+  goal(2.F, 0.F);
+  pass(seconds(10));
+  EXPECT_TRUE(heard_.has("mission: paused")) << heard_.all();
+  EXPECT_NEAR(at().x(), 2.0, 0.2);
 }
 
 }  // namespace
