@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "firmware/companion/files/toml_text.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::companion {
 namespace {
@@ -231,6 +232,16 @@ CourseLimits course_limits_of(const FlightFile& flight) {
   take(flight.course_acceleration_m_s2, 1.0, limits.acceleration_m_s2);
   take(flight.course_tilt_deg, kDegree_rad, limits.tilt_rad);
   take(flight.course_yaw_rate_deg_s, kDegree_rad, limits.yaw_rate_rad_s);
+  return limits;
+}
+
+ref::SpeedLimits goal_limits_of(const FlightFile& flight) {
+  const CourseLimits course = course_limits_of(flight);
+  ref::SpeedLimits limits;
+  limits.speed_m_s = std::min({limits.speed_m_s, course.speed_m_s, course.climb_m_s});
+  limits.acceleration_m_s2 =
+      std::min({limits.acceleration_m_s2, course.acceleration_m_s2, model::kGravity_m_s2 * std::sin(course.tilt_rad)});
+  limits.yaw_rate_rad_s = std::min(limits.yaw_rate_rad_s, course.yaw_rate_rad_s);
   return limits;
 }
 

@@ -75,6 +75,9 @@ safety::Limits limits_of(const FlightFile& flight);
 
 /// What a course may ask for.
 CourseLimits course_limits_of(const FlightFile& flight);
+/// What the ways to goals may ask for: the less of what goals do by themselves and what a course may. An acceleration
+/// a in any direction, down as well, is flown by a tilt of asin(a / g) at most.
+ref::SpeedLimits goal_limits_of(const FlightFile& flight);
 
 /// Refuses a course that leaves the box, or a start outside of it. Errors: FlightFileError that names the line of the
 /// course, the side of the box, the time and the place.

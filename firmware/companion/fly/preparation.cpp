@@ -130,12 +130,7 @@ std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Ord
   if (options.pose.key_file.empty() || !orders.flight || orders.excitation) {
     return {};
   }
-  const CourseLimits course = course_limits_of(*orders.flight);
-  ref::SpeedLimits limits;
-  limits.speed_m_s = std::min({limits.speed_m_s, course.speed_m_s, course.climb_m_s});
-  limits.acceleration_m_s2 = std::min(limits.acceleration_m_s2, course.acceleration_m_s2);
-  limits.yaw_rate_rad_s = std::min(limits.yaw_rate_rad_s, course.yaw_rate_rad_s);
-  return limits;
+  return goal_limits_of(*orders.flight);
 }
 
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "firmware/core/maths.h"
+
 namespace m100::companion {
 namespace {
 
@@ -29,6 +33,24 @@ TEST(FlightFile, TheLaddersTimesAreThoseOfTheFile) {
   EXPECT_EQ(limits_of(flight).pose_fresh, std::chrono::milliseconds(100));
   EXPECT_EQ(limits_of(flight).coast, std::chrono::milliseconds(700));
   EXPECT_EQ(limits_of(flight).level, std::chrono::milliseconds(500));
+}
+
+// Catches goals and missions that are flown with more tilt than the file allows: only a course was held to it.
+TEST(FlightFile, GoalsKeepTheLimitsOfACourse) {
+  const ref::SpeedLimits own;
+  const ref::SpeedLimits wide = goal_limits_of(parse_flight(kFence, "f.toml"));
+  EXPECT_EQ(wide.speed_m_s, own.speed_m_s);
+  EXPECT_EQ(wide.acceleration_m_s2, own.acceleration_m_s2);
+  EXPECT_EQ(wide.yaw_rate_rad_s, own.yaw_rate_rad_s);
+  const ref::SpeedLimits level = goal_limits_of(parse_flight(std::string(kFence) + "[limits]\ntilt_deg = 5\n", "f"));
+  EXPECT_NEAR(ref::tilt_of(level.acceleration_m_s2, 0.0, 0.0), 5.0 * core::kPi / 180.0, 0.001);
+  for (const double down : {0.0, 0.05, 0.0872, 0.3, 0.9}) {  // of the acceleration's direction
+    const double a = level.acceleration_m_s2;
+    EXPECT_LE(ref::tilt_of(a * std::sqrt(1.0 - down * down), 0.0, -a * down), 5.0 * core::kPi / 180.0 + 1e-9) << down;
+  }
+  const std::string slow = std::string(kFence) + "[limits]\nspeed_m_s = 0.4\nacceleration_m_s2 = 0.5\n";
+  EXPECT_EQ(goal_limits_of(parse_flight(slow, "f")).speed_m_s, 0.4);
+  EXPECT_EQ(goal_limits_of(parse_flight(slow, "f")).acceleration_m_s2, 0.5);
 }
 
 struct Wrong {
