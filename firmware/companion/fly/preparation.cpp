@@ -98,6 +98,12 @@ ref::Waypoint<double> first_pose(PosePort& port) {
                      ": its poses do not agree on where the aircraft stands: more than half of nine in a " +
                      "row lie farther than 0.3 m apart; hold it still, and look at the source of pose");
   }
+  if (place.poses() > 0) {
+    throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
+                     std::to_string(kPosePatience.count() / 1000000) + " s, and it takes " +
+                     std::to_string(StartPlace::kPoses) +
+                     " to know where the aircraft stands: see to the rate of the " + "source of pose");
+  }
   throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
                    why_no_pose(link, port));
 }

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 
+#include "firmware/core/maths.h"
 #include "firmware/core/pose.h"
 #include "firmware/ref/trajectory.h"
 
@@ -14,7 +16,8 @@ namespace m100::companion {
 /// Where the aircraft stands before a flight, from poses that agree. The course and the fence are laid from this place,
 /// so one wrong pose must not become it: nine poses in a row are asked, more than half of which lie within 0.3 m of
 /// their median (what a pilot lets an aircraft wander at 1 m/s while a source of 30 Hz sends nine), and the one nearest
-/// to the median is taken. Poses that do not agree are followed by others.
+/// to the median is taken, of those whose heading agrees with the others'. Poses that do not agree are followed by
+/// others.
 class StartPlace {
  public:
   /// @returns the place, as soon as it is sure.
@@ -36,20 +39,40 @@ class StartPlace {
     if (2 * static_cast<std::size_t>(agree) <= kPoses) {
       return std::nullopt;
     }
-    const core::Pose<double>& nearest = *std::min_element(
-        last_.begin(), last_.end(), [&](const auto& a, const auto& b) { return off_m(a) < off_m(b); });
+    // Of the headings that count, the one that all the others together are nearest to.
+    const auto turned_rad = [&](const core::Pose<double>& one) {
+      double sum = 0.0;
+      for (const core::Pose<double>& other : last_) {
+        sum += off_m(other) < kNear_m ? std::abs(core::wrap_pi(other.yaw_rad - one.yaw_rad)) : 0.0;
+      }
+      return sum;
+    };
+    const auto least = [&](const auto& measure, const auto& counts) -> const core::Pose<double>& {
+      const core::Pose<double>* best = nullptr;
+      for (const core::Pose<double>& one : last_) {
+        best = counts(one) && (best == nullptr || measure(one) < measure(*best)) ? &one : best;
+      }
+      return *best;  // more than half agree
+    };
+    const double yaw_rad = least(turned_rad, [&](const auto& one) { return off_m(one) < kNear_m; }).yaw_rad;
+    const core::Pose<double>& nearest = least(off_m, [&](const core::Pose<double>& one) {
+      return off_m(one) < kNear_m && std::abs(core::wrap_pi(one.yaw_rad - yaw_rad)) < kNear_rad;
+    });
     ref::Waypoint<double> start;
     start.position_w_m = nearest.position_w_m;
     start.yaw_rad = nearest.yaw_rad;
     return start;
   }
 
+  static constexpr std::size_t kPoses = 9;  ///< that are asked
+  /// That came so far.
+  std::size_t poses() const { return seen_; }
   /// Poses came, and did not agree.
   bool disagrees() const { return seen_ >= kPoses; }
 
  private:
-  static constexpr std::size_t kPoses = 9;
   static constexpr double kNear_m = 0.3;
+  static constexpr double kNear_rad = 0.35;  ///< the observer's gate
 
   std::array<core::Pose<double>, kPoses> last_{};
   std::size_t seen_ = 0;

@@ -28,6 +28,21 @@ TEST(StartPlace, IsNotTheFirstPoseWhereTheOthersContradictIt) {
   EXPECT_EQ(start->yaw_rad, 0.3);
 }
 
+// Catches a course that is laid with the heading of one wrong pose, because its place was the best.
+TEST(StartPlace, ItsHeadingIsOneThatTheOthersHave) {
+  for (const double heading_rad : {0.3, 3.1415}) {  // where it wraps, too
+    StartPlace place;
+    for (int k = 0; k < 8; ++k) {
+      const double yaw_rad = core::wrap_pi(heading_rad + 0.01 * (k - 4));
+      EXPECT_FALSE(place.add(k == 4 ? at(0.0, 0.0, 1.5, heading_rad - 1.6) : at(0.01 * (k - 4), 0.0, 1.5, yaw_rad)));
+    }
+    const auto start = place.add(at(0.04, 0.0, 1.5, heading_rad));
+    ASSERT_TRUE(start);
+    EXPECT_NEAR(core::wrap_pi(start->yaw_rad - heading_rad), 0.0, 0.05);
+    EXPECT_NEAR(start->position_w_m.x(), 0.0, 0.02);
+  }
+}
+
 TEST(StartPlace, IsFoundAmongOutliersOfMetres) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 0.002);
