@@ -60,6 +60,7 @@ void check_files(const FlyOptions& options) {
 
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
+  (void)receiver_of(options.live.to);  // before anything is begun
   if (!options.excite.empty() && options.channel != "virtual_rc") {
     throw UsageError("--excite: is made of sticks, and needs --channel virtual_rc");
   }

@@ -45,6 +45,7 @@ TEST_F(BadInput, OfTheCommandLineIsNamed) {
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "26"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "nan"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--nonsense"}, "--nonsense");
+  expect_refused({"fly", "--port", "x", "--live", "localhost:9870"}, "--live");  // before the port is looked for
   expect_refused({"replay", "x", "--scalar", "half"}, "--scalar");
 }
 
