@@ -83,8 +83,12 @@ std::string_view health_line(const link::LinkHealth& health, HealthText& space) 
 
 void print(std::ostream& out, const link::LinkHealth& health) {
   out << std::fixed << std::setprecision(1) << "  telemetry  " << health.telemetry_rate_hz << " packages/s, "
-      << health.packages << " in all, last " << milliseconds(health.telemetry_age) << " ms ago, longest gap "
-      << milliseconds(health.longest_gap) << " ms\n"
+      << health.packages << " in all";
+  if (health.packages > 0) {
+    out << ", last " << milliseconds(health.telemetry_age) << " ms ago, longest gap "
+        << milliseconds(health.longest_gap) << " ms";
+  }
+  out << "\n"
       << "  line       receiving " << 100.0 * health.receive_share << " %, sending " << 100.0 * health.send_share
       << " % of its capacity\n"
       << "  errors     " << health.parser.crc16_errors << " CRC16, " << health.parser.crc32_errors << " CRC32, "

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/subcommands.h"
@@ -92,7 +93,8 @@ LiveState live_state(const app::FlightController<double>& controller, const ref:
           .poses = poses.poses,
           .poses_lost = poses.lost_frames,
           .telemetry_hz = health.telemetry_rate_hz,
-          .telemetry_age_s = core::seconds<double>(health.telemetry_age),
+          .telemetry_age_s = health.packages > 0 ? core::seconds<double>(health.telemetry_age)
+                                                 : std::numeric_limits<double>::quiet_NaN(),
           .battery_percent = controller.link().telemetry().battery_percent};
 }
 
@@ -136,12 +138,16 @@ std::string status_of(const LiveState& state, double lost_share) {
   if (flies) {
     std::snprintf(off.data(), off.size(), "off %.2f m", std::sqrt(squared));
   }
+  std::array<char, 40> link{"no telemetry"};
+  if (!std::isnan(state.telemetry_age_s)) {
+    std::snprintf(link.data(), link.size(), "link %.0f Hz %.0f ms", state.telemetry_hz,
+                  milliseconds(state.telemetry_age_s));
+  }
   std::array<char, 256> line{};
-  std::snprintf(
-      line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, link %.0f Hz %.0f ms",
-      static_cast<int>(safety::name(state.rung).size()), safety::name(state.rung).data(), state.position_m[0],
-      state.position_m[1], state.position_m[2], off.data(), milliseconds(state.pose_latency_s),
-      milliseconds(state.pose_jitter_s), 100.0 * lost_share, state.telemetry_hz, milliseconds(state.telemetry_age_s));
+  std::snprintf(line.data(), line.size(), "%-8.*s%6.2f %6.2f %5.2f m, %s, pose %.0f+%.0f ms, lost %.1f %%, %s",
+                static_cast<int>(safety::name(state.rung).size()), safety::name(state.rung).data(), state.position_m[0],
+                state.position_m[1], state.position_m[2], off.data(), milliseconds(state.pose_latency_s),
+                milliseconds(state.pose_jitter_s), 100.0 * lost_share, link.data());
   return line.data();
 }
 

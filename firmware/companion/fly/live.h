@@ -49,7 +49,7 @@ struct LiveState {
   std::uint64_t poses = 0;         ///< taken, since the beginning
   std::uint64_t poses_lost = 0;
   double telemetry_hz = 0.0;
-  double telemetry_age_s = 0.0;
+  double telemetry_age_s = 0.0;  ///< not a number: none has come
   std::uint8_t battery_percent = 0;
 };
 

@@ -50,8 +50,7 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
     begin_hand_back(now, false, input);
     return true;
   }
-  const bool all_ready =
-      view.stage == safety::Stage::kReady && obstacle(controller_.observed(), limits_) == safety::Cause::kNone;
+  const bool all_ready = view.stage == safety::Stage::kReady && obstacle_now() == safety::Cause::kNone;
   if (wishes_.take_control && !order_given_ && all_ready) {
     order_given_ = true;
     try_to_engage(now, input.guarded);
@@ -59,16 +58,23 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
     try_to_engage(now, input.guarded);
   }
   tell_what_is_awaited(now, view);
+  waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
   // Refused before anybody could ask, for a reason that does not heal by itself, or that has not healed.
-  const bool stuck = view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_ ||
-                     (wishes_.take_control && now - clear_ > kPatience);
-  return !(wishes_.once && phase_ == Phase::kWaiting && stuck && !view.asked && !view.owed);
+  const bool has_waited = wishes_.take_control && now - *waits_since_ > kPatience;
+  const bool stuck =
+      view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_ || has_waited;
+  const bool ends = wishes_.once && phase_ == Phase::kWaiting && stuck && !view.asked && !view.owed;
+  if (ends && view.stage != safety::Stage::kReady && has_waited) {
+    TextLine line;
+    describe(line.add("control could not be asked for within 20 s: "), view);
+    tell(now, line.text());
+  }
+  return !ends;
 }
 
 /// Telemetry is there and the pose is not: without a word the operator would wait for nothing.
 void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
-  const safety::Cause cause =
-      view.stage == safety::Stage::kReady ? obstacle(controller_.observed(), limits_) : safety::Cause::kNone;
+  const safety::Cause cause = view.stage == safety::Stage::kReady ? obstacle_now() : safety::Cause::kNone;
   if (cause == safety::Cause::kNone || phase_ != Phase::kWaiting) {
     clear_ = now;
     told_obstacle_ = safety::Cause::kNone;
@@ -83,14 +89,20 @@ void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
   }
 }
 
-bool Pilotage::is_outside() const { return obstacle(controller_.observed(), limits_) == safety::Cause::kFenceLeft; }
+/// Before the first package of telemetry its age says nothing, and the estimate's age would be the pose's.
+safety::Cause Pilotage::obstacle_now() const {
+  const bool has_telemetry = controller_.link().health().packages > 0;
+  return has_telemetry ? obstacle(controller_.observed(), limits_) : safety::Cause::kTelemetryOld;
+}
+
+bool Pilotage::is_outside() const { return obstacle_now() == safety::Cause::kFenceLeft; }
 
 /// What is known of the place counts only while nothing but the place stands against flying by it.
 bool Pilotage::is_out_of_reach() const {
   const est::Estimate<double>& at = controller_.estimate();
   const core::Vector<double, 3> away{at.x.position_m - wishes_.begins_w_m.x(), at.y.position_m - wishes_.begins_w_m.y(),
                                      at.height_m - wishes_.begins_w_m.z()};
-  const bool is_known = is_outside() || obstacle(controller_.observed(), limits_) == safety::Cause::kNone;
+  const bool is_known = is_outside() || obstacle_now() == safety::Cause::kNone;
   return is_known && !led_ && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
 }
 
@@ -123,7 +135,7 @@ void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
     tell(now, "control is not asked for: nobody would give it back if this program died; end it and start it again");
     return;
   }
-  const safety::Cause cause = obstacle(controller_.observed(), limits_);
+  const safety::Cause cause = obstacle_now();
   // Before telemetry there is no estimate: the order waits for start-up.
   if (cause == safety::Cause::kPoseRefused || cause == safety::Cause::kPoseOld) {
     tell_obstacle(now, cause);
@@ -209,7 +221,7 @@ void Pilotage::tell_end(core::TimePoint now, const View& view) {
     line.add("; control goes back to the transmitter");
   } else {
     line.add("control was not used; ");
-    describe(line, obstacle(controller_.observed(), limits_), controller_.observed(), limits_);
+    describe(line, obstacle_now(), controller_.observed(), limits_);
   }
   tell(now, line.add("; ").add(kAgain).text());
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -62,6 +63,7 @@ class Pilotage {
   bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
   bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
   void try_to_engage(core::TimePoint now, bool guarded);
+  safety::Cause obstacle_now() const;
   bool is_outside() const;
   bool is_out_of_reach() const;
   /// Not where the law may take over: farther from the beginning of the course than its reach, or outside the fence.
@@ -93,7 +95,8 @@ class Pilotage {
   bool ends_ = false;  ///< when the hand-back is over
   bool flew_ = false;
   bool given_back_ = false;
-  core::TimePoint clear_{};  ///< nothing but the operator's word was awaited
+  core::TimePoint clear_{};                     ///< nothing but the operator's word was awaited
+  std::optional<core::TimePoint> waits_since_;  ///< for start-up, or for what stands in the way of a flight
   safety::Cause told_obstacle_ = safety::Cause::kNone;
   bool told_stage_ = false;
   ctl::Excitation<double>::State told_excitation_ = ctl::Excitation<double>::State::kIdle;

@@ -210,6 +210,28 @@ TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
   EXPECT_FALSE(pilotage_->given_back());
 }
 
+// Catches a script that waits for ever for an autopilot that is off, or whose telemetry is not set up.
+TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
+  begin({.take_control = true, .hold_s = 1.0, .once = true});
+  bench_->world().autopilot_line().set_plugged(false);
+  const auto ended = until([&] { return ended_; }, seconds(30));
+  ASSERT_TRUE(ended_) << heard_.all();
+  EXPECT_GE(ended.value_or(seconds(30)), seconds(20));
+  EXPECT_FALSE(pilotage_->flew());
+  EXPECT_TRUE(heard_.has("control could not be asked for within 20 s: ")) << heard_.all();
+}
+
+// Catches a program that blames the source of pose while it is telemetry that has not come.
+TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
+  begin({.begins_w_m = bench_start(), .reach_m = 1.5});
+  ASSERT_TRUE(tick());
+  ASSERT_EQ(bench_->controller().link().health().packages, 0U);
+  input_.word = true;
+  (void)until([] { return false; }, milliseconds(100));
+  EXPECT_FALSE(heard_.has("pose old")) << heard_.all();
+  EXPECT_TRUE(fly_for(seconds(1))) << "the order stands for 20 s\n" << heard_.all();
+}
+
 TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
   RecordProperty("promise", "R15");
   for (const int way : {0, 1, 2}) {

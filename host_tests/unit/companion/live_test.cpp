@@ -53,6 +53,8 @@ TEST(Live, TheLineSaysRungPlaceErrorPoseAndLink) {
   LiveState waiting = flying();
   waiting.rung = safety::Rung::kSilent;
   EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);
+  waiting.telemetry_age_s = std::nan("");
+  EXPECT_NE(status_of(waiting, 0.0).find("no telemetry"), std::string::npos);
 }
 
 TEST(Live, AReceiverIsAnAddressAndAPort) {
