@@ -12,6 +12,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/loop/believed.h"
 #include "host_tests/lab/loop/flown_log.h"
+#include "host_tests/lab/loop/log_folder.h"
 #include "host_tests/lab/loop/trial.h"
 
 namespace m100::lab::loop {
@@ -25,8 +26,8 @@ std::string text(const char* format, double a, double b) {
   return out.data();
 }
 
-/// One flight whose log is kept, and nothing else of it.
-FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& name) {
+/// One flight of which the log is taken, and nothing else.
+FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file) {
   experiments::FlightPlan plan;
   plan.plant = options.plant;
   plan.vehicle = options.vehicle;
@@ -39,7 +40,7 @@ FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::
   if (!flight.flew) {
     throw InputError("loop", 0, "", "control was never obtained: no flight to learn from");
   }
-  return load_flown(flight, (std::filesystem::path(options.work_folder) / name).string());
+  return load_flown(flight, file);
 }
 
 /// The part of a log that was flown under control, without start-up and hand-over.
@@ -78,9 +79,10 @@ class Loop {
   LoopResult run() {
     tell("flying the present vehicle");
     result_.before.experiments = tables(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
-    const FlownLog first = kept_in_control(options_.seed + 101, "loop_train.ulg");
-    const FlownLog second = kept_in_control(options_.seed + 202, "loop_validate.ulg");
-    const FlownLog third = kept_in_control(options_.seed + 404, "loop_quote.ulg");
+    const LogFolder folder(options_.log_folder);
+    const FlownLog first = kept_in_control(options_.seed + 101, folder.file("loop_train.ulg"));
+    const FlownLog second = kept_in_control(options_.seed + 202, folder.file("loop_validate.ulg"));
+    const FlownLog third = kept_in_control(options_.seed + 404, folder.file("loop_quote.ulg"));
     std::set<std::string> better;
     for (const char* const channel : kChannels) {
       tell(std::string("identifying ") + channel);
@@ -108,18 +110,18 @@ class Loop {
 
   /// A flight that the ladder keeps to its end. After a hand-over another hand flies, and its sticks are not in the
   /// log: such a flight is flown again on another course, and if none is kept the longest one serves.
-  FlownLog kept_in_control(std::uint64_t seed, const std::string& name) {
+  FlownLog kept_in_control(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
     constexpr double kMost = 0.8;  // of the flight
     const auto length_s = [](const FlownLog& flight) { return flight.in_control.second - flight.in_control.first; };
-    FlownLog best = fly_and_log(options_, seed, name);
+    FlownLog best = fly_and_log(options_, seed, file);
     for (int again = 1; again < kFlights && length_s(best) < kMost * options_.flight_s; ++again) {
-      result_.decisions.push_back(name + text(": the ladder handed over after %.1f s of %.0f s: flown again",
+      result_.decisions.push_back(file + text(": the ladder handed over after %.1f s of %.0f s: flown again",
                                               length_s(best), options_.flight_s));
       FlownLog next =
           fly_and_log(options_, seed + static_cast<std::uint64_t>(again) * kAnother,
-                      std::filesystem::path(name).stem().string() + "_" + std::to_string(again + 1) + ".ulg");
+                      std::filesystem::path(file).stem().string() + "_" + std::to_string(again + 1) + ".ulg");
       best = length_s(next) > length_s(best) ? std::move(next) : std::move(best);
     }
     return best;

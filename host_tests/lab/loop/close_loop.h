@@ -24,7 +24,7 @@ struct LoopOptions {
   double flight_s = 75.0;  ///< of each identification flight
   mpc::Law law = mpc::Law::kMpc;
   std::vector<std::string> tasks{"hover", "step", "trajectory"};
-  std::string work_folder = "/tmp";
+  std::string log_folder;  ///< keeps the logs of the identification flights; empty: none are kept
   std::function<void(const std::string&)> progress;  ///< may be empty
 };
 

@@ -68,7 +68,7 @@ void run(const Options& options) {
   loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
   if (!options.logs.empty()) {
     std::filesystem::create_directories(options.logs);
-    loop.work_folder = options.logs;
+    loop.log_folder = options.logs;
     std::ofstream(options.logs + "/columns.toml") << loop::own_columns();
   }
   const loop::LoopResult result = loop::close_loop(loop);
@@ -100,7 +100,9 @@ void add_loop(CLI::App& lab) {
   command->add_option("--vehicle", options->vehicle, "what the controller believes at first; default: the project's");
   command->add_option("--out", options->out, "vehicle file to write")->required();
   command->add_option("--json", options->json, "file for the numbers");
-  command->add_option("--logs", options->logs, "folder that keeps the two identification flights and their column map");
+  command->add_option(
+      "--logs", options->logs,
+      "folder that keeps the logs of the three identification flights and their column map; else none is kept");
   command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
   command->add_option("--tasks", options->tasks, "flown before and after: some of hover,step,trajectory; or none");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")

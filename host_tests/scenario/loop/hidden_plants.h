@@ -91,7 +91,6 @@ inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed) {
   options.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.seed = seed;
   options.tasks = {};
-  options.work_folder = ::testing::TempDir();
   return close_loop(options);
 }
 
@@ -125,7 +124,6 @@ inline Errors errors_on(const Hidden& hidden) {
   hidden.rest(options.plant);
   options.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.tasks = {"trajectory"};
-  options.work_folder = ::testing::TempDir();
   const LoopResult result = close_loop(options);
   const Errors errors{.before_m = trajectory_error_m(result.before.experiments),
                       .after_m = trajectory_error_m(result.after.experiments)};

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 
 #include "firmware/mpc/generated/gain_table.h"
@@ -10,6 +12,7 @@
 #include "host_tests/lab/loop/believed.h"
 #include "host_tests/lab/loop/captured.h"
 #include "host_tests/lab/loop/close_loop.h"
+#include "host_tests/lab/loop/log_folder.h"
 #include "host_tests/lab/loop/trial.h"
 #include "host_tests/sim/world/random.h"
 
@@ -77,6 +80,27 @@ TEST(Captured, AHeadingThatHardlyTurnsTellsNothing) {
   const logs::FlightLog log = turning(0.02, 0.01, captured_rad);
   EXPECT_EQ(capture_lag_s(log, captured_rad, {2.0, 58.0}, 0.017), 0.017);
   EXPECT_EQ(capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
+}
+
+// Catches fixed names, by which two loops at a time read each other's logs, and logs that stay behind.
+TEST(LogFolder, IsOfOneLoopAloneAndGoesWithIt) {
+  namespace fs = std::filesystem;
+  std::string first, second;
+  {
+    const LogFolder one(""), other("");
+    first = one.file("train.ulg");
+    second = other.file("train.ulg");
+    std::ofstream(first) << "one";
+    std::ofstream(second) << "other";
+    EXPECT_NE(first, second);
+    EXPECT_TRUE(fs::exists(first) && fs::exists(second)) << first << " " << second;
+  }
+  for (const std::string& file : {first, second}) {
+    EXPECT_FALSE(fs::exists(fs::path(file).parent_path())) << file;
+  }
+  const std::string kept = ::testing::TempDir();
+  EXPECT_EQ(fs::path(LogFolder(kept).file("train.ulg")), fs::path(kept) / "train.ulg");
+  EXPECT_TRUE(fs::exists(kept)) << "what the caller named stays";
 }
 
 TEST(Trial, KeepsWhatIsBetter) {
