@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <stdexcept>
 
+#include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/identify/answer/to_vehicle.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
@@ -117,11 +118,13 @@ class Loop {
     const auto length_s = [](const FlownLog& flight) { return flight.in_control.second - flight.in_control.first; };
     FlownLog best = fly_and_log(options_, seed, file);
     for (int again = 1; again < kFlights && length_s(best) < kMost * options_.flight_s; ++again) {
-      result_.decisions.push_back(file + text(": the ladder handed over after %.1f s of %.0f s: flown again",
-                                              length_s(best), options_.flight_s));
-      FlownLog next =
-          fly_and_log(options_, seed + static_cast<std::uint64_t>(again) * kAnother,
-                      std::filesystem::path(file).stem().string() + "_" + std::to_string(again + 1) + ".ulg");
+      const std::filesystem::path path(file);
+      result_.decisions.push_back(
+          path.filename().string() +
+          text(": the ladder handed over after %.1f s of %.0f s: flown again", length_s(best), options_.flight_s));
+      FlownLog next = fly_and_log(
+          options_, seed + static_cast<std::uint64_t>(again) * kAnother,
+          (path.parent_path() / (path.stem().string() + "_" + std::to_string(again + 1) + ".ulg")).string());
       best = length_s(next) > length_s(best) ? std::move(next) : std::move(best);
     }
     return best;
@@ -148,6 +151,11 @@ class Loop {
       result_.believed_found[channel] = found.refitted;
       result_.identified[channel] = std::move(found);
       result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
+      const std::string why = uncontrollable(with_channel(believed_, candidate, channel));
+      if (!why.empty()) {
+        result_.decisions.push_back(channel + ": left as it was, no controller can be made of what was found: " + why);
+        return false;
+      }
       return judge(channel, flight, candidate);
     } catch (const InputError& error) {
       result_.decisions.push_back(channel + ": left as it was: " + error.what());
@@ -209,6 +217,15 @@ class Loop {
 };
 
 }  // namespace
+
+std::string uncontrollable(const model::Vehicle& vehicle) {
+  try {
+    static_cast<void>(gains::make_gain_tables(vehicle));
+    return "";
+  } catch (const std::domain_error& wrong) {
+    return wrong.what();
+  }
+}
 
 double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
   double sum = 0.0;

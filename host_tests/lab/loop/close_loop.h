@@ -47,9 +47,13 @@ struct LoopResult {
 /// Flies, identifies from the logs alone, believes what predicts better on a flight that the fit has not seen, flies
 /// again. Everything that the vehicle file says is declared, so that only what it lacks is called missing. Each channel
 /// (an axis, or translation) is decided by itself: its error 1 s ahead on the second identification flight must be at
-/// least 15 % smaller, and trial flights must not be worse with it (trial seeds are not those of the tables). A cell
-/// that diverges before and after is reported and vetoes nothing. Predictions are quoted on a third flight.
+/// least 15 % smaller, gain tables can be made of it, and trial flights must not be worse with it (trial seeds are not
+/// those of the tables). A cell that diverges before and after is reported and vetoes nothing. Predictions are quoted
+/// on a third flight.
 LoopResult close_loop(const LoopOptions& options);
+
+/// Why no controller can be made of a vehicle file; empty: one can. What was found may be true and still not flyable.
+std::string uncontrollable(const model::Vehicle& vehicle);
 
 /// What the new vehicle file predicts worse than the old one 1 s ahead on the third flight, by more than 2 %;
 /// sentences.

@@ -44,6 +44,16 @@ TEST(Loop, FindsTheTrimsAndTheDeadZoneOfTheMeasuredPlant) {
   EXPECT_TRUE(predicted_worse(result).empty()) << predicted_worse(result).front();
 }
 
+// A roll that is 120 ms late is found as a lead zero that cancels a pole: no controller can be made of it. Catches a
+// loop that ends there with nothing written.
+TEST(Loop, GoesOnWithoutWhatCannotBeControlled) {
+  sim::Plant plant = sim::measured_plant();
+  plant.roll.transport_delay_s = 0.12;
+  const LoopResult result = found_on(plant, 1);
+  EXPECT_EQ(uncontrollable(result.vehicle.vehicle), "");
+  EXPECT_EQ(result.identified.count("pitch"), 1U);
+}
+
 // Goals: never worse by more than 5 %, in the median at least 30 % better on the trajectory task.
 TEST(Loop, IsNeverWorseAndMostlyMuchBetterOnTwelveHiddenPlants) {
   std::vector<double> changes;

@@ -82,6 +82,16 @@ TEST(Captured, AHeadingThatHardlyTurnsTellsNothing) {
   EXPECT_EQ(capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
 }
 
+// A lead zero that cancels a pole may be what a log shows, and the loop must go on without it.
+TEST(Uncontrollable, IsALeadZeroThatCancelsAPole) {
+  model::Vehicle vehicle = mpc::generated::kVehicle;
+  EXPECT_EQ(uncontrollable(vehicle), "");
+  vehicle.roll.damping_ratio = 1.0;
+  vehicle.roll.natural_frequency_rad_s = 8.0;
+  vehicle.roll.lead_zero_s = 1.0 / 8.0;
+  EXPECT_NE(uncontrollable(vehicle).find("cancels a pole"), std::string::npos) << uncontrollable(vehicle);
+}
+
 // Catches fixed names, by which two loops at a time read each other's logs, and logs that stay behind.
 TEST(LogFolder, IsOfOneLoopAloneAndGoesWithIt) {
   namespace fs = std::filesystem;
