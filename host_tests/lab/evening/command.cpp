@@ -144,7 +144,8 @@ class Evening {
     const bool own = command.front() == "m100-lab";
     command.front() = own ? fs::read_symlink("/proc/self/exe").string() : folder_.settings().m100;
     const int code = run_program(command, folder_.path(), said);
-    return code == kDone ? ""
+    return code == kDone
+               ? ""
                : "the command ended with " + std::to_string(code) + "; what it said is in " + step.name + ".txt";
   }
 
