@@ -278,6 +278,19 @@ INSTANTIATE_TEST_SUITE_P(Table, ResidualLine,
                                            Line{"TwoLogs", 0.45, 120.0, 60.0, true}),
                          [](const auto& tested) { return tested.param.name; });
 
+// A response that turns round in flight is another gain of nearly the same size. Catches signs that make it "no
+// answer".
+TEST(Changes, AReversedAnswerIsAnAnswer) {
+  SyntheticAxis vehicle;
+  vehicle.change_s = 24.0;
+  vehicle.hidden_later = {{"gain", -0.9}};
+  const IdentifyResult result = ask(vehicle.fly());
+  EXPECT_EQ(said(result).find("is not answered"), std::string::npos) << said(result);
+  ASSERT_EQ(result.changes.size(), 1U) << said(result);
+  EXPECT_EQ(result.changes.front().name, "gain") << said(result);
+  EXPECT_NEAR(result.changes.front().at_s, 24.0, 0.5);
+}
+
 // Catches a residual that is passed because there was too little of it to ask.
 TEST(Residual, ThatWasNotTestedIsNoCleanOne) {
   ResidualInput input;
