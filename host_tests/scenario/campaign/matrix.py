@@ -45,8 +45,10 @@ def rows(report):
             worlds = [report["worlds"][name(latency_ms, jitter_ms, age)] for age in AGES]
             stayed, flights = (sum(world[key] for world in worlds) for key in ("stayed", "flights"))
             swings = sum(world["oscillating"] for world in worlds)
-            tilt_deg = max(world["tasks"]["hover"]["tilt_rms_deg"] for world in worlds)
-            out[-1].append(f"{stayed} of {flights}, {swings} swing, {tilt_deg:.2f} deg")
+            tilts_deg = [world["tasks"]["hover"]["tilt_rms_deg"] for world in worlds]
+            flown_deg = [tilt_deg for tilt_deg in tilts_deg if tilt_deg is not None]  # null: not one hover flew
+            tilt = f"{max(flown_deg):.2f} deg" if flown_deg else "none flew"
+            out[-1].append(f"{stayed} of {flights}, {swings} swing, {tilt}")
     return out
 
 
