@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -77,7 +78,9 @@ std::string path_figure(const TaskResult& result) {
   return plot::svg(figure);
 }
 
-std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& results) {
+/// @param above the cells of ours that are above the paper's
+std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& results, plot::Cells& above) {
+  constexpr std::array kColumns{"", "", "pose_m", "x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"};
   std::vector<std::vector<std::string>> rows{{"task", "", "pose [m]", "x [m]", "y [m]", "z [m]", "roll [deg]",
                                               "pitch [deg]", "yaw [deg]", "tilt [deg]", "command moves [deg/s]",
                                               "of time-optimal"}};
@@ -87,6 +90,12 @@ std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& resul
     if (const model::paper::ResultColumn* const p = result.task->paper) {
       rows.push_back({name, "paper", cell(p->pose_m), cell(p->x_m), cell(p->y_m), cell(p->z_m), cell(p->roll_deg),
                       cell(p->pitch_deg), cell(p->yaw_deg), "-", "-", "-"});
+    }
+    for (const Compared& one : compared(result)) {
+      const auto column = std::find(kColumns.begin(), kColumns.end(), one.name);
+      if (one.above && column != kColumns.end()) {
+        above.insert({rows.size(), static_cast<std::size_t>(column - kColumns.begin())});
+      }
     }
     const Cell& m = result.mean;
     rows.push_back({name, "simulated", cell(m.pose_m), cell(m.x_m), cell(m.y_m), cell(m.z_m), cell(m.roll_deg),
@@ -111,7 +120,9 @@ void write_report(const std::string& folder, const std::vector<TaskResult>& resu
   page.verdict(above == 0 ? "Every cell is at or below the paper's value."
                           : std::to_string(above) + " cell(s) above the paper's value.",
                above == 0 ? "good" : "warn");
-  page.table(table(results));
+  plot::Cells marked;
+  const auto rows = table(results, marked);
+  page.table(rows, marked);
   for (const TaskResult& result : results) {
     page.heading(result.task->task + ", " + result.task->condition);
     page.figure(position_figure(result), "Position of the first seed; dashed: reference.");

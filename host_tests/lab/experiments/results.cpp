@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <iomanip>
 #include <nlohmann/json.hpp>
@@ -133,16 +134,24 @@ std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
   return results;
 }
 
-int cells_above_paper(const std::vector<TaskResult>& results) {
-  int above = 0;
-  for (const TaskResult& result : results) {
-    for (const Row& row : rows()) {
-      const double papers = paper_value(result, row);
-      const bool worse = !result.flown() || result.mean.*row.ours > papers;
-      above += papers >= 0.0 && (!row.tilt || result.task->tilt_counts) && worse ? 1 : 0;
+std::vector<Compared> compared(const TaskResult& result) {
+  std::vector<Compared> out;
+  for (const Row& row : rows()) {
+    const double papers = paper_value(result, row);
+    if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
+      out.push_back({std::string(row.name) + "_" + row.unit, !result.flown() || result.mean.*row.ours > papers});
     }
   }
-  return above;
+  return out;
+}
+
+int cells_above_paper(const std::vector<TaskResult>& results) {
+  std::ptrdiff_t above = 0;
+  for (const TaskResult& result : results) {
+    const std::vector<Compared> cells = compared(result);
+    above += std::count_if(cells.begin(), cells.end(), [](const Compared& cell) { return cell.above; });
+  }
+  return static_cast<int>(above);
 }
 
 void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
@@ -232,6 +241,15 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
         }
       }
       cell["paper"] = papers;
+      std::vector<std::string> above;
+      const std::vector<Compared> cells = compared(result);
+      for (const Compared& one : cells) {
+        if (one.above) {
+          above.push_back(one.name);
+        }
+      }
+      cell["compared"] = cells.size();
+      cell["above_paper"] = above;
     }
     out[result.task->task][result.task->condition] = cell;
   }

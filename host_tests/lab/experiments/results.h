@@ -48,6 +48,12 @@ struct SuiteOptions {
 /// Flies the tasks; the plant with the fan where the task has it. Same options: same numbers, bit for bit.
 std::vector<TaskResult> fly_suite(const SuiteOptions& options);
 
+/// A cell that the paper fills, by its name in JSON, and whether ours is above it; what was never flown is.
+struct Compared {
+  std::string name;
+  bool above = false;
+};
+std::vector<Compared> compared(const TaskResult& result);
 /// How many of the cells that the paper fills are above the paper's number; what was never flown is above it.
 int cells_above_paper(const std::vector<TaskResult>& results);
 

@@ -12,6 +12,8 @@
 namespace m100::lab::loop {
 namespace {
 
+constexpr double kWorse = 1.02;  ///< after over before: from here on a cell misses its goal
+
 using Errors = std::array<double, kHorizons_s.size()>;
 
 struct Quantity {
@@ -31,6 +33,7 @@ std::string change(double before, double after) {
 void predictions(const LoopResult& result, plot::Page& page) {
   page.heading("Prediction error on a third flight, which no fit and no decision has seen");
   std::vector<std::vector<std::string>> rows{{"root mean square", "ahead [s]", "before", "after", "change"}};
+  plot::Cells worse;
   for (const Quantity& quantity : kQuantities) {
     const Errors& before = result.before.prediction.*quantity.member;
     const Errors& after = result.after.prediction.*quantity.member;
@@ -43,6 +46,9 @@ void predictions(const LoopResult& result, plot::Page& page) {
                                                                  *std::max_element(after.begin(), after.end()))},
                         .height = 180.0};
     for (std::size_t i = 0; i < kHorizons_s.size(); ++i) {
+      if (after[i] > kWorse * before[i]) {
+        worse.insert({rows.size(), 3});
+      }
       rows.push_back({quantity.name, plot::number(kHorizons_s[i]), plot::number(before[i]), plot::number(after[i]),
                       change(before[i], after[i])});
       figure.lines[0].x.push_back(kHorizons_s[i]);
@@ -52,7 +58,7 @@ void predictions(const LoopResult& result, plot::Page& page) {
     }
     page.figure(plot::svg(figure), std::string("Error against the age of the prediction: ") + quantity.name);
   }
-  page.table(rows);
+  page.table(rows, worse);
 }
 
 plot::Line distance(const char* name, const experiments::Trace& trace, const char* color) {
@@ -72,17 +78,21 @@ void tracking(const LoopResult& result, plot::Page& page) {
   page.heading("Tracking: the tasks flown with the vehicle file before and after");
   std::vector<std::vector<std::string>> rows{
       {"task", "air", "pose before [m]", "after [m]", "change", "tilt before [deg]", "after [deg]"}};
+  plot::Cells worse;
   const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
   for (std::size_t i = 0; i < count; ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];
+    if (after.refused > 0 || after.mean.pose_m > kWorse * before.mean.pose_m) {
+      worse.insert({rows.size(), 3});
+    }
     rows.push_back({before.task->task, before.task->condition,
                     before.refused > 0 ? "no control" : plot::number(before.mean.pose_m),
                     after.refused > 0 ? "no control" : plot::number(after.mean.pose_m),
                     change(before.mean.pose_m, after.mean.pose_m), plot::number(before.mean.tilt_deg),
                     plot::number(after.mean.tilt_deg)});
   }
-  page.table(rows);
+  page.table(rows, worse);
   for (std::size_t i = 0; i < count; ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];

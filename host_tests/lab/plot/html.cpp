@@ -17,12 +17,14 @@ body{font-family:sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:
 h1{font-size:1.5em;border-bottom:2px solid #0072b2;padding-bottom:.25em}h2{font-size:1.2em;margin-top:1.8em}
 table{border-collapse:collapse;margin:.8em 0;display:block;overflow-x:auto;font-size:.9em}th,td{padding:.25em .6em;border-bottom:1px solid #ddd;text-align:left}
 th{background:#f3f6f9}td.n{text-align:right;font-variant-numeric:tabular-nums}
+td.missed{background:#fbeee5;color:#a33c00;font-weight:bold}td.missed::before{content:"\25B2  "}
 .box{padding:.7em 1em;border-left:6px solid;margin:1em 0;font-size:1.05em}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
 p,li,h1,h2,.box{overflow-wrap:anywhere}
 @media(max-width:900px){body{margin:1em auto}figure{overflow-x:auto}figure svg{max-width:none}}
+@media(max-width:500px){th,td{padding:.25em .3em}}
 </style>)";
 
 bool looks_like_a_number(const std::string& cell) {
@@ -43,15 +45,18 @@ void Page::verdict(const std::string& words, const std::string& kind) {
   body_ += "<div class=\"box " + kind + "\">" + escape(words) + "</div>\n";
 }
 
-void Page::table(const std::vector<std::vector<std::string>>& rows) {
+void Page::table(const std::vector<std::vector<std::string>>& rows, const Cells& missed) {
   body_ += "<table>\n";
   for (std::size_t r = 0; r < rows.size(); ++r) {
     body_ += "<tr>";
-    for (const std::string& cell : rows[r]) {
+    for (std::size_t c = 0; c < rows[r].size(); ++c) {
+      const std::string& cell = rows[r][c];
       if (r == 0) {
         body_ += "<th>" + escape(cell) + "</th>";
       } else {
-        body_ += std::string("<td") + (looks_like_a_number(cell) ? " class=\"n\">" : ">") + escape(cell) + "</td>";
+        const std::string look =
+            std::string(looks_like_a_number(cell) ? "n" : "") + (missed.contains({r, c}) ? " missed" : "");
+        body_ += "<td" + (look.empty() ? "" : " class=\"" + look + "\"") + ">" + escape(cell) + "</td>";
       }
     }
     body_ += "</tr>\n";

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace m100::lab::plot {
+
+using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and column of a table, the head is row 0
 
 /// A self-contained page: one HTML file, figures as SVG inside, no script, nothing fetched.
 class Page {
@@ -16,7 +21,8 @@ class Page {
   /// A coloured box for the one sentence that matters. kind: "good", "warn" or "bad".
   void verdict(const std::string& words, const std::string& kind);
   /// First row is the head. Numbers are right-aligned by their look.
-  void table(const std::vector<std::vector<std::string>>& rows);
+  /// @param missed cells that miss their goal: marked by colour and by a sign.
+  void table(const std::vector<std::vector<std::string>>& rows, const Cells& missed = {});
   void list(const std::vector<std::string>& items);
   /// An SVG as svg() makes it, with a caption.
   void figure(const std::string& svg, const std::string& caption);

@@ -6,8 +6,10 @@
 #include <memory>
 
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/report/summary.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -17,7 +19,10 @@ namespace {
 struct Options {
   std::string out;
   std::string title = "Matrice 100: identified, flown, compared";
+  std::string asked;
   std::string note;
+  report::Sources sources;
+  std::string source = "measured";
   std::vector<std::string> pages;
 };
 
@@ -32,10 +37,23 @@ std::string between(const std::string& page, const std::string& html, const std:
 }
 
 void run(const Options& options) {
-  companion::FileUse().reads("pages", options.pages).writes("--out", options.out).check();
+  companion::FileUse()
+      .reads("pages", options.pages)
+      .reads("--identified", options.sources.identified)
+      .reads("--experiments", options.sources.experiments)
+      .reads("--loop", options.sources.loop)
+      .reads("--margins", options.sources.margins)
+      .writes("--out", options.out)
+      .check();
   plot::Page whole(options.title);
-  if (!options.note.empty()) {
-    whole.paragraph(options.note);
+  if (!options.asked.empty()) {
+    whole.paragraph("Asked: " + options.asked);
+  }
+  whole.paragraph("m100-lab " + companion::version() + "." + (options.note.empty() ? "" : " " + options.note));
+  if (options.sources.any()) {
+    report::Sources sources = options.sources;
+    sources.measured = options.source == "measured";
+    report::summarise(sources, whole);
   }
   std::string contents = "<ul>\n";
   std::string bodies;
@@ -46,6 +64,7 @@ void run(const Options& options) {
         "<li><a href=\"#" + anchor + "\">" + between(options.pages[i], html, "<title>", "</title>") + "</a></li>\n";
     bodies += "<section id=\"" + anchor + "\">" + between(options.pages[i], html, "<body>", "</body>") + "</section>\n";
   }
+  whole.heading("In detail");
   whole.raw(contents + "</ul>\n" + bodies);
   whole.write(options.out);
   std::cout << "wrote " << options.out << "\n";
@@ -59,7 +78,15 @@ void add_report(CLI::App& lab) {
   command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
   command->add_option("--out", options->out, "the page to write")->required();
   command->add_option("--title", options->title, "its title");
+  command->add_option("--asked", options->asked, "the question that the page answers, on its first line");
   command->add_option("--note", options->note, "a sentence under the title");
+  command->add_option("--identified", options->sources.identified,
+                      "answer of identify (JSON), for the summary; may be repeated");
+  command->add_option("--source", options->source, "who flew the identified logs")
+      ->check(CLI::IsMember({"measured", "simulated"}));
+  command->add_option("--experiments", options->sources.experiments, "result of experiments (JSON), for the summary");
+  command->add_option("--loop", options->sources.loop, "result of loop (JSON), for the summary");
+  command->add_option("--margins", options->sources.margins, "result of gains (JSON), for the summary");
   command->callback([options] { run(*options); });
 }
 

@@ -86,15 +86,48 @@ def make_pages(lab, folder):
     write_log(folder / "roll.csv")
     for code, arguments in (
             (1, ["identify", "--log", "roll.csv", "--columns", "roll.toml", "--axis", "roll", "--declare", "first_order",
-                 "--train", "0:40", "--validate", "40:60", "--draws", "20", "--report", "pages"]),
+                 "--train", "0:40", "--validate", "40:60", "--draws", "20", "--report", "pages", "--json", "roll.json"]),
             (0, ["experiments", "--only", "hover", "--report", "pages"])):
         run = subprocess.run([lab, *arguments], cwd=folder, capture_output=True, text=True, check=False)
         if run.returncode > code:
             raise SystemExit(f"{arguments[0]} ended with {run.returncode}: {run.stderr}")
     made = sorted((folder / "pages").glob("*.html"))
     whole = folder / "pages" / "report.html"
-    subprocess.run([lab, "report", "--out", str(whole), *map(str, made)], capture_output=True, check=True)
+    summary = summary_of(folder)
+    subprocess.run([lab, "report", "--out", str(whole), *summary, *map(str, made)], capture_output=True, check=True)
     return [*made, whole]
+
+
+def summary_of(folder):
+    """Options of the first screen: a real identification, and results in which one cell of each kind misses its goal."""
+    def flights(pose_m):
+        return {"step": {"calm": {"pose_m": pose_m}}, "cells_above_paper": 0}
+
+    cell = {"x_m": 0.3, "paper": {"x_m": 0.26}, "compared": 1, "above_paper": ["x_m"]}
+    results = {"experiments": {"step": {"calm": cell}, "cells_above_paper": 1},
+               "loop": {"before": {"experiments": flights(0.3), "prediction_1s": {"roll_rad": 0.1}},
+                        "after": {"experiments": flights(0.4), "prediction_1s": {"roll_rad": 0.01}}},
+               "margins": {"flown": {"its own structure": {"x": {"movement": {"stable": False}}}}}}
+    options = ["--asked", "is it better?", "--source", "simulated", "--identified", str(folder / "roll.json")]
+    for name, result in results.items():
+        (folder / f"{name}.json").write_text(json.dumps(result))
+        options += [f"--{name}", str(folder / f"{name}.json")]
+    return options
+
+
+def first_screen(page):
+    """What the summary must say; catches a result that is read from the wrong place and silently missing."""
+    said = page.split("In detail", 1)[0]
+    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors are at or below", " things were not reached",
+                 "roll: second order, dead zone", '<td>log: roll [rad]</td><td class="n">',
+                 '<td>loop: roll [rad]</td><td class="n">0.100</td><td class="n">0.0100</td>',
+                 '<td>flown: step, calm [m]</td><td class="n">0.300</td><td class="n missed">0.400</td>',
+                 "step, calm: x_m is 0.300 (simulated), the paper measured 0.260",
+                 "a stable loop of axis x over movement", "<td>simulated</td>"):
+        if what not in said:
+            yield f"the first screen does not say '{what}'"
+    if "(commit" in said and not re.search(r"\(commit [0-9a-f]+ of \d{4}-\d\d-\d\d", said):
+        yield "the commit stands there without its date"
 
 
 def self_test(browser):
@@ -112,10 +145,13 @@ def main():
         print("skipped: no Chromium is installed (apt install chromium)")
         return SKIPPED
     found = self_test(browser)
+    ours = len(sys.argv) < 3
     with tempfile.TemporaryDirectory() as folder:
         pages = [pathlib.Path(page) for page in sys.argv[2:]] or make_pages(sys.argv[1], pathlib.Path(folder))
         for page in pages:
             found += [f"{page.name}: {offence}" for offence in offences(browser, page.read_text())]
+            if ours and page.name == "report.html":
+                found += list(first_screen(page.read_text()))
     for one in found:
         print(one)
     print(f"{len(pages)} pages, {len(found)} offences")

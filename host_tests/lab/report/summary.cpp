@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/report/summary.h"
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab::report {
+namespace {
+
+using nlohmann::json;
+
+/// A smaller growth of an error is none: seeds alone do as much.
+constexpr double kNoticed = 1.02;
+
+json read(const std::string& file) {
+  if (file.empty()) {
+    return json::object();
+  }
+  json out = json::parse(whole_file(file), nullptr, false);
+  if (!out.is_object()) {
+    throw InputError(file, 0, "", "is no result of m100-lab");
+  }
+  return out;
+}
+
+std::string spaced(std::string name) {
+  for (char& letter : name) {
+    letter = letter == '_' ? ' ' : letter;
+  }
+  return name;
+}
+
+const char* unit_of(const std::string& axis) {
+  return axis == "climb" ? "m/s" : axis == "yaw_rate" ? "rad/s" : axis == "translation" ? "m/s^2" : "rad";
+}
+
+/// The number at a path; negative where there is none.
+double number_at(const json& from, const std::string& path) {
+  const json::json_pointer place(path);
+  return from.contains(place) && from[place].is_number() ? from[place].get<double>() : -1.0;
+}
+
+/// The first screen as it grows: rows of before and after, and what was not reached.
+class Summary {
+ public:
+  explicit Summary(const Sources& sources) : measured_(sources.measured) {
+    for (const std::string& file : sources.identified) {
+      identified_.push_back(read(file));
+    }
+    experiments_ = read(sources.experiments);
+    loop_ = read(sources.loop);
+    margins_ = read(sources.margins);
+  }
+
+  void write(plot::Page& page) {
+    identified();
+    loop_predictions();
+    loop_flights();
+    paper();
+    margins();
+    page.verdict(sentence(), missed_.empty() ? "good" : "warn");
+    if (!found_.empty()) {
+      page.paragraph("Found beside the declared model: " + found_ + ".");
+    }
+    page.table(rows_, marked_);
+    page.paragraph(
+        "log: of the prediction over the part of the identified log that no fit has seen, with the declared model and "
+        "with what was found. loop: 1 s ahead, and flown: of the pose, for an aircraft with hidden effects, with the "
+        "vehicle file before and after they were identified.");
+    if (!missed_.empty()) {
+      page.paragraph("Not reached:");
+      page.list(missed_);
+    }
+  }
+
+ private:
+  void row(const std::string& what, double before, double after, bool simulated) {
+    if (before < 0.0 || after < 0.0) {
+      return;
+    }
+    const bool worse = after > kNoticed * before;
+    if (worse) {
+      marked_.insert({rows_.size(), 2});
+      missed_.push_back(what + ": " + plot::number(after) + " after, " + plot::number(before) + " before");
+    }
+    rows_.push_back({what, plot::number(before), plot::number(after),
+                     before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "",
+                     simulated ? "simulated" : "measured"});
+  }
+
+  void identified() {
+    for (const json& one : identified_) {
+      const std::string axis = one.value("axis", "");
+      std::string names;
+      for (const json& effect : one.value("effects", json::array())) {
+        names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
+      }
+      found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + (names.empty() ? "nothing" : names);
+      row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
+          number_at(one, "/final/validation_rmse"), !measured_);
+      if (one.value("verdict", "") == "unexplained") {
+        missed_.push_back(spaced(axis) + ": a part of the log's error is explained by no effect that is known here");
+      }
+    }
+  }
+
+  void loop_predictions() {
+    constexpr std::array<std::array<const char*, 2>, 5> kQuantities{{{"roll_rad", "roll [rad]"},
+                                                                     {"pitch_rad", "pitch [rad]"},
+                                                                     {"velocity_m_s", "velocity [m/s]"},
+                                                                     {"climb_m_s", "climb [m/s]"},
+                                                                     {"yaw_rate_rad_s", "yaw rate [rad/s]"}}};
+    for (const auto& [key, words] : kQuantities) {
+      const std::string path = std::string("/prediction_1s/") + key;
+      row(std::string("loop: ") + words, number_at(loop_, "/before" + path), number_at(loop_, "/after" + path), true);
+    }
+  }
+
+  void loop_flights() {
+    const json before = loop_.value("/before/experiments"_json_pointer, json::object());
+    for (const auto& [task, airs] : before.items()) {
+      if (!airs.is_object()) {
+        continue;
+      }
+      for (const auto& [air, cell] : airs.items()) {
+        const std::string path = "/" + task + "/" + air + "/pose_m";
+        row("flown: " + spaced(task) + ", " + air + " [m]", number_at(before, path),
+            number_at(loop_, "/after/experiments" + path), true);
+      }
+    }
+  }
+
+  /// The cells of the paper's table, and those that are above it.
+  void paper() {
+    for (const auto& [task, airs] : experiments_.items()) {
+      if (!airs.is_object()) {
+        continue;
+      }
+      for (const auto& [air, cell] : airs.items()) {
+        cells_ += cell.value("compared", 0);
+        const auto above = cell.value("above_paper", std::vector<std::string>());
+        for (const std::string& key : above) {
+          ++above_;
+          missed_.push_back(spaced(task) + ", " + air + ": " + key + " is " + plot::number(number_at(cell, "/" + key)) +
+                            " (simulated), the paper measured " + plot::number(number_at(cell, "/paper/" + key)));
+        }
+      }
+    }
+  }
+
+  void margins() {
+    const json flown = margins_.value("flown", json::object());
+    for (const auto& [structure, axes] : flown.items()) {
+      for (const auto& [axis, ways] : axes.items()) {
+        for (const auto& [way, one] : ways.items()) {
+          if (!one.value("stable", false)) {
+            missed_.push_back("a stable loop of axis " + axis + " over " + spaced(way) + " on " + structure);
+          }
+        }
+      }
+    }
+  }
+
+  std::string sentence() const {
+    std::string out;
+    if (cells_ > 0) {
+      out = "Simulated flights: " + std::to_string(cells_ - above_) + " of " + std::to_string(cells_) +
+            " errors are at or below those that the paper measured. ";
+    }
+    return out + (missed_.empty() ? "Everything that was asked was reached."
+                                  : std::to_string(missed_.size()) + " things were not reached; they stand below.");
+  }
+
+  bool measured_;
+  std::vector<json> identified_;
+  json experiments_;
+  json loop_;
+  json margins_;
+  std::string found_;
+  std::vector<std::vector<std::string>> rows_{{"root mean square error", "before", "after", "change", "data"}};
+  plot::Cells marked_;
+  std::vector<std::string> missed_;
+  int cells_ = 0;
+  int above_ = 0;
+};
+
+}  // namespace
+
+void summarise(const Sources& sources, plot::Page& page) { Summary(sources).write(page); }
+
+}  // namespace m100::lab::report
