@@ -23,6 +23,7 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
   const core::Vector<double, 3> start = world.vehicle().state().position_w_m;
   double farthest_m = 0.0;
   for (int tick = 0; tick < ticks && !stop_asked(); ++tick) {
+    world.pose_source().set_faults({.silent = !world.autopilot().pose_on()});
     world.advance(core::kTickPeriod);
     const hal::LockstepOrder order =
         tick == 600 ? hal::LockstepOrder::kEngage

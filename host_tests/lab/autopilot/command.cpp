@@ -141,6 +141,10 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--loss", options.loss, "share of frames lost, each way")->check(CLI::Range(0.0, 1.0));
   app.add_option("--duration", options.duration_s, "seconds; default: until interrupted")
       ->check(CLI::Range(0.001, 1e6));
+  app.add_flag(
+         "--on-ground", options.on_ground,
+         "the aircraft stands on the ground, motors stopped, until a take-off; default: held at 1.5 m by its pilot")
+      ->excludes("--board");
   app.add_flag("--lenient-virtual-rc", options.lenient_virtual_rc,
                "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
 }

@@ -124,6 +124,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
     }
     autopilot.advance(now);
     if (pose != nullptr) {
+      pose->source().set_faults({.silent = !autopilot.pose_on()});
       pose->step(now, vehicle, autopilot.ticked_at());
     }
     if (events != nullptr) {
@@ -154,7 +155,8 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   if (!options.events.empty()) {
     events.emplace(options.events);
   }
-  sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, 1.5});
+  sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, options.on_ground ? 0.0 : 1.5});
+  vehicle.set_motors(!options.on_ground);
   sim::N1Autopilot autopilot(line.uart(), vehicle, config);
   autopilot.happen(sim::N1Happening::kLoss, options.loss);
   if (events) {

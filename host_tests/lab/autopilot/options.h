@@ -27,6 +27,7 @@ struct Options {
   double loss = 0.0;
   double duration_s = 0.0;
   bool lenient_virtual_rc = false;
+  bool on_ground = false;  ///< motors stopped
 };
 
 }  // namespace m100::lab::autopilot

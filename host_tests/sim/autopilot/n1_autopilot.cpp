@@ -16,9 +16,8 @@ namespace {
 
 constexpr std::int64_t kTicksPerSlot = 4;  // telemetry slots of 10 ms
 constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
-constexpr double kClimbStick_vrc = 1324.0;
-constexpr double kSinkStick_vrc = 824.0;
-constexpr double kOnGround_m = 0.02;
+constexpr double kTakeOffClimb_m_s = 0.8;
+constexpr double kLandingSink_m_s = 0.5;
 
 /// Each word of a script leaves a line. Empty: the remote controller, a restart, the sticks and a mode that changes
 /// tell themselves, with what comes of it.
@@ -132,11 +131,7 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       }
       break;
     case N1Happening::kTake:
-      mobile_wants_control_ = static_cast<char>(value) == 'm';
-      drop_control(
-          mobile_wants_control_ ? "taken_by_mobile" : "taken_by_rc",
-          mobile_wants_control_ ? protocol::ControlDevice::kMobileApp : protocol::ControlDevice::kRemoteController);
-      end_virtual_rc("taken");
+      take_control(static_cast<char>(value) == 'm');
       break;
     case N1Happening::kRestart:
       restart();
@@ -165,6 +160,12 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       break;
     case N1Happening::kActivation:
       forced_activation_ = static_cast<std::uint16_t>(value);
+      break;
+    case N1Happening::kTasks:
+      refuses_tasks_ = value == 0.0;
+      break;
+    case N1Happening::kPose:
+      pose_on_ = value != 0.0;
       break;
     case N1Happening::kEndVirtualRc:
       end_virtual_rc("ended_by_script");
@@ -198,13 +199,20 @@ void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now
   note_loss(was_client || virtual_rc_on_);
   device_ = now_in_control;
   moving_ = false;
-  task_open_ = false;
+  end_task();
   asked_once_ = false;
   if (was_client) {
     tell("did", why);
     const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
     push(protocol::ids::kControlLost, *value);
   }
+}
+
+void N1Autopilot::take_control(bool mobile) {
+  mobile_wants_control_ = mobile;
+  drop_control(mobile ? "taken_by_mobile" : "taken_by_rc",
+               mobile ? protocol::ControlDevice::kMobileApp : protocol::ControlDevice::kRemoteController);
+  end_virtual_rc("taken");
 }
 
 void N1Autopilot::end_virtual_rc(std::string_view why) {
@@ -238,7 +246,7 @@ void N1Autopilot::command_vehicle() {
     tell("did", "movement_timed_out");
   }
   if (task_open_ && !task_done_) {
-    vehicle_.command(task_sticks());
+    vehicle_.command(task_input());
   } else if (virtual_rc_on_) {
     const auto channel = [this](std::size_t index) { return static_cast<double>(virtual_rc_.channels[index]); };
     vehicle_.command(StickInput{.roll_vrc = channel(protocol::vrc_channel::kRoll),
@@ -269,19 +277,27 @@ void N1Autopilot::watch_transmitter() {
   }
 }
 
-StickInput N1Autopilot::task_sticks() {
-  StickInput sticks;
-  const double height_m = vehicle_.state().position_w_m.z();
+MovementInput N1Autopilot::task_input() {
+  const VehicleState& state = vehicle_.state();
   const bool climbing = task_ == protocol::Task::kTakeOff;
-  task_done_ = climbing ? height_m >= kTakeOffHeight_m : height_m <= kOnGround_m;
+  task_done_ = climbing ? state.position_w_m.z() >= kTakeOffHeight_m : !state.in_air;
   if (!task_done_) {
-    sticks.throttle_vrc = climbing ? kClimbStick_vrc : kSinkStick_vrc;
-  } else if (!climbing) {
+    return {.climb_m_s = climbing ? kTakeOffClimb_m_s : -kLandingSink_m_s};
+  }
+  tell("did", climbing ? "taken_off" : "landed");
+  if (!climbing) {
     vehicle_.set_motors(false);
     landed_at_ = time_;
     task_open_ = false;
   }
-  return sticks;
+  return {};
+}
+
+void N1Autopilot::end_task() {
+  if (task_open_ && !task_done_) {
+    tell("did", "task_ended");
+  }
+  task_open_ = false;
 }
 
 }  // namespace m100::sim

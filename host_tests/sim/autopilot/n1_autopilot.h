@@ -123,6 +123,8 @@ class N1Autopilot {
   /// Since when that is so; the latest time of all while it is not.
   core::TimePoint transmitter_since() const { return transmitter_since_; }
   const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
+  /// The script's word about the room's poses, which are no part of an autopilot.
+  bool pose_on() const { return pose_on_; }
 
  private:
   /// Times of the last commands of one channel, for the count in any second.
@@ -164,13 +166,17 @@ class N1Autopilot {
 
   void note_loss(bool client_commanded);
   void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
+  void take_control(bool mobile);
   void end_virtual_rc(std::string_view why);
   void set_real_mode(N1Mode mode);
   void restart();
   bool rc_in_f() const { return rc_on_ && mode_ == N1Mode::kF; }
   void command_vehicle();
   void watch_transmitter();
-  StickInput task_sticks();
+  /// A task flies level, by the autopilot's own attitude hold [inferred]: whose sticks they are does not matter to it.
+  MovementInput task_input();
+  /// One that goes on ends where the pilot, or nobody, has control [inferred].
+  void end_task();
   void send_telemetry();
   protocol::Telemetry::Rc rc_item() const;
   protocol::FlightStatus flight_status() const;
@@ -215,6 +221,8 @@ class N1Autopilot {
   N1Mode mode_;
   bool rc_on_ = true;
   bool ioc_ = false;
+  bool refuses_tasks_ = false;
+  bool pose_on_ = true;
   bool mobile_wants_control_ = false;
   core::TimePoint deaf_to_switch_until_{};
   N1Mode wanted_mode_;

@@ -188,6 +188,7 @@ std::uint16_t N1Autopilot::control(bool obtain) {
     }
     device_ = protocol::ControlDevice::kRemoteController;
     moving_ = false;
+    end_task();
     authority_lost_ = false;  // given back, not taken
     tell("did", "released");
     return ack::kReleased;
@@ -239,7 +240,9 @@ std::uint16_t N1Autopilot::motors(bool start) {
 std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
   const bool take_off = request.task == protocol::Task::kTakeOff;
   const VehicleState& state = vehicle_.state();
-  if (!client_in_control() || (take_off && state.in_air) || (!take_off && !state.in_air)) {
+  const bool fits = take_off ? !state.in_air && !state.motors_on : state.in_air;  // protocol, 6.3: motors stopped
+  tell("received", take_off ? "task_takeoff" : request.task == protocol::Task::kLand ? "task_land" : "task_go_home");
+  if (!client_in_control() || refuses_tasks_ || !fits) {
     return protocol::task_ack::kRefused;
   }
   task_ = request.task;

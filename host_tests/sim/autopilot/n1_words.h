@@ -31,6 +31,8 @@ inline constexpr std::array kN1Forms{
     N1Form{"rc", N1Happening::kRc, kN1Switches},
     N1Form{"take", N1Happening::kTake, kN1Takers},
     N1Form{"ioc", N1Happening::kIoc, kN1Switches},
+    N1Form{"tasks", N1Happening::kTasks, kN1Switches},
+    N1Form{"pose", N1Happening::kPose, kN1Switches},
     N1Form{"restart", N1Happening::kRestart, {}},
     N1Form{"end_virtual_rc", N1Happening::kEndVirtualRc, {}},
     N1Form{"silence", N1Happening::kSilence, {}, 0.0, 3600.0},

@@ -189,12 +189,37 @@ TEST_F(N1Test, TakeOffAndItsResult) {
   ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 2U);
   EXPECT_EQ(code(ids::kTask, bytes({7, 4})), 2U);
   EXPECT_TRUE(vehicle.state().motors_on);
-  EXPECT_GT(std::get<StickInput>(vehicle.last_input()).throttle_vrc, 1024.0);
+  EXPECT_GT(std::get<MovementInput>(vehicle.last_input()).climb_m_s, 0.0);
   EXPECT_EQ(code(ids::kTaskQuery, bytes({7})), 3U);
   EXPECT_EQ(code(ids::kTaskQuery, bytes({8})), 1U);
   vehicle.mutable_state().position_w_m.z() = 1.3;
   EXPECT_EQ(code(ids::kTaskQuery, bytes({7})), 3U);
   EXPECT_EQ(code(ids::kTaskQuery, bytes({7})), 5U);
+}
+
+// Would catch a client that may be sure of a task that the reference says is refused.
+TEST_F(N1Test, TakeOffIsRefusedWithMotorsOnAndLandingOnTheGround) {
+  vehicle.mutable_state().in_air = false;
+  vehicle.mutable_state().position_w_m.z() = 0.0;
+  obtain();
+  EXPECT_EQ(code(ids::kTask, bytes({1, 4})), 1U) << "motors on";
+  EXPECT_EQ(code(ids::kTask, bytes({2, 6})), 1U) << "on the ground";
+  vehicle.mutable_state().motors_on = false;
+  autopilot->happen(N1Happening::kTasks, 0.0);
+  EXPECT_EQ(code(ids::kTask, bytes({3, 4})), 1U);
+  autopilot->happen(N1Happening::kTasks, 1.0);
+  EXPECT_EQ(code(ids::kTask, bytes({4, 4})), 2U);
+}
+
+TEST_F(N1Test, ATaskEndsWithControl) {
+  obtain();
+  ASSERT_EQ(code(ids::kTask, bytes({1, 6})), 2U);
+  EXPECT_LT(std::get<MovementInput>(vehicle.last_input()).climb_m_s, 0.0);
+  ASSERT_EQ(code(ids::kControlRequest, bytes({0})), 4U);
+  ASSERT_EQ(code(ids::kControlRequest, bytes({0})), 1U);
+  run(milliseconds(20));
+  EXPECT_TRUE(std::holds_alternative<StickInput>(vehicle.last_input())) << "the pilot's";
+  EXPECT_EQ(code(ids::kTaskQuery, bytes({1})), 4U) << "failed";
 }
 
 TEST_F(N1Test, MotorsAreRefusedByName) {
