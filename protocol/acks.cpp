@@ -71,7 +71,9 @@ constexpr auto kRows = std::to_array<Row>({
     Row{ids::kMotors, {motor_ack::kAlready, "already_in_that_state", kDone, ""}},
     Row{ids::kMotors, {motor_ack::kInAir, "refused_in_the_air", kRefused, "land first"}},
 
-    Row{ids::kTask, {task_ack::kRefused, "refused", kRefused, "take-off needs stopped motors and control"}},
+    Row{ids::kTask,
+        {task_ack::kRefused, "refused", kRefused,
+         "a take-off needs stopped motors, a landing an aircraft in the air, both need control"}},
     Row{ids::kTask, {task_ack::kStarted, "started", kDone, ""}},
 
     Row{ids::kTaskQuery, {task_query_ack::kWrongNumber, "wrong_number", kRefused, "ask with the number of the task"}},

@@ -200,7 +200,8 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
 /// What brakes by an estimate that is contradicted would fly the lie: then level and trimmed.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::settled() const {
-  return contradiction().check == est::Check::kNone ? ctl::settle(estimate_, braking_) : ctl::Command<T>{};
+  const bool stands = (tick_orders_ & log::kOrderTakesOff) != 0;  // on the ground nothing is to be braked
+  return contradiction().check == est::Check::kNone && !stands ? ctl::settle(estimate_, braking_) : ctl::Command<T>{};
 }
 
 /// Of a lie, or of a prediction that is worth nothing, none: nobody waits for it to slow down.
@@ -246,6 +247,7 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
           .mode_f = link_.authority().mode_f,
           .operator_engages = now < order_until_ && is_in_reach(),
           .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
+          .task_flies = (tick_orders_ & (log::kOrderTakesOff | log::kOrderLands)) != 0,
           .left_model = {residual_.report(sysid::Channel::kRoll).departed,
                          residual_.report(sysid::Channel::kPitch).departed,
                          residual_.report(sysid::Channel::kYawRate).departed,

@@ -73,6 +73,19 @@ class FlightController {
   void engage() { orders_ |= log::kOrderEngage; }
   void release() { orders_ |= log::kOrderRelease; }
 
+  /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` counts for the next tick
+  /// and is said again before each for as long as the autopilot is to be left alone: the ladder stands at level then,
+  /// with sticks that brake and hold, or rest where it takes off. `begin_task` asks the autopilot, once. Who watches
+  /// what becomes of it stands beside the controller, and an image that has no tasks has no byte of this.
+  void task_flies(protocol::Task task) {
+    orders_ |= task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands;
+  }
+  /// @returns as SerialLink::request.
+  core::Status begin_task(protocol::Task task) {
+    orders_ |= log::kOrderTask;
+    return link_.request({.sequence = ++tasks_, .task = task}, last_tick_);
+  }
+
   const link::SerialLink& link() const { return link_; }
   const link::PoseLink& pose_link() const { return pose_link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
@@ -158,6 +171,7 @@ class FlightController {
   core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon
+  std::uint8_t tasks_ = 0;         ///< asked for so far: their number on the wire
   TickStats stats_;
 };
 

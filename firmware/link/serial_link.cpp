@@ -126,6 +126,7 @@ void SerialLink::give_up_open_request() {
   sessions_.cancel(protocol::ids::kActivation);
   sessions_.cancel(protocol::ids::kTelemetryFrequency);
   sessions_.cancel(protocol::ids::kControlRequest);
+  sessions_.cancel(protocol::ids::kTask);
 }
 
 }  // namespace m100::link

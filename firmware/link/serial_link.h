@@ -111,6 +111,9 @@ class SerialLink {
   /// @returns kRefused: not in control, or one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
+  /// The last task that was asked for waits for its answer. Then authority().answer is that answer, without a name
+  /// where none came.
+  bool task_is_open() const { return sessions_.is_open(protocol::ids::kTask); }
 
   const AuthorityView& authority() const { return authority_; }
   const LinkHealth& health() const { return meter_.health(); }

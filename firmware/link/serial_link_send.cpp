@@ -167,6 +167,7 @@ core::Status SerialLink::request(const protocol::MotorRequest& request, core::Ti
 
 core::Status SerialLink::request(const protocol::TaskRequest& request, core::TimePoint now) {
   const bool possible = authority_.in_control && !sessions_.is_open(id_of(request));
+  authority_.answer = possible ? protocol::AckMeaning{} : authority_.answer;
   return possible ? ask(request, usual_transmissions(id_of(request)), now) : core::Status::kRefused;
 }
 

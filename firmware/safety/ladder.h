@@ -16,7 +16,7 @@ namespace m100::safety {
 ///   kCoast    the law's command, computed from the model's prediction, for a stated time
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
 ///   holds
-///             the height
+///             the height. So it stands, too, while the autopilot takes off or lands by a task of its own
 ///   kRelease  level and trimmed, and control is about to be given back
 ///   kSilent   nothing: not ours to command
 enum class Rung : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };
@@ -45,6 +45,7 @@ enum class LadderSign : std::uint32_t {
   kReserveSpent = 1U << 16U,  ///< while coasting: the predicted error of the position reaches the fence
   kOutside = 1U << 17U,       ///< the aircraft is beyond a side of its fence
   kPlaceLost = 1U << 18U,     ///< for 3 s the wind has been stronger than the aircraft
+  kTaskFlies = 1U << 19U,     ///< the autopilot takes off or lands by a task of its own, by the operator's order
 };
 template <>
 inline constexpr bool kIsSign<LadderSign> = true;
@@ -69,8 +70,9 @@ enum class Cause : std::uint8_t {
   kReserveSpent,  ///< coasting on would not surely stay inside the fence
   kFenceLeft,
   kPlaceLost,  ///< the wind is stronger than the aircraft
+  kTask,       ///< the autopilot takes off or lands, by the operator's order
 };
-inline constexpr std::size_t kCauseCount = 17;
+inline constexpr std::size_t kCauseCount = 18;
 
 std::string_view name(Rung rung);
 std::string_view name(Cause cause);
@@ -101,9 +103,14 @@ inline constexpr std::array kLadder{
     LadderRow{Rung::kLevel, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
     // An order that can be obeyed is obeyed at the last moment, too; one that cannot does not keep the pilot waiting.
     LadderRow{Rung::kLevel, LadderSign::kOperatorEngages | LadderSign::kRecovered,
-              LadderSign::kEstimateLost | LadderSign::kCommandUnsound | LadderSign::kOutside, Rung::kNominal,
-              Cause::kEngaged},
+              LadderSign::kEstimateLost | LadderSign::kCommandUnsound | LadderSign::kOutside | LadderSign::kTaskFlies,
+              Rung::kNominal, Cause::kEngaged},
     LadderRow{Rung::kLevel, LadderSign::kLevelOver, LadderSign::kNone, Rung::kRelease, Cause::kLevelOver},
+    // While the autopilot flies a task of its own the law is out, and the sticks are level: the task needs no pose.
+    LadderRow{Rung::kNominal, LadderSign::kTaskFlies, LadderSign::kNone, Rung::kLevel, Cause::kTask},
+    LadderRow{Rung::kCoast, LadderSign::kTaskFlies, LadderSign::kNone, Rung::kLevel, Cause::kTask},
+    LadderRow{Rung::kSilent, LadderSign::kTaskFlies | LadderSign::kCommandable,
+              LadderSign::kOperatorReleases | LadderSign::kTelemetryDead, Rung::kLevel, Cause::kTask},
     // Down one step.
     LadderRow{Rung::kNominal, LadderSign::kCommandUnsound, LadderSign::kNone, Rung::kLevel, Cause::kCommandUnsound},
     LadderRow{Rung::kCoast, LadderSign::kCommandUnsound, LadderSign::kNone, Rung::kLevel, Cause::kCommandUnsound},
@@ -154,5 +161,11 @@ static_assert(next_rung(Rung::kLevel, LadderSign::kCommandable | LadderSign::kFr
 static_assert(next_rung(Rung::kSilent, LadderSign::kCommandable | LadderSign::kFresh | LadderSign::kRecovered) ==
                   Rung::kSilent,
               "nobody flies unasked");
+static_assert(next_rung(Rung::kLevel, LadderSign::kTaskFlies) == Rung::kSilent, "the pilot ends a task, too");
+static_assert(next_rung(Rung::kLevel, LadderSign::kCommandable | LadderSign::kTaskFlies |
+                                          LadderSign::kOperatorReleases) == Rung::kRelease);
+static_assert(next_rung(Rung::kSilent, LadderSign::kCommandable | LadderSign::kTaskFlies | LadderSign::kRecovered |
+                                           LadderSign::kOperatorEngages) == Rung::kLevel,
+              "the law waits for the end of a take-off");
 
 }  // namespace m100::safety

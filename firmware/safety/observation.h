@@ -36,6 +36,7 @@ struct Observation {
   bool mode_f = false;               ///< the pilot's switch stands at F
   bool operator_engages = false;     ///< the operator's order to fly stands: for FlightConfig::order_lasts at most
   bool operator_releases = false;    ///< the operator gives control back, this tick
+  bool task_flies = false;           ///< the autopilot takes off or lands by its own task, by the operator's order
   std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: reality left the model
   bool trim_drifted = false;         ///< a balancing point is not where the vehicle file has it
 };

@@ -47,6 +47,7 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   const bool fresh =
       seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
   count_good_poses(seen, fresh);
+  entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins behind the task
   const core::Duration inside = seen.now - entered_;
   const core::Duration most_level = fresh ? limits_.level_moving_seen : limits_.level_moving;
   const bool may_hand_over = seen.speed_m_s < limits_.hand_over_m_s || inside >= most_level;
@@ -64,6 +65,7 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   add(rung_ == Rung::kLevel && inside >= limits_.level && may_hand_over, LadderSign::kLevelOver);
   add(rung_ == Rung::kRelease && inside >= limits_.neutral, LadderSign::kNeutralOver);
   add(seen.operator_engages, LadderSign::kOperatorEngages);
+  add(seen.task_flies, LadderSign::kTaskFlies);
   add(seen.left_model[0], LadderSign::kRollLeftModel);
   add(seen.left_model[1], LadderSign::kPitchLeftModel);
   add(seen.left_model[2], LadderSign::kYawRateLeftModel);

@@ -88,6 +88,9 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       line.add("the wind pushes with ").add(seen.push_m_s2, 1).add(" m/s^2, and for ");
       line.add(core::seconds<double>(seen.place_lost_for), 1).add(" s the place has not been held");
       return;
+    case Cause::kTask:
+      line.add("the autopilot flies a task of its own, by the operator's word");
+      return;
     case Cause::kGivenBack:
     case Cause::kEngaged:
       line.add("by the operator's word");

@@ -184,6 +184,19 @@ void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool 
   }
 }
 
+/// A task of the autopilot, as the operator's part of the flight ordered it.
+template <typename Controller>
+void order_task(Controller& controller, std::uint32_t orders) {
+  const bool takes_off = (orders & log::kOrderTakesOff) != 0;
+  const protocol::Task task = takes_off ? protocol::Task::kTakeOff : protocol::Task::kLand;
+  if (takes_off || (orders & log::kOrderLands) != 0) {
+    controller.task_flies(task);
+  }
+  if ((orders & log::kOrderTask) != 0) {
+    (void)controller.begin_task(task);
+  }
+}
+
 core::TimePoint time_of(const RecordedFlight::Tick& tick) {
   return core::TimePoint(core::Duration(tick.record.timestamp));
 }
@@ -226,6 +239,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     if ((tick.record.orders & log::kOrderRelease) != 0) {
       controller->release();
     }
+    order_task(*controller, tick.record.orders);
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
