@@ -58,7 +58,8 @@ Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal:
 Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightModel& model,
                   const link::LinkConfig& link, hal::Uart& port) {
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> start = first_pose(pose_port);
+  const ref::Waypoint<double> place = first_pose(pose_port);
+  const ref::Waypoint<double> start = options.take_off ? above(place) : place;
   const auto course = std::make_unique<ref::Trajectory<double>>();
   lay_and_check(orders, start, *course);
   const app::FlightConfig config = flight_config(options, orders, start, link);

@@ -12,8 +12,8 @@
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/log_file.h"
-#include "firmware/companion/fly/excitation.h"
 #include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/keeper.h"
 #include "firmware/companion/fly/link_report.h"
@@ -66,11 +66,15 @@ void expect_files(const FlyOptions& options) {
   }
 }
 
-Wishes wishes_of(const FlyOptions& options, const ref::Waypoint<double>& start) {
+/// @param place where the aircraft was when the program began
+Wishes wishes_of(const FlyOptions& options, const ref::Waypoint<double>& place, const ref::Waypoint<double>& start) {
   return {.take_control = options.take_control,
           .hold_s = options.hold_s,
           .once = options.once,
+          .take_off = options.take_off,
+          .land = options.land,
           .begins_w_m = start.position_w_m,
+          .stands_w_m = place.position_w_m,
           .reach_m = kReach_m};
 }
 
@@ -177,51 +181,6 @@ void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now)
   }
 }
 
-nlohmann::json steps_json(const Pilotage& pilotage, const safety::Limits& limits) {
-  nlohmann::json out = nlohmann::json::array();
-  for (const safety::LadderStep& step : pilotage.steps()) {
-    TextLine seen;
-    describe(seen, step.cause, step.seen, limits);
-    out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
-                   {"from", safety::name(step.from)},
-                   {"to", safety::name(step.to)},
-                   {"cause", safety::name(step.cause)},
-                   {"seen", std::string(seen.text())}});
-  }
-  return out;
-}
-
-nlohmann::json to_json(const FlyOptions& options, const Orders& orders, const Pilotage& pilotage,
-                       const Controller& controller, std::uint32_t stalls, const safety::Limits& limits) {
-  const link::AuthorityView& authority = controller.link().authority();
-  const est::Estimate<double>& estimate = controller.estimate();
-  nlohmann::json out{{"channel", options.channel},
-                     {"baud", options.baud},
-                     {"mode", name(orders.flight->mode)},
-                     {"obtained", pilotage.flew()},
-                     {"released", pilotage.given_back()},
-                     {"last_stage", safety::name(authority.stage)},
-                     {"last_reason", safety::name(authority.reason)},
-                     {"ladder", steps_json(pilotage, limits)},
-                     {"checks_off", options.checks_off},
-                     {"stalls", stalls},
-                     {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
-                     {"health", companion::to_json(controller.link().health())}};
-  if (orders.excitation) {
-    out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
-  }
-  return out;
-}
-
-nlohmann::json to_json(const HeardStats& heard, std::uint32_t parameters_not_set) {
-  return {{"goals", heard.goals},
-          {"orders", heard.orders},
-          {"orders_lost", heard.orders_lost},
-          {"requests", heard.requests},
-          {"requests_lost", heard.requests_lost},
-          {"parameters_not_set", parameters_not_set}};
-}
-
 /// @returns null: none was asked for.
 log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
                           const Orders& orders, const ref::Waypoint<double>& start, const app::FlightConfig& config,
@@ -233,6 +192,14 @@ log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& option
   write_notes(file->log(), options, model, orders, start, config, now);
   file->start();
   return &file->log();
+}
+
+/// The operator's words and those of the room.
+OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& controller, const Pilotage& pilotage,
+                    core::TimePoint now) {
+  const Said said = heard_from_operator();
+  const Said ordered = port.signatures() != nullptr ? room.tick(now, controller, facts_of(pilotage, now)) : Said{};
+  return {.word = said.word || ordered.word, .land = said.land || ordered.land, .stops = stops(), .led = room.leads()};
 }
 
 /// The closing words, and the result.
@@ -256,7 +223,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
   keeper.hold(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);
-  const ref::Waypoint<double> start = first_pose(pose_port);
+  const ref::Waypoint<double> place = first_pose(pose_port);
+  const ref::Waypoint<double> start = options.take_off ? above(place) : place;
   const auto trajectory = std::make_unique<ref::Trajectory<double>>();
   lay_and_check(orders, start, *trajectory);
   const app::FlightConfig config = flight_config(options, orders, start, link);
@@ -273,7 +241,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), model.vehicle(), config, *trajectory, pose_line, speaker, ears);
-  Pilotage pilotage(wishes_of(options, start), config.limits, *controller, ears);
+  Pilotage pilotage(wishes_of(options, place, start), config.limits, *controller, ears);
   forget_words();
   hal::ServiceWatchdog service;
   service.start(kServicePatience);
@@ -291,8 +259,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     pose_port.tell(*controller, now);
     live.tell(*controller, *trajectory, now);
     health.tick(now, controller->link().health());
-    const bool word = pose_port.signatures() != nullptr && room.tick(now, *controller, facts_of(pilotage));
-    const OperatorInput input{.word = key_pressed() || word, .stops = stops(), .guarded = guarded, .led = room.leads()};
+    OperatorInput input = heard(pose_port, room, *controller, pilotage, now);
+    input.guarded = guarded;
     if (!pilotage.tick(now, input)) {
       break;
     }
@@ -300,8 +268,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   core::set_assertion_handler(former);
   service.stop();
   controller->link().authority().owed ? keeper.speak() : keeper.dismiss();
-  nlohmann::json result = to_json(options, orders, pilotage, *controller, clock.stalls(), config.limits);
-  result["room"] = to_json(pose_line.stats(), room.parameters_not_set());
+  nlohmann::json result = flight_result(options, orders, pilotage, *controller, clock.stalls(), config.limits);
+  result["room"] = room_result(pose_line.stats(), room.parameters_not_set());
   conclude(options, std::move(result), *controller, pose_port, live);
   return pilotage.given_back() && is_excited(orders, *controller);
 }

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <csignal>
@@ -107,11 +108,14 @@ void watch_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-bool key_pressed() {
+Said heard_from_operator() {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-  char line[64];
-  const bool typed = poll(&input, 1, 0) > 0 && read(STDIN_FILENO, line, sizeof line) > 0;
-  return word_signal.exchange(false) || typed;
+  std::array<char, 64> line{};
+  const ssize_t count = poll(&input, 1, 0) > 0 ? read(STDIN_FILENO, line.data(), line.size()) : 0;
+  const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  const bool land = typed.substr(0, typed.find_first_of("\r\n")) == "land";
+  const bool signalled = word_signal.exchange(false);
+  return {.word = signalled || (!typed.empty() && !land), .land = land};
 }
 
 void forget_words() {
@@ -182,8 +186,15 @@ void add_fly(CLI::App& m100) {
   app->add_flag(
       "--dry-run", options->dry_run,
       "send nothing at all: read and check the files, listen, estimate and log for --hold seconds; then exit");
-  app->add_flag("--take-control", options->take_control,
-                "ask for control once as soon as all is ready, and give it back after --hold");
+  CLI::Option* const take_control =
+      app->add_flag("--take-control", options->take_control,
+                    "ask for control once as soon as all is ready, and give it back after --hold");
+  app->add_flag("--take-off", options->take_off,
+                "the aircraft stands on the ground: the word to fly takes off first, by the autopilot's own task, and "
+                "the course begins 1.2 m above; --hold counts from there");
+  app->add_flag("--land", options->land,
+                "the end of --hold lands, by the autopilot's own task, and gives control back on the ground")
+      ->needs(take_control);
   app->add_flag("--once", options->once,
                 "for scripts: end (exit code 1) where the program would wait for the operator");
   app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; of a dry run")

@@ -9,6 +9,7 @@
 
 #include "firmware/companion/fly/live.h"
 #include "firmware/companion/fly/pose_port.h"
+#include "firmware/companion/fly/said.h"
 #include "firmware/link/serial_link.h"
 #include "hal/linux/serial_port.h"
 #include "protocol/aes256.h"
@@ -31,6 +32,8 @@ struct FlyOptions {
   bool dry_run = false;
   bool take_control = false;
   bool once = false;
+  bool take_off = false;
+  bool land = false;
   double hold_s = 5.0;
   double patience_s = 30.0;
   std::string json;
@@ -65,9 +68,8 @@ struct PreparedLink {
 std::uint32_t stops();
 inline bool stop_asked() { return stops() != 0; }
 void watch_signals();
-/// The operator gave his word since the call before: Enter, or SIGUSR1 where there is no terminal. The end of the
-/// standard input is no word.
-bool key_pressed();
+/// What the operator has said since the call before. The end of the standard input is no word.
+Said heard_from_operator();
 /// Words that were typed before there was anything to answer are none. What stands in a pipe is kept.
 void forget_words();
 

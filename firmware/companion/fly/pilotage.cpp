@@ -9,12 +9,10 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// What stands in the way of a flight for longer is said.
-constexpr core::Duration kObstacleTold = std::chrono::seconds(1);
 /// As long as an order to fly lasts in the flight controller: a later grant would fly nothing.
 constexpr core::Duration kPatience = std::chrono::seconds(20);
 
-constexpr std::string_view kAgain = "Enter (or SIGUSR1) asks for control again, Ctrl-C ends the program";
+constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
 
 bool waits_for_the_operator(safety::Stage stage) {
   return stage == safety::Stage::kReady || stage == safety::Stage::kSilent || stage == safety::Stage::kSilentCold;
@@ -29,11 +27,16 @@ bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   tell_excitation(now);
   back_.watch(now, view);
   led_ = input.led;
+  if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kAsking || phase_ == Phase::kHandingBack)) {
+    tell(now, kNoLanding);
+  }
   switch (phase_) {
     case Phase::kWaiting:
       return wait(now, view, input);
     case Phase::kAsking:
       return ask(now, view, input);
+    case Phase::kTask:
+      return fly_task(now, view, input);
     case Phase::kFlying:
       return fly(now, view, input);
     case Phase::kHandingBack:
@@ -50,7 +53,10 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
     begin_hand_back(now, false, input);
     return true;
   }
-  const bool all_ready = view.stage == safety::Stage::kReady && obstacle_now() == safety::Cause::kNone;
+  // An aircraft on the ground and one in the air take off differently: it must be known which it is.
+  const bool is_known = !wishes_.take_off || GroundView(controller_.link(), now).known;
+  const bool all_ready =
+      view.stage == safety::Stage::kReady && is_known && obstacle_now(takes_off_from_here(now)) == safety::Cause::kNone;
   if (wishes_.take_control && !order_given_ && all_ready) {
     order_given_ = true;
     try_to_engage(now, input.guarded);
@@ -72,62 +78,31 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
   return !ends;
 }
 
-/// Telemetry is there and the pose is not: without a word the operator would wait for nothing.
-void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
-  const safety::Cause cause = view.stage == safety::Stage::kReady ? obstacle_now() : safety::Cause::kNone;
-  if (cause == safety::Cause::kNone || phase_ != Phase::kWaiting) {
-    clear_ = now;
-    told_obstacle_ = safety::Cause::kNone;
-    return;
-  }
-  if (now - clear_ > kObstacleTold && told_obstacle_ == safety::Cause::kNone) {
-    told_obstacle_ = cause;
-    TextLine line;
-    line.add("control is not asked for yet; ");
-    describe(line, cause, controller_.observed(), limits_);
-    tell(now, line.add(": ").add(what_helps(cause)).text());
-  }
-}
-
-/// Before the first package of telemetry its age says nothing, and the estimate's age would be the pose's.
-safety::Cause Pilotage::obstacle_now() const {
-  const bool has_telemetry = controller_.link().health().packages > 0;
-  return has_telemetry ? obstacle(controller_.observed(), limits_) : safety::Cause::kTelemetryOld;
-}
-
-bool Pilotage::is_outside() const { return obstacle_now() == safety::Cause::kFenceLeft; }
-
-/// What is known of the place counts only while nothing but the place stands against flying by it.
-bool Pilotage::is_out_of_reach() const {
+/// What is known of the place counts only while nothing but the place stands against flying by it. Where goals have
+/// led, the next flight begins where the aircraft is; a take-off begins where it stood.
+bool Pilotage::is_out_of_reach(bool takes_off) const {
   const est::Estimate<double>& at = controller_.estimate();
-  const core::Vector<double, 3> away{at.x.position_m - wishes_.begins_w_m.x(), at.y.position_m - wishes_.begins_w_m.y(),
-                                     at.height_m - wishes_.begins_w_m.z()};
-  const bool is_known = is_outside() || obstacle_now() == safety::Cause::kNone;
-  return is_known && !led_ && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
+  const core::Vector<double, 3>& from = takes_off ? wishes_.stands_w_m : wishes_.begins_w_m;
+  const core::Vector<double, 3> away{at.x.position_m - from.x(), at.y.position_m - from.y(), at.height_m - from.z()};
+  const bool is_known = is_outside(takes_off) || obstacle_now(takes_off) == safety::Cause::kNone;
+  const bool is_bound = takes_off || !led_;
+  return is_known && is_bound && away.squaredNorm() > wishes_.reach_m * wishes_.reach_m;
 }
 
-void Pilotage::tell_place(core::TimePoint now) {
-  if (is_outside()) {
-    tell_obstacle(now, safety::Cause::kFenceLeft);
-  } else {
-    tell_reach(now);
+bool Pilotage::takes_off_from_here(core::TimePoint now) const {
+  return wishes_.take_off && GroundView(controller_.link(), now).on_ground;
+}
+
+bool Pilotage::is_outside(bool takes_off) const { return obstacle_now(takes_off) == safety::Cause::kFenceLeft; }
+
+/// Before the first package of telemetry its age says nothing, and the estimate's age would be the pose's. The floor of
+/// the fence does not stand in the way of a take-off.
+safety::Cause Pilotage::obstacle_now(bool takes_off) const {
+  if (controller_.link().health().packages == 0) {
+    return safety::Cause::kTelemetryOld;
   }
-}
-
-void Pilotage::tell_obstacle(core::TimePoint now, safety::Cause cause) {
-  TextLine line;
-  line.add("control is not taken; ");
-  describe(line, cause, controller_.observed(), limits_);
-  tell(now, line.add(": ").add(what_helps(cause)).add("; ").add(kAgain).text());
-}
-
-void Pilotage::tell_reach(core::TimePoint now) {
-  const est::Estimate<double>& at = controller_.estimate();
-  TextLine line;
-  line.add("control is not taken: the aircraft is at ").add(at.x.position_m, 1).add(", ").add(at.y.position_m, 1);
-  line.add(", ").add(at.height_m, 1).add(" m, and the course begins at ").add(wishes_.begins_w_m.x(), 1).add(", ");
-  line.add(wishes_.begins_w_m.y(), 1).add(", ").add(wishes_.begins_w_m.z(), 1);
-  tell(now, line.add(" m: fly there, or start m100 again here; ").add(kAgain).text());
+  const safety::Cause cause = obstacle(controller_.observed(), limits_);
+  return takes_off && cause == safety::Cause::kFenceLeft ? safety::Cause::kNone : cause;
 }
 
 void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
@@ -135,19 +110,28 @@ void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
     tell(now, "control is not asked for: nobody would give it back if this program died; end it and start it again");
     return;
   }
-  const safety::Cause cause = obstacle_now();
+  if (wishes_.take_off && !GroundView(controller_.link(), now).known) {
+    TextLine line;
+    line.add(
+        "control was not asked for; the autopilot's flight status has not come, and whether the aircraft stands on ");
+    tell(now, line.add("the ground is not known; ").add(kAgain).text());
+    return;
+  }
+  takes_off_ = takes_off_from_here(now);
+  const safety::Cause cause = obstacle_now(takes_off_);
   // Before telemetry there is no estimate: the order waits for start-up.
   if (cause == safety::Cause::kPoseRefused || cause == safety::Cause::kPoseOld) {
     tell_obstacle(now, cause);
     return;
   }
-  if (is_elsewhere()) {
-    tell_place(now);
+  if (is_elsewhere(takes_off_)) {
+    tell_place(now, takes_off_);
     return;
   }
   controller_.engage();
   back_.note_ask(controller_.link().health().outages);
   had_control_ = false;
+  landed_ = false;
   phase_ = Phase::kAsking;
   since_ = now;
 }
@@ -157,19 +141,25 @@ bool Pilotage::is_refused(core::TimePoint now, const View& view) const {
 }
 
 bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& input) {
-  const bool elsewhere = is_elsewhere();
+  const bool elsewhere = is_elsewhere(takes_off_);
   if (view.in_control && !elsewhere) {
     phase_ = Phase::kFlying;
     flew_ = true;
     had_control_ = true;
     engaged_ = false;
     since_ = now;
+    if (takes_off_) {
+      begin_task(now, protocol::Task::kTakeOff);
+    }
     return true;
+  }
+  if (takes_off_) {
+    controller_.task_flies(protocol::Task::kTakeOff);  // granted in the next tick, the law must not fly
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.word);
   if (takes_it_back || elsewhere || !input.guarded || now - since_ > kPatience) {
     if (elsewhere) {
-      tell_place(now);
+      tell_place(now, takes_off_);
     } else if (!takes_it_back && input.guarded) {
       tell(now, "control was not granted within 20 s");
     }
@@ -186,14 +176,14 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
 }
 
 bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& input) {
-  engaged_ = engaged_ || controller_.supervisor().rung() != safety::Rung::kSilent;
+  engaged_ = engaged_ || safety::passes_law(controller_.supervisor().rung());
   if (!view.in_control) {
     tell_end(now, view);
     begin_hand_back(now, false, input);
     return true;
   }
-  if (!engaged_ && is_elsewhere()) {  // granted while no place was known
-    tell_place(now);
+  if (!engaged_ && is_elsewhere(false)) {  // granted while no place was known
+    tell_place(now, false);
     controller_.release();
     begin_hand_back(now, false, input);
     return true;
@@ -203,27 +193,83 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
     since_ = now;  // what was wished to be held counts from its end
   }
   const bool is_over = wishes_.take_control && core::seconds<double>(now - since_) >= wishes_.hold_s;
-  if (input.stops > 0 || input.word || is_over) {
+  const bool ends = is_over && !(wishes_.land && may_land());
+  if (input.stops > 0 || input.word || ends) {
     controller_.release();
     begin_hand_back(now, true, input);
+  } else if (may_land() && (input.land || is_over)) {
+    begin_task(now, protocol::Task::kLand);
+  } else if (input.land) {
+    tell(now, kNoLanding);
   }
   return true;
 }
 
-void Pilotage::tell_end(core::TimePoint now, const View& view) {
+bool Pilotage::may_land() const {
+  const safety::Rung rung = controller_.supervisor().rung();
+  const bool is_ours = phase_ == Phase::kFlying || phase_ == Phase::kTask;
+  return is_ours && rung != safety::Rung::kRelease && rung != safety::Rung::kSilent;
+}
+
+void Pilotage::begin_task(core::TimePoint now, protocol::Task task) {
+  phase_ = Phase::kTask;
+  task_.order(task, now);
+  controller_.task_flies(task);
   TextLine line;
-  line.add("the flight has ended: ");
-  if (view.stage != safety::Stage::kReleasing && view.reason != safety::Reason::kReleased) {
-    describe(line, view);
-  } else if (engaged_) {
-    const safety::LadderStep& step = controller_.supervisor().descent();
-    describe(line, step.cause, step.seen, limits_);
-    line.add("; control goes back to the transmitter");
-  } else {
-    line.add("control was not used; ");
-    describe(line, obstacle_now(), controller_.observed(), limits_);
+  tell(now, line.add(name(task)).add(" ordered, by the autopilot's own task; the pilot's switch ends it").text());
+}
+
+bool Pilotage::fly_task(core::TimePoint now, const View& view, const OperatorInput& input) {
+  if (!view.in_control) {
+    tell_end(now, view);
+    begin_hand_back(now, false, input);
+    return true;
   }
-  tell(now, line.add("; ").add(kAgain).text());
+  if (input.stops > 0 || input.word) {
+    controller_.release();
+    begin_hand_back(now, true, input);
+    return true;
+  }
+  if (input.land && task_.task() == protocol::Task::kTakeOff) {
+    begin_task(now, protocol::Task::kLand);
+  }
+  switch (task_.tick(now, controller_)) {
+    case AutopilotTask::State::kDone:
+      end_task(now, input);
+      break;
+    case AutopilotTask::State::kFailed: {
+      TextLine line;
+      describe(line, task_);
+      tell(now, line.add("; control goes back to the transmitter").text());
+      controller_.release();
+      begin_hand_back(now, false, input);
+      break;
+    }
+    default:
+      break;
+  }
+  return true;
+}
+
+void Pilotage::end_task(core::TimePoint now, const OperatorInput& input) {
+  if (task_.task() == protocol::Task::kLand) {
+    landed_ = true;
+    tell(now, "landed: by the autopilot's flight status the aircraft is on the ground");
+    controller_.release();
+    begin_hand_back(now, true, input);
+    return;
+  }
+  took_off_ = true;
+  if (is_elsewhere(false)) {
+    tell_place(now, false);
+    controller_.release();
+    begin_hand_back(now, false, input);
+    return;
+  }
+  tell(now, "taken off: by the autopilot's flight status the aircraft is in the air; the law takes over");
+  controller_.engage();
+  phase_ = Phase::kFlying;
+  since_ = now;  // what is held is held by the law
 }
 
 void Pilotage::begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input) {
@@ -252,48 +298,6 @@ bool Pilotage::hand_back(core::TimePoint now, const View& view, const OperatorIn
   phase_ = Phase::kWaiting;
   clear_ = now;
   return !ends_;
-}
-
-void Pilotage::tell_stage(core::TimePoint now, const View& view) {
-  if (told_stage_ && view.stage == last_stage_ && view.reason == last_reason_) {
-    return;
-  }
-  told_stage_ = true;
-  last_stage_ = view.stage;
-  last_reason_ = view.reason;
-  TextLine line;
-  describe(line, view);
-  tell(now, line.text());
-}
-
-void Pilotage::tell_ladder(core::TimePoint now) {
-  const std::uint32_t made = controller_.supervisor().stats().steps;
-  if (made == told_steps_) {
-    return;
-  }
-  told_steps_ = made;
-  const safety::LadderStep& step = controller_.supervisor().last_step();
-  if (step_count_ < steps_.size()) {
-    steps_[step_count_++] = step;
-  }
-  TextLine line;
-  line.add("ladder: ").add(safety::name(step.from)).add(" to ").add(safety::name(step.to)).add(", ");
-  line.add(safety::name(step.cause)).add(": ");
-  describe(line, step.cause, step.seen, limits_);
-  tell(now, line.text());
-}
-
-void Pilotage::tell_excitation(core::TimePoint now) {
-  const Excitation& excitation = controller_.excitation();
-  if (excitation.state() == told_excitation_) {
-    return;
-  }
-  told_excitation_ = excitation.state();
-  TextLine line;
-  describe(line, excitation);
-  if (!line.text().empty()) {
-    tell(now, line.text());
-  }
 }
 
 }  // namespace m100::companion

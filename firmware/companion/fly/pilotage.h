@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "firmware/app/flight_controller.h"
+#include "firmware/companion/fly/autopilot_task.h"
 #include "firmware/companion/fly/hand_back.h"
 #include "firmware/companion/fly/listener.h"
 #include "firmware/companion/fly/text_line.h"
@@ -19,13 +20,18 @@ struct Wishes {
   bool take_control = false;  ///< ask once, as soon as all is ready
   double hold_s = 5.0;        ///< with take_control: then give back and end
   bool once = false;          ///< for scripts: end where the program would wait for the operator
+  bool take_off = false;      ///< a word to fly, given on the ground, takes off first, by the autopilot's own task
+  bool land = false;          ///< the end of hold_s lands, likewise, instead of giving control back in the air
   core::Vector<double, 3> begins_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
+  /// Where the aircraft stands before a take-off.
+  core::Vector<double, 3> stands_w_m = core::Vector<double, 3>::Zero();
   double reach_m = 1e9;  ///< farther from there control is not asked for: the law would fly the rest at once
 };
 
 /// What the operator did since the tick before.
 struct OperatorInput {
   bool word = false;        ///< Enter, or SIGUSR1
+  bool land = false;        ///< "land", typed, or by a signed order
   std::uint32_t stops = 0;  ///< signals to end, so far
   bool guarded = true;      ///< somebody gives control back if this program dies
   bool led = false;         ///< goals have led the flight: the next one begins where the aircraft is, not its course
@@ -33,7 +39,9 @@ struct OperatorInput {
 
 /// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
 /// refusal or a release by the ladder does not end the program: it says what was seen, and takes the operator's word
-/// again. It leaves only when telemetry shows that the transmitter has the aircraft, or when the port is gone. No heap.
+/// again. It leaves only when telemetry shows that the transmitter has the aircraft, or when the port is gone. A
+/// take-off comes before the flight and a landing behind it, each by its own order alone; a word, a stop and the
+/// pilot's switch end them as they end a flight, and what the autopilot refuses gives control back. No heap.
 class Pilotage {
  public:
   static constexpr std::size_t kSteps = 64;  ///< of the ladder that are kept; the first ones
@@ -50,26 +58,42 @@ class Pilotage {
   bool waits() const { return phase_ == Phase::kWaiting; }
   /// A word would do nothing.
   bool hands_back() const { return phase_ == Phase::kHandingBack; }
+  /// A word would take off: control is not ours, and the aircraft stands on the ground.
+  bool would_take_off(core::TimePoint now) const { return waits() && takes_off_from_here(now); }
+  /// An order to land would be served.
+  bool may_land() const;
+  /// Take-off or landing by the autopilot goes on, or control is asked for to take off.
+  bool in_task(protocol::Task task) const {
+    const bool is_asked_for = phase_ == Phase::kAsking && takes_off_ && task == protocol::Task::kTakeOff;
+    return is_asked_for || (phase_ == Phase::kTask && task_.task() == task);
+  }
+  bool took_off() const { return took_off_; }
+  bool landed() const { return landed_; }
   /// Control was had, its end was the operator's, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
 
  private:
-  enum class Phase { kWaiting, kAsking, kFlying, kHandingBack };
+  enum class Phase { kWaiting, kAsking, kTask, kFlying, kHandingBack };
   using View = link::AuthorityView;
+  static constexpr std::string_view kAgain = "Enter (or SIGUSR1) asks for control again, Ctrl-C ends the program";
 
   bool wait(core::TimePoint now, const View& view, const OperatorInput& input);
   bool ask(core::TimePoint now, const View& view, const OperatorInput& input);
   bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool fly_task(core::TimePoint now, const View& view, const OperatorInput& input);
+  void begin_task(core::TimePoint now, protocol::Task task);
+  void end_task(core::TimePoint now, const OperatorInput& input);
   bool hand_back(core::TimePoint now, const View& view, const OperatorInput& input);
   void try_to_engage(core::TimePoint now, bool guarded);
-  safety::Cause obstacle_now() const;
-  bool is_outside() const;
-  bool is_out_of_reach() const;
+  bool takes_off_from_here(core::TimePoint now) const;
+  safety::Cause obstacle_now(bool takes_off) const;
+  bool is_outside(bool takes_off) const;
+  bool is_out_of_reach(bool takes_off) const;
   /// Not where the law may take over: farther from the beginning of the course than its reach, or outside the fence.
-  bool is_elsewhere() const { return is_outside() || is_out_of_reach(); }
-  void tell_reach(core::TimePoint now);
-  void tell_place(core::TimePoint now);
+  bool is_elsewhere(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
+  void tell_reach(core::TimePoint now, bool takes_off);
+  void tell_place(core::TimePoint now, bool takes_off);
   void tell_obstacle(core::TimePoint now, safety::Cause cause);
   void begin_hand_back(core::TimePoint now, bool by_operator, const OperatorInput& input);
   bool is_refused(core::TimePoint now, const View& view) const;
@@ -84,16 +108,20 @@ class Pilotage {
   safety::Limits limits_;
   app::FlightController<double>& controller_;
   Listener& listener_;
+  AutopilotTask task_;
   Phase phase_ = Phase::kWaiting;
   core::TimePoint since_{};  ///< the phase began
   HandBack back_;
+  bool takes_off_ = false;    ///< what was asked for begins with a take-off
   bool had_control_ = false;  ///< since it was last asked for
   bool order_given_ = false;  ///< that of take_control
-  bool engaged_ = false;      ///< the ladder let something through in this flight
+  bool engaged_ = false;      ///< the law flew in this flight
   bool by_operator_ = false;
   bool led_ = false;   ///< OperatorInput::led of this tick
   bool ends_ = false;  ///< when the hand-back is over
   bool flew_ = false;
+  bool took_off_ = false;
+  bool landed_ = false;
   bool given_back_ = false;
   core::TimePoint clear_{};                     ///< nothing but the operator's word was awaited
   std::optional<core::TimePoint> waits_since_;  ///< for start-up, or for what stands in the way of a flight

@@ -108,6 +108,12 @@ ref::Waypoint<double> first_pose(PosePort& port) {
                    why_no_pose(link, port));
 }
 
+ref::Waypoint<double> above(ref::Waypoint<double> place) {
+  constexpr double kTakeOffHeight_m = 1.2;
+  place.position_w_m.z() += kTakeOffHeight_m;
+  return place;
+}
+
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course) {
   const std::vector<CoursePiece> pieces = lay(orders, start, course);
   expect_flyable(course, pieces, start, limits_of_course(orders), orders.course_name);

@@ -31,6 +31,9 @@ struct Orders {
 /// signal.
 ref::Waypoint<double> first_pose(PosePort& port);
 
+/// Where the autopilot's take-off ends that begins here (protocol, 6.3: "about 1.2 m").
+ref::Waypoint<double> above(ref::Waypoint<double> place);
+
 /// The course from where the flight starts. Errors: CourseError, also where it asks for more than its limits;
 /// FlightFileError where it leaves the fence.
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);

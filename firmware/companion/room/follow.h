@@ -14,8 +14,8 @@ namespace m100::companion {
 
 // Commands of MAVLink's common message set that mean something here, beside those of the overheard line.
 inline constexpr std::uint16_t kMissionStart = 300;  ///< MAV_CMD_MISSION_START: param1 first item, param2 last
-inline constexpr std::uint16_t kLand = 21;           ///< MAV_CMD_NAV_LAND: not there
-inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: not there
+inline constexpr std::uint16_t kLand = 21;           ///< MAV_CMD_NAV_LAND: the autopilot lands, where it is
+inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: the autopilot takes off
 
 /// What was asked for in a tick, and what became of it.
 struct Followed {

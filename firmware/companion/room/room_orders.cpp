@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/room/room_orders.h"
 
+#include <cmath>
+
 namespace m100::companion {
 namespace {
 
 // MAV_RESULT
 constexpr std::uint8_t kAccepted = 0;
 constexpr std::uint8_t kTemporarilyRejected = 1;
+constexpr std::uint8_t kDenied = 2;
 constexpr std::uint8_t kUnsupported = 3;
 
 std::string_view name(MissionState state) {
@@ -45,7 +48,68 @@ bool is_errand(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue || order.command == kMissionStart;
 }
 
+/// What becomes of an order, and what follows from it.
+struct Judged {
+  std::uint8_t result = kAccepted;
+  std::string_view why;  ///< behind its name
+  Said said;
+};
+
+// One that is repeated, because its answer was lost, must not undo the first.
+constexpr std::string_view kSoAlready = ", which is so already";
+
+Judged judge_word(bool engages, const FlightFacts& facts) {
+  if (engages && facts.on_ground) {
+    return {.result = kTemporarilyRejected, .why = ", refused: it stands on the ground; order a take-off", .said = {}};
+  }
+  if (engages && facts.hands_back) {
+    return {.result = kTemporarilyRejected, .why = ", refused: control is being given back", .said = {}};
+  }
+  const bool word =
+      engages == facts.waits;  // one that is repeated, because its answer was lost, must not undo the first
+  return {.result = kAccepted, .why = word ? "" : kSoAlready, .said = {.word = word}};
+}
+
+/// The autopilot's tasks know neither a place nor a height: an order that names one is another order.
+bool is_here(float value) { return std::isnan(value) || value == 0.F; }
+
+Judged judge_landing(const mavlink::CommandLong& order, const FlightFacts& facts) {
+  if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
+    return {.result = kDenied, .why = ", refused: it lands where it is; param5 to param7 must be 0", .said = {}};
+  }
+  if (facts.lands) {
+    return {.result = kAccepted, .why = kSoAlready, .said = {}};
+  }
+  return facts.may_land ? Judged{.result = kAccepted, .why = "", .said = {.land = true}}
+                        : Judged{.result = kTemporarilyRejected, .why = ", refused: it does not fly now", .said = {}};
+}
+
+Judged judge_take_off(const mavlink::CommandLong& order, const FlightFacts& facts) {
+  if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
+    return {
+        .result = kDenied, .why = ", refused: it climbs 1.2 m where it stands; param5 to param7 must be 0", .said = {}};
+  }
+  if (facts.takes_off) {
+    return {.result = kAccepted, .why = kSoAlready, .said = {}};
+  }
+  return facts.on_ground ? Judged{.result = kAccepted, .why = "", .said = {.word = true}}
+                         : Judged{.result = kTemporarilyRejected,
+                                  .why =
+                                      ", refused: it does not stand on the ground, or m100 was begun without "
+                                      "--take-off",
+                                  .said = {}};
+}
+
 }  // namespace
+
+FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now) {
+  return {.waits = pilotage.waits(),
+          .hands_back = pilotage.hands_back(),
+          .on_ground = pilotage.would_take_off(now),
+          .may_land = pilotage.may_land(),
+          .takes_off = pilotage.in_task(protocol::Task::kTakeOff),
+          .lands = pilotage.in_task(protocol::Task::kLand)};
+}
 
 void RoomOrders::hear_parameters(core::TimePoint now) {
   Replies replies;
@@ -62,7 +126,7 @@ void RoomOrders::hear_parameters(core::TimePoint now) {
   reply(replies);
 }
 
-bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
+Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
   hear_parameters(now);
   const Followed followed = errands_ ? errands_->follow(line_, controller, now) : without_errands();
   if (followed.goal) {
@@ -72,7 +136,7 @@ bool RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& 
   if (errands_) {
     tell_mission(now, followed);
   }
-  return followed.order && obey(now, *followed.order, followed.done, facts);
+  return followed.order ? obey(now, *followed.order, followed.done, facts) : Said{};
 }
 
 Followed RoomOrders::without_errands() {
@@ -147,34 +211,29 @@ void RoomOrders::tell_mission(core::TimePoint now, const Followed& followed) {
   }
 }
 
-bool RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts) {
-  const bool is_on = order.message.param1 >= 0.5F;
+Said RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts) {
   TextLine line;
   line.add("order from the room: ");
-  std::uint8_t result = kAccepted;
-  bool word = false;
+  Judged judged{.result = kUnsupported, .why = ", refused: this program does not have it", .said = {}};
   if (order.message.command == kGuidedEnable) {
-    const bool must_wait = is_on && facts.hands_back;
-    result = must_wait ? kTemporarilyRejected : kAccepted;
-    word = is_on == facts.waits;  // one that is repeated, because its answer was lost, must not undo the first
-    line.add(is_on ? "engage" : "release");
-    line.add(must_wait ? ", refused: control is being given back" : word ? "" : ", which is so already");
+    judged = judge_word(order.message.param1 >= 0.5F, facts);
+    line.add(order.message.param1 >= 0.5F ? "engage" : "release");
+  } else if (order.message.command == kLand) {
+    judged = judge_landing(order.message, facts);
+    line.add("land");
+  } else if (order.message.command == kTakeOff) {
+    judged = judge_take_off(order.message, facts);
+    line.add("take off");
   } else if (is_errand(order.message)) {
     const Spoken words = spoken(order.message);
-    result = done ? kAccepted : kTemporarilyRejected;
-    line.add(words.name).add(done ? "" : words.refusal);
+    judged = {.result = done ? kAccepted : kTemporarilyRejected, .why = done ? "" : words.refusal, .said = {}};
+    line.add(words.name);
   } else {
-    result = kUnsupported;
-    const std::uint16_t command = order.message.command;
-    line.add(command == kLand ? "land" : command == kTakeOff ? "take off" : "command ");
-    if (command != kLand && command != kTakeOff) {
-      line.add(static_cast<double>(command), 0);
-    }
-    line.add(", refused: this program does not have it");
+    line.add("command ").add(static_cast<double>(order.message.command), 0);
   }
-  listener_.hear(now, line.text());
-  answer(order, result);
-  return word;
+  listener_.hear(now, line.add(judged.why).text());
+  answer(order, judged.result);
+  return judged.said;
 }
 
 void RoomOrders::answer(const OverheardLine::Order& order, std::uint8_t result) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/companion/fly/pilotage.h"
+#include "firmware/companion/fly/said.h"
 #include "firmware/companion/room/follow.h"
 #include "firmware/companion/room/parameters.h"
 #include "firmware/companion/room/speaker.h"
@@ -12,10 +13,12 @@ namespace m100::companion {
 struct FlightFacts {
   bool waits = false;       ///< a word would ask for control; else it would give it back
   bool hands_back = false;  ///< control goes back: a word does nothing
+  bool on_ground = false;   ///< and it would take off first
+  bool may_land = false;
+  bool takes_off = false;  ///< the autopilot does so
+  bool lands = false;
 };
-inline FlightFacts facts_of(const Pilotage& pilotage) {
-  return {.waits = pilotage.waits(), .hands_back = pilotage.hands_back()};
-}
+FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now);
 
 /// Who gives orders from the room: goals and missions change the course, an order to engage or release is the
 /// operator's word, and each order is answered. What is not there is refused by its name. No heap.
@@ -35,8 +38,8 @@ class RoomOrders {
     }
   }
 
-  /// After each tick of the controller. @returns true: the room gave the operator's word.
-  bool tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts);
+  /// After each tick of the controller. @returns what the room said in the operator's place.
+  Said tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts);
   /// Goals have led the flight.
   bool leads() const { return errands_ && errands_->goals().goal().has_value(); }
   /// Wishes to change a parameter, each answered with its value as it stays.
@@ -49,7 +52,7 @@ class RoomOrders {
 
   void hear_parameters(core::TimePoint now);
   Followed without_errands();
-  bool obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts);
+  Said obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts);
   void tell_goal(core::TimePoint now, GoalAnswer answer);
   void tell_mission(core::TimePoint now, const Followed& followed);
   void answer(const OverheardLine::Order& order, std::uint8_t result);

@@ -36,8 +36,9 @@ std::uint8_t system_status(const FlightState& state) {
   switch (state.rung) {
     case safety::Rung::kNominal:
       return kActive;
-    case safety::Rung::kCoast:
     case safety::Rung::kLevel:
+      return state.task_flies ? kActive : kCritical;
+    case safety::Rung::kCoast:
       return kCritical;
     case safety::Rung::kRelease:
       return kEmergency;
@@ -67,6 +68,7 @@ FlightState state_of(const app::FlightController<double>& controller, core::Time
           .predicts = estimate.predicts,
           .in_control = controller.link().authority().in_control,
           .rung = controller.supervisor().rung(),
+          .task_flies = seen.task_flies,
           .has_battery = (telemetry.items & static_cast<std::uint16_t>(protocol::TelemetryItem::kBattery)) != 0,
           .battery_percent = telemetry.battery_percent};
 }

@@ -26,6 +26,7 @@ struct FlightState {
   bool predicts = false;
   bool in_control = false;
   safety::Rung rung = safety::Rung::kSilent;
+  bool task_flies = false;  ///< the autopilot takes off or lands by itself
   bool has_battery = false;
   std::uint8_t battery_percent = 0;
 };

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/autopilot_task.h"
+
+namespace m100::companion {
+namespace {
+
+using protocol::FlightStatus;
+using protocol::Task;
+
+constexpr core::Duration kStatusOld = std::chrono::seconds(2);  ///< the item comes ten times a second
+
+bool is_ground(FlightStatus status) {
+  return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
+}
+
+}  // namespace
+
+GroundView::GroundView(const link::SerialLink& link, core::TimePoint now) {
+  const core::TimePoint came = link.received_at(protocol::TelemetryItem::kFlightStatus);
+  known = came != core::TimePoint{} && now - came <= kStatusOld;
+  on_ground = known && is_ground(link.telemetry().flight_status);
+}
+
+void AutopilotTask::order(Task task, core::TimePoint now) {
+  task_ = task;
+  state_ = State::kWaits;
+  failure_ = Failure::kNone;
+  answer_ = {};
+  ordered_at_ = now;
+  begun_ = false;
+}
+
+AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& controller) {
+  switch (state_) {
+    case State::kWaits:
+      ask(now, controller);
+      break;
+    case State::kAsked:
+      hear_answer(now, controller);
+      break;
+    case State::kFlies:
+      watch(now, controller.link());
+      break;
+    case State::kNone:
+    case State::kDone:
+    case State::kFailed:
+      break;
+  }
+  if (state_ == State::kWaits || state_ == State::kAsked || state_ == State::kFlies) {
+    controller.task_flies(task_);
+  }
+  return state_;
+}
+
+bool AutopilotTask::may_ask(core::TimePoint now, const Controller& controller) const {
+  const bool is_slow = controller.observed().speed_m_s < kSlow_m_s || now - ordered_at_ >= kSlowIn;
+  return controller.supervisor().rung() == safety::Rung::kLevel && now - asked_at_ >= kSpacing &&
+         (task_ == Task::kTakeOff || is_slow);
+}
+
+void AutopilotTask::ask(core::TimePoint now, Controller& controller) {
+  if (may_ask(now, controller) && controller.begin_task(task_) == core::Status::kOk) {
+    asked_at_ = now;
+    status_ = controller.link().telemetry().flight_status;
+    same_since_ = now;
+    state_ = State::kAsked;
+  } else if (now - ordered_at_ > kSlowIn + kSpacing) {
+    fail(Failure::kNotAsked);
+  }
+}
+
+void AutopilotTask::hear_answer(core::TimePoint now, const Controller& controller) {
+  if (controller.link().task_is_open()) {
+    return;
+  }
+  const protocol::AckMeaning& answer = controller.link().authority().answer;
+  const FlightStatus shown = controller.link().telemetry().flight_status;
+  const bool shows_it = shown == (task_ == Task::kTakeOff ? FlightStatus::kTakingOff : FlightStatus::kLanding);
+  if (!answer.name.empty() && answer.verdict != protocol::AckVerdict::kDone) {
+    answer_ = answer;
+    fail(Failure::kRefused);
+  } else if (!answer.name.empty() || shows_it) {  // answers are lost; telemetry tells, too
+    state_ = State::kFlies;
+  } else if (now - asked_at_ > kAnswerIn) {
+    fail(Failure::kNoAnswer);
+  }
+}
+
+void AutopilotTask::watch(core::TimePoint now, const link::SerialLink& link) {
+  const FlightStatus shown = link.telemetry().flight_status;
+  same_since_ = shown == status_ ? same_since_ : now;
+  status_ = shown;
+  const core::Duration same_for = now - same_since_;
+  const bool takes_off = task_ == Task::kTakeOff;
+  begun_ = begun_ || shown == (takes_off ? FlightStatus::kTakingOff : FlightStatus::kLanding);
+  const bool is_new = begun_ || now - asked_at_ > kAnswerIn;  // not what was shown before it began
+  if (takes_off ? shown == FlightStatus::kInAir && same_for >= kSettled : is_ground(shown) && is_new) {
+    state_ = State::kDone;
+  } else if (!begun_ && now - asked_at_ > kBegunIn) {
+    fail(Failure::kNotBegun);
+  } else if (begun_ && (takes_off ? is_ground(shown) : shown == FlightStatus::kInAir) && same_for > kBrokenFor) {
+    fail(Failure::kBrokenOff);
+  } else if (now - asked_at_ > (takes_off ? kTakeOffIn : kLandingIn)) {
+    fail(Failure::kTooLong);
+  }
+}
+
+void AutopilotTask::fail(Failure failure) {
+  state_ = State::kFailed;
+  failure_ = failure;
+}
+
+std::string_view name(Task task) { return task == Task::kTakeOff ? "take-off" : "landing"; }
+
+void describe(TextLine& line, const AutopilotTask& task) {
+  line.add(name(task.task()));
+  switch (task.failure()) {
+    case AutopilotTask::Failure::kRefused:
+      line.add(" refused by the autopilot: ").add(task.answer().name).add(", code ");
+      line.add(static_cast<double>(task.answer().code), 0).add("; ").add(task.answer().remedy);
+      return;
+    case AutopilotTask::Failure::kNoAnswer:
+      line.add(": the autopilot does not answer, and its flight status shows nothing of it");
+      return;
+    case AutopilotTask::Failure::kNotAsked:
+      line.add(": the request could not be sent");
+      return;
+    case AutopilotTask::Failure::kNotBegun:
+      line.add(": the autopilot has accepted it and does not begin");
+      return;
+    case AutopilotTask::Failure::kBrokenOff:
+      line.add(": the autopilot has broken it off");
+      return;
+    case AutopilotTask::Failure::kTooLong:
+      line.add(": the autopilot does not come to its end");
+      return;
+    case AutopilotTask::Failure::kNone:
+      return;
+  }
+}
+
+}  // namespace m100::companion

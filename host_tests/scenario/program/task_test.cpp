@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Take-off and landing by the autopilot's own tasks, with both programs in simulated time: what leaves, what the
+// autopilot does, and who has the sticks behind it.
+#include <cstdio>
+#include <limits>
+
+#include "host_tests/scenario/program/program_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kNever_s = std::numeric_limits<double>::infinity();
+
+class Tasks : public ProgramTest {
+ protected:
+  const fs::path said = folder / "said.txt";
+  const std::string world = "sim:" + (folder / "world").string();
+
+  std::unique_ptr<Process> start_world(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"autopilot", "--sim", (folder / "world").string(), "--events", events.string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    auto autopilot = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
+    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return autopilot;
+  }
+  std::string command(const std::vector<std::string>& options) const {
+    std::string line = std::string(M100_PROGRAM) + " fly --port " + world + " --pose-port " + world +
+                       ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
+                       flight_file.string() + " --log " + log.string() + " --json " + result.string() + " --once";
+    for (const std::string& option : options) {
+      line += " " + option;
+    }
+    return line + " > " + said.string() + " 2> " + errors.string();
+  }
+  /// @returns the exit code; events, result and said are written.
+  int fly(const std::vector<std::string>& options, const std::string& script = "", bool on_ground = true) {
+    std::vector<std::string> more;
+    if (on_ground) {
+      more.emplace_back("--on-ground");
+    }
+    if (!script.empty()) {
+      std::ofstream(folder / "script.txt") << script;
+      more.insert(more.end(), {"--script", (folder / "script.txt").string()});
+    }
+    fs::remove(log);
+    const auto autopilot = start_world(more);
+    const int code = Process("/bin/sh", {"-c", command(options)}).wait(kPatience);
+    (void)examined(*autopilot);
+    return code;
+  }
+  std::vector<json> lines() const {
+    std::vector<json> all;
+    std::ifstream file(events);
+    for (std::string line; std::getline(file, line);) {
+      all.push_back(json::parse(line));
+    }
+    return all;
+  }
+  /// When the autopilot first noted it down, from a time on [s].
+  double at(const std::string& name, const std::string& what = "did", double from_s = 0.0) const {
+    for (const json& line : lines()) {
+      if (line.value("name", "") == name && line["what"] == what && line["t_s"].get<double>() >= from_s) {
+        return line["t_s"];
+      }
+    }
+    return kNever_s;
+  }
+  /// How often it was.
+  long times(const std::string& name, const std::string& what = "received") const {
+    const std::vector<json> all = lines();
+    return std::count_if(all.begin(), all.end(),
+                         [&](const json& line) { return line.value("name", "") == name && line["what"] == what; });
+  }
+  /// The truth's extremes of a coordinate between two times.
+  std::pair<double, double> range(const std::string& key, double from_s, double to_s) const {
+    std::pair<double, double> seen{kNever_s, -kNever_s};
+    for (const json& line : lines()) {
+      if (line["what"] == "truth" && line["t_s"].get<double>() >= from_s && line["t_s"].get<double>() <= to_s) {
+        seen = {std::min(seen.first, line[key].get<double>()), std::max(seen.second, line[key].get<double>())};
+      }
+    }
+    return seen;
+  }
+  json flown() const { return json::parse(std::ifstream(result)); }
+  std::string all() const { return text_of(said) + error(); }
+};
+
+TEST_F(Tasks, TakesOffFliesTheCourseLandsAndGivesControlBackOnTheGround) {
+  RecordProperty("promise", "R15");
+  ASSERT_EQ(fly({"--take-control", "--take-off", "--land", "--hold", "6"}), 0) << all();
+  const double off_s = at("taken_off");
+  const double down_s = at("landed");
+  ASSERT_LT(off_s, kNever_s) << all();
+  ASSERT_LT(down_s, kNever_s) << all();
+  EXPECT_EQ(range("z_m", 0.0, at("task_takeoff", "received")).second, 0.0) << "nothing lifts it before the order";
+  const auto [low_m, high_m] = range("z_m", off_s + 2.0, off_s + 6.0);
+  EXPECT_NEAR(low_m, 1.2, 0.25) << "the course begins where the take-off ends";
+  EXPECT_NEAR(high_m, 1.2, 0.25);
+  EXPECT_LT(range("x_m", 0.0, down_s).second, 0.5);
+  EXPECT_LT(range("y_m", 0.0, down_s).second, 0.5);
+  EXPECT_EQ(range("z_m", down_s + 0.2, kNever_s).second, 0.0);
+  EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0) << "seen by the flight status, 10 Hz, and R15";
+  EXPECT_EQ(times("task_takeoff"), 1) << "asked once";
+  EXPECT_EQ(times("task_land"), 1);
+  EXPECT_EQ(flown()["took_off"], true);
+  EXPECT_EQ(flown()["landed"], true);
+  EXPECT_NE(all().find("the aircraft is on the ground"), std::string::npos) << all();
+  EXPECT_EQ(run({"replay", log.string()}), 0) << error();
+}
+
+// Would catch a program that takes off because it has control, or because the aircraft stands on the ground.
+TEST_F(Tasks, NothingTakesOffWithoutTheWordForIt) {
+  const auto autopilot = start_world({"--on-ground"});
+  Process program(M100_PROGRAM,
+                  {"fly", "--port", world, "--pose-port", world + ".pose", "--vehicle", vehicle.string(), "--gains",
+                   table.string(), "--flight", flight_file.string(), "--take-off"},
+                  errors);
+  EXPECT_TRUE(wait_for("\"truth\"", 100)) << "ten seconds";
+  program.interrupt();
+  EXPECT_EQ(program.wait(kPatience), 1) << error();
+  (void)examined(*autopilot);
+  EXPECT_EQ(times("obtain_control"), 0);
+  EXPECT_EQ(times("task_takeoff"), 0);
+  EXPECT_EQ(range("z_m", 0.0, kNever_s).second, 0.0);
+}
+
+TEST_F(Tasks, ThePilotsSwitchEndsATakeOffAtOnce) {
+  RecordProperty("promise", "R4");
+  (void)fly({"--take-control", "--take-off", "--hold", "6"});
+  const double begun_s = at("task_takeoff", "received");
+  ASSERT_LT(begun_s, kNever_s) << all();
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, std::to_string(begun_s + 0.7) + " mode P\n"), 1)
+      << all();
+  const double left_s = at("left_f");
+  ASSERT_LT(left_s, kNever_s) << all();
+  EXPECT_LT(range("z_m", 0.0, left_s).second, 1.2) << "in the middle of it";
+  EXPECT_LT(at("task_ended"), kNever_s);
+  EXPECT_LE(at("transmitter_has_control", "did", left_s) - left_s, 0.1);
+  EXPECT_EQ(times("task_takeoff"), 1) << "and never again";
+  json last = lines().back();
+  EXPECT_LE(last["latest_after_loss_s"], 0.04);
+  EXPECT_EQ(flown()["took_off"], false);
+}
+
+TEST_F(Tasks, ARefusedTakeOffIsSaidWithItsCodeAndControlGoesBack) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks off\n"), 1) << all();
+  EXPECT_NE(all().find("take-off refused by the autopilot: refused, code 1"), std::string::npos) << all();
+  EXPECT_EQ(times("task_takeoff"), 1);
+  const double asked_s = at("task_takeoff", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0);
+  EXPECT_EQ(range("z_m", 0.0, kNever_s).second, 0.0);
+}
+
+TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks off\n", false), 1) << all();
+  EXPECT_NE(all().find("landing refused by the autopilot: refused, code 1"), std::string::npos) << all();
+  const double asked_s = at("task_land", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0);
+  EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
+}
+
+// The task needs no pose: a landing that stopped where the pose is lost would leave the aircraft to a surprised pilot.
+TEST_F(Tasks, ALandingGoesOnWithoutAPose) {
+  RecordProperty("promise", "R15");
+  (void)fly({"--take-control", "--land", "--hold", "2"}, "", false);
+  const double begun_s = at("task_land", "received");
+  ASSERT_LT(begun_s, kNever_s) << all();
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, std::to_string(begun_s + 0.5) + " pose off\n", false), 0)
+      << all();
+  const double down_s = at("landed");
+  ASSERT_LT(down_s, kNever_s) << all();
+  EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0);
+  EXPECT_EQ(flown()["landed"], true);
+}
+
+TEST_F(Tasks, ATakeOffWithoutAPoseBehindItGoesToThePilot) {
+  RecordProperty("promise", "R15");
+  (void)fly({"--take-control", "--take-off", "--hold", "6"});
+  const double begun_s = at("task_takeoff", "received");
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, std::to_string(begun_s + 0.5) + " pose off\n"), 1)
+      << all();
+  const double off_s = at("taken_off");
+  ASSERT_LT(off_s, kNever_s) << all();
+  const double handed_s = at("transmitter_has_control", "did", off_s) - off_s;
+  EXPECT_GT(handed_s, 1.0) << "level waits for a pose";
+  EXPECT_LE(handed_s, 3.5) << "0.5 s until it is seen in the air, 1 s level, neutral, release";
+  EXPECT_NE(all().find("the transmitter has the aircraft"), std::string::npos) << all();
+}
+
+// Answers are lost on the line: the autopilot's flight status tells as well. One request is repeated with its own
+// number, so that the autopilot does it once.
+TEST_F(Tasks, ATakeOffWhoseAnswersAreLostIsFlownAllTheSame) {
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--land", "--hold", "2"}, "0 lose_acks 3 task\n"), 0) << all();
+  EXPECT_EQ(times("task_takeoff"), 1);
+  EXPECT_EQ(flown()["took_off"], true);
+}
+
+TEST_F(Tasks, TheOperatorsWordLandsAFlightThatHasNoEnd) {
+  const auto autopilot = start_world({"--on-ground"});
+  FILE* const typed = popen(command({"--take-control", "--take-off", "--hold", "3600"}).c_str(), "w");
+  ASSERT_NE(typed, nullptr);
+  EXPECT_TRUE(wait_for("\"taken_off\""));
+  std::fputs("land\n", typed);
+  std::fflush(typed);
+  EXPECT_TRUE(wait_for("\"landed\"")) << all();
+  const int status = pclose(typed);
+  EXPECT_EQ(WEXITSTATUS(status), 0) << all();
+  (void)examined(*autopilot);
+  EXPECT_EQ(times("task_land"), 1);
+  EXPECT_LE(at("transmitter_has_control", "did", at("landed")) - at("landed"), 1.0);
+  EXPECT_EQ(flown()["landed"], true);
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Take-off and landing by signed orders of the room, and the numbers that it may read and not write.
+#include "host_tests/scenario/room/room_flight.h"
+
+namespace m100::room {
+namespace {
+
+using scenario::json;
+
+using RoomOrdersFlight = RoomFlight;
+
+/// An order to nobody in particular, by somebody without the key.
+void send_unsigned(Room& room, std::uint16_t command) {
+  room.send_as_stranger(
+      mavlink::encode(mavlink::CommandLong{.param1 = 1.F, .command = command}, Room::kSender, room.frames).bytes());
+}
+
+TEST_F(RoomOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
+  RecordProperty("promise", "R15");
+  ASSERT_TRUE(starts({"--take-off", "--once"}, {"--on-ground"})) << error();
+  ASSERT_TRUE(hears([&] { return attitudes > 0 && battery >= 0; }));
+  for (int i = 0; i < 50; ++i) {
+    send_unsigned(*room, kTakeOff);
+    (void)room->run_until([] { return false; }, 0.05);
+  }
+  ASSERT_TRUE(orders(kGuidedEnable, 1.F));
+  EXPECT_EQ(answers[kGuidedEnable], 1) << "to engage is no word for a take-off";
+  ASSERT_TRUE(orders(kTakeOff, 0.F, 5.F));
+  EXPECT_EQ(answers[kTakeOff], 2) << "it has a height of its own";
+  ASSERT_TRUE(orders(kLand, 0.F));
+  EXPECT_EQ(answers[kLand], 1) << "it does not fly";
+  EXPECT_EQ(noted("obtain_control"), 0U);
+  EXPECT_NEAR(truth.z, 0.0, 0.02);
+
+  ASSERT_TRUE(orders(kTakeOff, 0.F));
+  EXPECT_EQ(answers[kTakeOff], 0);
+  ASSERT_TRUE(hears([&] { return said.find("the law takes over") != std::string::npos; })) << said;
+  const Place start{truth.x, truth.y, -1.2};
+  (void)room->run_until([] { return false; }, 3.0);
+  EXPECT_LT(distance(truth, start), kAtCorner_m) << "at " << truth.x << " " << truth.y << " " << truth.z;
+  flies_to({start.x + 1.0, start.y, start.z});
+  ASSERT_TRUE(orders(kLand, 0.F));
+  EXPECT_EQ(answers[kLand], 0);
+  ASSERT_TRUE(room->run_to_end(60.0).has_value()) << error();
+  EXPECT_NEAR(truth.z, 0.0, 0.02);
+  EXPECT_EQ(noted("\"received\",\"name\":\"task_takeoff\""), 1U);
+  EXPECT_EQ(noted("\"received\",\"name\":\"task_land\""), 1U);
+  const json flown = json::parse(std::ifstream(result));
+  EXPECT_EQ(flown["landed"], true);
+  EXPECT_EQ(flown["released"], true);
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "orders and all: " << error();
+}
+
+TEST_F(RoomOrdersFlight, ParametersAreReadByWhoHasTheKey) {
+  ASSERT_TRUE(starts({"--once"})) << error();
+  ASSERT_TRUE(hears([&] { return attitudes > 0; }));
+  int rounds = 0;
+  ASSERT_TRUE(hears([&] {
+    if (rounds++ % 200 == 0) {
+      (void)room->send(mavlink::encode(mavlink::ParamRequestList{.target_system = 1}, Room::kSender, room->frames++));
+    }
+    return parameters.count("FENCE_X_LOW_M") > 0 && parameters.count("TILT_LIMIT_RAD") > 0;
+  })) << parameters.size();
+  EXPECT_NEAR(parameters["FENCE_X_HIGH_M"] - parameters["FENCE_X_LOW_M"], 10.0, 1e-4) << "of the flight file";
+  // A wish to change one is answered with the value as it stays, and said.
+  mavlink::ParamSet wish{.param_value = 99.F, .target_system = 1, .param_id = {'M', 'A', 'S', 'S', '_', 'K', 'G'}};
+  const float mass_kg = parameters["MASS_KG"];
+  parameters.clear();
+  ASSERT_TRUE(hears([&] {
+    (void)room->send(mavlink::encode(wish, Room::kSender, room->frames++));
+    return parameters.count("MASS_KG") > 0;
+  }));
+  EXPECT_EQ(parameters["MASS_KG"], mass_kg);
+  EXPECT_TRUE(hears([&] { return said.find("parameter MASS_KG: not set") != std::string::npos; })) << said;
+  room->signal(SIGINT);
+  (void)room->run_to_end(30.0);
+  EXPECT_GE(json::parse(std::ifstream(result))["room"]["parameters_not_set"], 1);
+}
+
+}  // namespace
+}  // namespace m100::room
