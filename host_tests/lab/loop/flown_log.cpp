@@ -2,6 +2,7 @@
 #include "host_tests/lab/loop/flown_log.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <numeric>
 #include <sstream>
@@ -48,6 +49,16 @@ std::vector<double> taken(logs::FlightLog& log, const char* name) {
   std::vector<double> out = std::move(found->second);
   log.extra.erase(found);
   return out;
+}
+
+void turn_rates_into_heading(logs::FlightLog& log) {
+  using logs::Signal;
+  std::vector<double>& rate = log.of(Signal::kRateZ);
+  for (std::size_t i = 0; i < rate.size(); ++i) {
+    const double roll = log.of(Signal::kAttitudeRoll)[i];
+    rate[i] = (std::sin(roll) * log.of(Signal::kRateY)[i] + std::cos(roll) * rate[i]) /
+              std::cos(log.of(Signal::kAttitudePitch)[i]);
+  }
 }
 
 double mean(const std::vector<double>& values) {
@@ -111,13 +122,13 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
   out.in_control = in_control(log, taken(log, "state"));
   using logs::Signal;
   for (const Signal stick : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
-    const double way_s = stick == Signal::kStickThrottle ? kClimbUplink_s : kUplink_s;
-    log.of(stick) = moved_later(log.of(stick), way_s / log.period_s);
+    log.of(stick) = moved_later(log.of(stick), kUplink_s / log.period_s);
   }
   for (const Signal felt : {Signal::kAttitudeRoll, Signal::kAttitudePitch, Signal::kAttitudeYaw, Signal::kRateX,
                             Signal::kRateY, Signal::kRateZ}) {
     log.of(felt) = moved_later(log.of(felt), -kTelemetry_s / log.period_s);
   }
+  turn_rates_into_heading(log);
   const double believed_age_s = mean(taken(log, "pose_age"));
   const double lag_s = capture_lag_s(log, taken(log, "pose_yaw"), out.in_control, believed_age_s);
   log = with_captured_velocity(std::move(log), lag_s);

@@ -20,9 +20,8 @@ std::string excitation(std::uint64_t seed, double duration_s);
 /// What our own log adds to the delay that a vehicle file states (autopilot's stick to attitude). Measured by flying
 /// the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than the captured
 /// velocity, and with 18 ms in all the file predicts its own roll and pitch best.
-inline constexpr double kTelemetry_s = 0.0125;    ///< from the autopilot's attitude to the tick that logs it
-inline constexpr double kUplink_s = 0.0055;       ///< from the tick that sets the sticks to the autopilot's receiver
-inline constexpr double kClimbUplink_s = 0.0135;  ///< the same to the climb, which is seen by motion capture
+inline constexpr double kTelemetry_s = 0.0125;  ///< from the autopilot's attitude to the tick that logs it
+inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the sticks to the autopilot's receiver
 
 struct FlownLog {
   logs::FlightLog log;
@@ -31,8 +30,8 @@ struct FlownLog {
 
 /// Writes the flight's ULog to a file and reads it back as a log of any origin, with what the autopilot received and
 /// motion capture saw: sticks later by kUplink_s, attitude and rates earlier by kTelemetry_s, position and the captured
-/// velocity earlier by what the heading, which both measure, says (captured.h).
-/// Errors: InputError.
+/// velocity earlier by what the heading, which both measure, says (captured.h). rate_z is the rate of the heading,
+/// which the yaw stick commands: at 30 degrees of tilt the gyro's z axis sees half of a pitch rate. Errors: InputError.
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop
