@@ -97,9 +97,16 @@ struct Tried {
   WhitenedFit fit;
 };
 
+/// Whether it is part of the stick's law, before the delay.
+bool at_the_stick(const Knob& knob) {
+  return knob.member == &StickAxis::scale_per_count || knob.member == &StickAxis::dead_zone_counts ||
+         knob.member == &StickAxis::trim_counts;
+}
+
 /// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
 /// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
-void date_again(const FreeRun& run, const std::vector<Knob>& knobs, Tried& tried) {
+/// @param row_s  of the stick: when in between it changed is not known
+void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s, Tried& tried) {
   constexpr double kBefore_s = 2.0;
   constexpr double kAfter_s = 0.5;
   constexpr double kStep_s = 0.1;
@@ -139,6 +146,8 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, Tried& tried
       tried.fit = std::move(again);
     }
   }
+  tried.hit.low_s -= 0.5 * row_s;
+  tried.hit.high_s += 0.5 * row_s;
 }
 
 /// Of the whole log's innovations over those of its noisier side, at most one. Air that grows makes every break look
@@ -196,10 +205,11 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
 
   std::vector<Tried> tried;
   for (const Candidate& candidate : candidates) {
-    const ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.knob}));
+    ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.knob}));
     if (hit.likelihood_ratio < kWorthRefitting) {
       continue;
     }
+    hit.at_s -= at_the_stick(candidate.knob) ? axis.transport_delay_s : 0.0;
     const Break change{candidate.knob, hit.at_s, hit.size(0)};
     tried.push_back({&candidate, hit, fit_whitened(run, axis, knobs, &change)});
   }
@@ -220,7 +230,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
       rivals.push_back(other.candidate->knob.name);
     }
   }
-  date_again(run, knobs, *best);
+  date_again(run, knobs, std::max(family.period_s(), family.stick_row_s()), *best);
   out.found = true;
   out.score = best->fit.score;
   out.change = described(*best);
