@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iostream>
 #include <string>
@@ -39,6 +40,7 @@ class LogFile {
         if (!drain()) {
           return;  // the medium is full or gone: the ring fills, and the log counts what it drops
         }
+        ++rounds_;
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
       }
     });
@@ -51,6 +53,13 @@ class LogFile {
       if (!is_cut_ && file_.sync() != core::Status::kOk) {
         tell_cut();
       }
+    }
+  }
+  /// Waits, in the machine's time, until what is there is in the file. For flights in simulated time alone: those go as
+  /// fast as the machine can, and a busy one writes more slowly than they log.
+  void wait_until_written() const {
+    for (const std::uint32_t seen = rounds_; running_ && !is_cut_ && rounds_ - seen < 2;) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
   log::FlightLog& log() { return log_; }
@@ -86,6 +95,7 @@ class LogFile {
   log::FlightLog log_;
   std::atomic<bool> running_{true};
   std::atomic<bool> is_cut_{false};
+  std::atomic<std::uint32_t> rounds_{0};  ///< of the writer: all that was there at its begin is written
   std::thread writer_;
 };
 

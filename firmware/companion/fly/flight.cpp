@@ -108,6 +108,8 @@ Speaker* prepare_the_thread(PosePort& pose_port, Live& live) {
   return speaker;
 }
 
+/// Of a flight in simulated time, for its log: less than the log's ring holds.
+constexpr std::uint32_t kTicksPerWait = 400;
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
 /// How long a service manager may hear nothing: more than the keeper's 0.7 s, which ends a hang more gently.
 constexpr core::Duration kServicePatience = std::chrono::seconds(1);
@@ -194,6 +196,13 @@ log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& option
   return &file->log();
 }
 
+/// A flight in simulated time goes as fast as the machine can, and its log with it.
+void let_the_log_follow(const FlyOptions& options, const std::optional<LogFile>& log, std::uint32_t ticks) {
+  if (log && hal::is_simulated(options.port) && ticks % kTicksPerWait == 0) {
+    log->wait_until_written();
+  }
+}
+
 /// The operator's words and those of the room.
 OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& controller, const Pilotage& pilotage,
                     core::TimePoint now) {
@@ -248,6 +257,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   HealthLog health(log);
   GuardWatch guard(keeper, ears);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
+    let_the_log_follow(options, log_file, controller->stats().ticks);
     keeper.hold(port.descriptor(), port.openings());
     if (!keeper.beat(controller->link().authority().in_control)) {
       controller->release();
