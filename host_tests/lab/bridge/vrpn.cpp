@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <string_view>
 
 namespace m100::lab::bridge {
@@ -15,7 +16,6 @@ constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kPoseBytes = 64;
 constexpr std::int32_t kSenderName = -1;
 constexpr std::int32_t kTypeName = -2;
-constexpr std::size_t kMostNames = 1000;
 
 template <typename Value>
 Value big_endian(std::span<const std::byte> bytes, std::size_t at) {
@@ -69,14 +69,14 @@ void VrpnStream::learn(std::map<std::int32_t, std::string>& names, std::int32_t 
   if (body.size() < sizeof(std::int32_t) || names.size() >= kMostNames) {
     return;
   }
-  std::string name;
-  for (const std::byte letter : body.subspan(sizeof(std::int32_t))) {
-    if (letter == std::byte{0}) {
-      break;
-    }
-    name += static_cast<char>(letter);
+  const std::span<const std::byte> letters = body.subspan(sizeof(std::int32_t));
+  const auto end = std::find(letters.begin(), letters.end(), std::byte{0});
+  if (end - letters.begin() >= static_cast<std::ptrdiff_t>(kMostNameBytes)) {
+    return;
   }
-  names[number] = name;
+  std::string& name = names[number];
+  name.clear();
+  std::transform(letters.begin(), end, std::back_inserter(name), [](std::byte one) { return static_cast<char>(one); });
 }
 
 void VrpnStream::take(std::span<const std::byte> message, const Use& use) {

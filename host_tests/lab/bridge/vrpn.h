@@ -24,10 +24,14 @@ std::array<std::byte, kVrpnCookieBytes> vrpn_cookie();
 /// with its zero; the number stands where the sender does). Of type "vrpn_Tracker Pos_Quat" the body is i32 sensor,
 /// i32 filler, three doubles, quaternion x y z w. All else is passed over.
 ///
-/// Whatever the bytes are: at most kMostBytes are stored, and a length that cannot be ends the stream.
+/// Whatever the bytes are: at most kMostBytes of them wait for their end, at most kMostNames senders and types are
+/// known with at most kMostNameBytes each (VRPN's own limit; a longer name is passed over), and a length that cannot be
+/// ends the stream.
 class VrpnStream {
  public:
   static constexpr std::size_t kMostBytes = 1U << 16U;
+  static constexpr std::size_t kMostNames = 1000;
+  static constexpr std::size_t kMostNameBytes = 100;  ///< with the zero
   using Use = std::function<void(const PlainPose&)>;
 
   /// @param tracker whose poses count. @param sensor of it.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "host_tests/lab/bridge/vrpn_source.h"
@@ -72,6 +73,18 @@ TEST(Vrpn, WhatIsNoVrpnEndsIt) {
     VrpnStream cut("m100", 0);
     EXPECT_FALSE(read(cut, server.bytes, 3).goes_on) << length;
   }
+}
+
+// Names are kept for as long as the stream lives. Catches 1000 of them with 64 KiB each.
+TEST(Vrpn, ALongNameIsPassedOver) {
+  VrpnStandIn server;
+  server.cookie();
+  server.name(-1, 1, std::string(VrpnStream::kMostNameBytes - 1, 'a'));
+  server.name(-1, 2, std::string(VrpnStream::kMostNameBytes, 'b'));
+  server.name(-1, 3, std::string(60000, 'c'));
+  VrpnStream stream("m100", 0);
+  EXPECT_TRUE(read(stream, server.bytes, 1000).goes_on);
+  EXPECT_EQ(stream.senders(), (std::vector<std::string>{std::string(VrpnStream::kMostNameBytes - 1, 'a')}));
 }
 
 // Whatever comes: nothing that is no pose, and no more memory than stated (run with the sanitizers).
