@@ -47,7 +47,8 @@ constexpr std::array kReasons{
     ReasonText{Reason::kReleased, "released", ""},
     ReasonText{Reason::kRestarted, "restarted", "the autopilot restarted: make sure that it is well, then ask again"},
     ReasonText{Reason::kControlLost, "control_lost",
-               "the autopilot took control away (mode switch or mobile app): ask again when the pilot agrees"},
+               "the autopilot took control away (mode switch, mobile app, or no transmitter): ask again when the pilot "
+               "agrees"},
     ReasonText{Reason::kLinkSilent, "link_silent", "telemetry stopped: check the cable, then ask again"},
     ReasonText{Reason::kLeftModeF, "left_mode_f",
                "the pilot moved the mode switch out of F: back to F, then ask again"},

@@ -63,6 +63,8 @@ void HandBack::watch(core::TimePoint now, const link::AuthorityView& view) {
   Trouble trouble = Trouble::kNone;
   if (view.owed && view.port_gone) {
     trouble = Trouble::kPortGone;
+  } else if (view.port_gone) {
+    trouble = Trouble::kPortAway;
   } else if (view.owed && !view.heard && !view.in_control) {
     trouble = Trouble::kNothingHeard;
   } else if (view.owed && view.reason == safety::Reason::kUnheard) {
@@ -70,7 +72,9 @@ void HandBack::watch(core::TimePoint now, const link::AuthorityView& view) {
   } else if (view.owed && begun_ && now - since_ > kTold) {
     trouble = Trouble::kStillOurs;
   }
-  if (trouble != told_ && trouble != Trouble::kNone) {
+  if (trouble != told_ && trouble == Trouble::kPortAway) {
+    listener_.hear(now, "the port is gone; control is not ours. It is opened again as soon as it is back");
+  } else if (trouble != told_ && trouble != Trouble::kNone) {
     TextLine line;
     line.add(trouble == Trouble::kPortGone       ? "the port is gone: no byte of ours reaches the autopilot. "
              : trouble == Trouble::kNothingHeard ? "nothing new comes from the autopilot; control is given back blind. "

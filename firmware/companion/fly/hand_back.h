@@ -40,7 +40,7 @@ class HandBack {
   core::TimePoint since() const { return since_; }
 
  private:
-  enum class Trouble : std::uint8_t { kNone, kStillOurs, kUnheard, kNothingHeard, kPortGone };
+  enum class Trouble : std::uint8_t { kNone, kStillOurs, kUnheard, kNothingHeard, kPortGone, kPortAway };
   void tell_whose(core::TimePoint now, const link::SerialLink& link);
 
   Listener& listener_;

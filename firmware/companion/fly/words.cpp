@@ -92,6 +92,8 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       line.add("the autopilot flies a task of its own, by the operator's word");
       return;
     case Cause::kGivenBack:
+      line.add("by the operator's word, or because --hold is over");
+      return;
     case Cause::kEngaged:
       line.add("by the operator's word");
       return;

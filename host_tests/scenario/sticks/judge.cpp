@@ -318,6 +318,8 @@ class Judge {
     constexpr std::array kWords{
         Word{"taken by the app", Stage::kFlying, "the mobile app has control of the aircraft, not the transmitter"},
         Word{"transmitter off", Stage::kFlying, "no transmitter is heard"},
+        Word{"unplugged for 3 s", Stage::kStarting, "the port is gone; control is not ours"},
+        Word{"the hold is over", Stage::kFlying, "because --hold is over"},
         Word{"second process killed", Stage::kFlying, "the second process is dead: nobody gives control back"},
         Word{"second process stopped", Stage::kFlying, "the second process stands still: nobody gives control back"},
         Word{"pose lost", Stage::kStarting, "control is not asked for yet; pose old"},
