@@ -342,6 +342,20 @@ TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
   }
 }
 
+// Catches a column that stops while the hand goes on, and that was called a change of the delay.
+TEST(FrozenStick, IsSaidByName) {
+  for (std::uint64_t seed = 21; seed <= 24; ++seed) {
+    FlightLog log = clean_flight(seed);
+    std::vector<double>& stick = log.of(Signal::kStickRoll);
+    for (const std::size_t begin : {700U, 1640U, 3300U}) {
+      std::fill_n(&stick[begin], 120, stick[begin]);
+    }
+    const IdentifyResult result = ask(log);
+    EXPECT_EQ(result.verdict, "unexplained") << seed << ": " << said(result);
+    EXPECT_NE(said(result).find("frozen: stick_roll"), std::string::npos) << seed << ": " << said(result);
+  }
+}
+
 // Catches a test of samples that looks at straight lines between rows.
 TEST(SlowRows, OutliersOfOneRowAreFound) {
   for (const double row_s : {0.02, 0.034}) {

@@ -10,6 +10,7 @@
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
 #include "host_tests/lab/identify/axis/flight_trims.h"
+#include "host_tests/lab/identify/axis/stick_freeze.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
 #include "host_tests/lab/input_error.h"
@@ -34,8 +35,10 @@ class AxisInquiry {
     if (own_trims) {
       beside_.findings.push_back(note(in_words(flight_trims_)));
     }
-    ask_the_clock();
-    ask_for_a_change();
+    if (!stick_froze()) {
+      ask_the_clock();
+      ask_for_a_change();
+    }
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
     result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return result;
@@ -63,6 +66,14 @@ class AxisInquiry {
     trims_ = std::move(values);
     study_ = std::make_unique<AxisStudy>(request_, shift_s_, trims_);
     return true;
+  }
+
+  /// Asked first: a column that stops while the hand goes on looks like a change, or like a clock.
+  bool stick_froze() {
+    const std::vector<Finding> found = stick_freeze({&study_->training(), &study_->validation()},
+                                                    study_->axis_family().model(chosen_.final_model.fit));
+    beside_.findings.insert(beside_.findings.end(), found.begin(), found.end());
+    return !found.empty();
   }
 
   /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained

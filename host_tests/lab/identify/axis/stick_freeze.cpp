@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/stick_freeze.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <map>
+
+#include "host_tests/lab/identify/quantile.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kHeld_s = 0.4;
+constexpr double kAfter_s = 0.6;  // until the response has come back to the stick
+constexpr double kDenser = 10.0;
+constexpr double kLeastPower = 0.4;
+constexpr double kLeastTime = 0.5;  // outside of all holds
+constexpr double kGrain = 1e-6;     // of its large values: less is no other value of a stick
+constexpr double kQuick = 0.95;     // of the steps that are not nought
+
+struct Hold {
+  std::size_t begin;
+  std::size_t end;  ///< sample that has another value
+};
+
+std::size_t row_of(const AxisData& data) {
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s)));
+}
+
+/// What a moving stick hardly ever does from one row to the next.
+double quick_step(const AxisData& data) {
+  std::vector<double> steps;
+  const std::size_t row = row_of(data);
+  for (std::size_t i = row; i < data.stick.size(); i += row) {
+    const double step = std::abs(data.stick[i] - data.stick[i - row]);
+    if (step > kGrain * std::abs(data.stick[i])) {
+      steps.push_back(step);
+    }
+  }
+  return steps.empty() ? 0.0 : quantile(std::move(steps), kQuick);
+}
+
+/// Stretches of one value that no other stretch has and that end in a jump, in time order.
+std::vector<Hold> lonely_holds(const AxisData& data) {
+  const auto least = static_cast<std::size_t>(std::lround(kHeld_s / data.period_s));
+  // Between rows a value is a sum of two shares of itself, equal but for rounding.
+  const double grain = kGrain * std::max(1e-9, large(data.stick));
+  const auto grains = [&](std::size_t at) { return std::llround(data.stick[at] / grain); };
+  std::vector<Hold> holds;
+  std::map<long long, int> times;
+  for (std::size_t begin = 0; begin < data.stick.size();) {
+    std::size_t end = begin;
+    while (end < data.stick.size() && std::abs(data.stick[end] - data.stick[begin]) < grain) {
+      ++end;
+    }
+    if (end - begin >= least) {
+      holds.push_back({begin, end});
+      ++times[grains(begin)];
+    }
+    begin = end;
+  }
+  const double quick = quick_step(data);
+  std::erase_if(holds, [&](const Hold& hold) {
+    const std::size_t next = hold.end + row_of(data) - 1;
+    return times[grains(hold.begin)] > 1 || hold.begin == 0 || next >= data.stick.size() ||
+           std::abs(data.stick[next] - data.stick[hold.begin]) < quick;
+  });
+  return holds;
+}
+
+/// Squared error of some samples.
+struct Power {
+  double sum = 0.0;
+  double samples = 0.0;
+
+  void add(double error) {
+    sum += error * error;
+    samples += 1.0;
+  }
+  bool denser_than(const Power& other) const { return sum * other.samples > kDenser * other.sum * samples; }
+};
+
+struct HeldPower {
+  Hold hold{0, 0};
+  Power power{};
+};
+
+/// The error in each hold and just after it, and outside of all of them.
+void add(const AxisPart& part, const model::StickAxis& model, std::vector<HeldPower>& held, Power& outside) {
+  const AxisData& data = part.signals.data;
+  std::vector<double> error(part.blocks.samples());
+  part.blocks.error(model, {}, error);
+  const std::vector<Hold> holds = lonely_holds(data);
+  const auto after = static_cast<std::size_t>(std::lround(kAfter_s / data.period_s));
+  const std::size_t first = held.size();
+  std::transform(holds.begin(), holds.end(), std::back_inserter(held), [](const Hold& one) { return HeldPower{one}; });
+  std::size_t row = 0;
+  for (std::size_t block = 0; block < part.blocks.size(); ++block) {
+    for (std::size_t i = part.blocks[block].begin; i < part.blocks[block].end; ++i, ++row) {
+      const auto next =
+          static_cast<std::size_t>(std::upper_bound(holds.begin(), holds.end(), i,
+                                                    [](std::size_t at, const Hold& one) { return at < one.begin; }) -
+                                   holds.begin());
+      const bool inside = next > 0 && i < holds[next - 1].end + after;
+      (inside ? held[first + next - 1].power : outside).add(error[row]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Finding> stick_freeze(const std::vector<const AxisPart*>& parts, const model::StickAxis& model) {
+  std::vector<HeldPower> held;
+  Power outside;
+  for (const AxisPart* part : parts) {
+    add(*part, model, held, outside);
+  }
+  Power all = outside;
+  Power frozen;
+  std::size_t longest = 0;
+  for (const HeldPower& one : held) {
+    all.sum += one.power.sum;
+    all.samples += one.power.samples;
+    if (one.power.denser_than(outside)) {
+      frozen.sum += one.power.sum;
+      longest = std::max(longest, one.hold.end - one.hold.begin);
+    }
+  }
+  if (outside.samples < kLeastTime * all.samples || frozen.sum < kLeastPower * all.sum || longest == 0) {
+    return {};
+  }
+  const AxisSignals& signals = parts.front()->signals;
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(),
+                "%s holds one value for up to %.1f s while %s goes on: %.0f %% of what is left stands there; did the "
+                "column freeze?",
+                signals.stick_name.c_str(), static_cast<double>(longest) * signals.data.period_s,
+                signals.response_name.c_str(), 100.0 * frozen.sum / all.sum);
+  return {{.what = "frozen", .signal = signals.stick_name, .text = text.data()}};
+}
+
+}  // namespace m100::lab::identify
