@@ -12,6 +12,13 @@ namespace {
 
 constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
 
+/// Of the command through delay and zero, in samples.
+struct Way {
+  std::ptrdiff_t shift;
+  double part;
+  double lead;
+};
+
 std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
   std::sort(ranges.begin(), ranges.end());
   std::vector<Range> out;
@@ -60,11 +67,6 @@ void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<
 }
 
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
-  struct Way {  // of the command through delay and zero
-    std::ptrdiff_t shift;
-    double part;
-    double lead;
-  };
   const auto way_of = [&](const model::StickAxis& axis) {
     const double delay = axis.transport_delay_s / data_.period_s;
     return Way{static_cast<std::ptrdiff_t>(std::floor(delay)), delay - std::floor(delay),
