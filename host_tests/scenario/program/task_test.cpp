@@ -163,6 +163,23 @@ TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
 }
 
+TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks stuck\n"), 1) << all();
+  EXPECT_NE(all().find("take-off: the autopilot has accepted it and does not begin"), std::string::npos) << all();
+  const double asked_s = at("task_takeoff", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 5.0 + 1.0);
+  EXPECT_EQ(times("task_takeoff"), 1);
+}
+
+TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "6 end_task\n", false), 1) << all();
+  EXPECT_NE(all().find("landing: the autopilot has broken it off"), std::string::npos) << all();
+  EXPECT_LE(at("transmitter_has_control", "did", 6.0) - 6.0, 1.0 + 1.0 + 0.2) << "seen for 1 s, then R15";
+  EXPECT_GT(range("z_m", 0.0, kNever_s).first, 0.3) << "it hovers meanwhile";
+}
+
 // The task needs no pose: a landing that stopped where the pose is lost would leave the aircraft to a surprised pilot.
 TEST_F(Tasks, ALandingGoesOnWithoutAPose) {
   RecordProperty("promise", "R15");

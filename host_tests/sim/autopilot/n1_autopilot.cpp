@@ -124,11 +124,7 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       wanted_mode_ = static_cast<N1Mode>(static_cast<char>(value));
       break;
     case N1Happening::kRc:
-      rc_on_ = value != 0.0;
-      tell("did", rc_on_ ? "rc_on" : "rc_off");
-      if (!rc_on_) {
-        drop_control("rc_off", protocol::ControlDevice::kRemoteController);
-      }
+      switch_rc(value != 0.0);
       break;
     case N1Happening::kTake:
       take_control(static_cast<char>(value) == 'm');
@@ -162,7 +158,10 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       forced_activation_ = static_cast<std::uint16_t>(value);
       break;
     case N1Happening::kTasks:
-      refuses_tasks_ = value == 0.0;
+      tasks_ = value;
+      break;
+    case N1Happening::kEndTask:
+      end_task();
       break;
     case N1Happening::kPose:
       pose_on_ = value != 0.0;
@@ -205,6 +204,14 @@ void N1Autopilot::drop_control(std::string_view why, protocol::ControlDevice now
     tell("did", why);
     const core::Expected<protocol::Value> value = encode(protocol::ControlLost{});
     push(protocol::ids::kControlLost, *value);
+  }
+}
+
+void N1Autopilot::switch_rc(bool on) {
+  rc_on_ = on;
+  tell("did", on ? "rc_on" : "rc_off");
+  if (!on) {
+    drop_control("rc_off", protocol::ControlDevice::kRemoteController);
   }
 }
 

@@ -167,6 +167,7 @@ class N1Autopilot {
   void note_loss(bool client_commanded);
   void drop_control(std::string_view why, protocol::ControlDevice now_in_control);
   void take_control(bool mobile);
+  void switch_rc(bool on);
   void end_virtual_rc(std::string_view why);
   void set_real_mode(N1Mode mode);
   void restart();
@@ -221,7 +222,7 @@ class N1Autopilot {
   N1Mode mode_;
   bool rc_on_ = true;
   bool ioc_ = false;
-  bool refuses_tasks_ = false;
+  double tasks_ = 1.0;  ///< as N1Happening::kTasks has it
   bool pose_on_ = true;
   bool mobile_wants_control_ = false;
   core::TimePoint deaf_to_switch_until_{};

@@ -242,8 +242,11 @@ std::uint16_t N1Autopilot::start_task(const protocol::TaskRequest& request) {
   const VehicleState& state = vehicle_.state();
   const bool fits = take_off ? !state.in_air && !state.motors_on : state.in_air;  // protocol, 6.3: motors stopped
   tell("received", take_off ? "task_takeoff" : request.task == protocol::Task::kLand ? "task_land" : "task_go_home");
-  if (!client_in_control() || refuses_tasks_ || !fits) {
+  if (!client_in_control() || tasks_ == 0.0 || !fits) {
     return protocol::task_ack::kRefused;
+  }
+  if (tasks_ == 2.0) {
+    return protocol::task_ack::kStarted;
   }
   task_ = request.task;
   task_number_ = request.sequence;

@@ -29,7 +29,8 @@ enum class N1Happening : std::uint8_t {
   kIoc,           ///< 1 on, 0 off: IOC mode
   kActivation,    ///< activation is answered with this code from now on
   kEndVirtualRc,  ///< Virtual RC ends without a reason given
-  kTasks,         ///< 0: take-off and landing are refused from now on; 1: no longer
+  kTasks,         ///< 0: take-off and landing are refused from now on; 2: accepted and not begun; 1: neither
+  kEndTask,       ///< the autopilot breaks off what it does of them
   kPose,          ///< 0: no pose comes from the room from now on; 1: again
   kStick,         ///< the pilot moves a stick
 };
@@ -85,7 +86,7 @@ class N1ScriptError : public std::runtime_error {
 ///   12.5 mode A | F | P        20 take mobile | rc      25 restart            30 silence 0.6
 ///   30 lose_acks 2 [obtain_control]                     30 delay_acks 0.3     30 double_acks 2    30 noise 200
 ///   30 loss 0.01               30 ioc on | off          30 rc on | off        0 activation 3
-///   40 end_virtual_rc         40 tasks off | on         40 pose off | on
+///   40 end_virtual_rc         40 tasks off | stuck | on  40 end_task     40 pose off | on
 ///
 /// and what the pilot does with roll, pitch, throttle or yaw while the sticks are his (counts from where they rest;
 /// positive: right, forward, up, right):

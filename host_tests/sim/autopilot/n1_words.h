@@ -16,6 +16,7 @@ struct N1Word {
 };
 inline constexpr std::array kN1Modes{N1Word{"F", 'F'}, N1Word{"A", 'A'}, N1Word{"P", 'P'}};
 inline constexpr std::array kN1Switches{N1Word{"on", 1.0}, N1Word{"off", 0.0}};
+inline constexpr std::array kN1Tasks{N1Word{"on", 1.0}, N1Word{"off", 0.0}, N1Word{"stuck", 2.0}};
 inline constexpr std::array kN1Takers{N1Word{"mobile", 'm'}, N1Word{"rc", 'r'}};
 
 struct N1Form {
@@ -31,8 +32,9 @@ inline constexpr std::array kN1Forms{
     N1Form{"rc", N1Happening::kRc, kN1Switches},
     N1Form{"take", N1Happening::kTake, kN1Takers},
     N1Form{"ioc", N1Happening::kIoc, kN1Switches},
-    N1Form{"tasks", N1Happening::kTasks, kN1Switches},
+    N1Form{"tasks", N1Happening::kTasks, kN1Tasks},
     N1Form{"pose", N1Happening::kPose, kN1Switches},
+    N1Form{"end_task", N1Happening::kEndTask, {}},
     N1Form{"restart", N1Happening::kRestart, {}},
     N1Form{"end_virtual_rc", N1Happening::kEndVirtualRc, {}},
     N1Form{"silence", N1Happening::kSilence, {}, 0.0, 3600.0},
