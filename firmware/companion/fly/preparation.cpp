@@ -176,13 +176,17 @@ void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightMod
   const std::string link = link_note(config);
   const std::string program = version();
   const std::string mode(orders.flight ? name(orders.flight->mode) : "");
+  const std::string_view tables = model.table_bytes();
   std::vector notes{log::Note{kVehicleNote, model.vehicle_text()},
-                    log::Note{kTablesNote, model.table_bytes()},
+                    log::Note{kTablesNote, tables.substr(0, log::kLongestNote_bytes)},
                     log::Note{kCourseNote, orders.course_text},
                     log::Note{kStartNote, where},
                     log::Note{kChannelNote, channel},
                     log::Note{kLinkNote, link},
                     log::Note{kVersionNote, program}};
+  if (tables.size() > log::kLongestNote_bytes) {
+    notes.push_back({kMoreTablesNote, tables.substr(log::kLongestNote_bytes)});
+  }
   if (orders.flight) {
     notes.push_back({kFlightNote, orders.flight_text});
     notes.push_back({kModeNote, mode});

@@ -207,7 +207,8 @@ template <typename T, typename S>
 ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   const VehicleFile vehicle = parse_vehicle(note(flight, kVehicleNote), kVehicleNote);
   const auto tables = std::make_unique<mpc::TableStorage<T>>();
-  const std::string& table_bytes = note(flight, kTablesNote);
+  const std::string table_bytes =
+      note(flight, kTablesNote) + (flight.notes.contains(kMoreTablesNote) ? note(flight, kMoreTablesNote) : "");
   if (tables->load(std::as_bytes(std::span(table_bytes.data(), table_bytes.size())), vehicle.digest) !=
       core::Status::kOk) {
     throw FlightLogError("the log's gain tables are damaged or belong to another vehicle");

@@ -28,9 +28,10 @@ struct ReplayResult {
 
 /// What the log must have said about the flight, beside its records.
 inline constexpr const char* kVehicleNote = "m100_vehicle";  ///< the vehicle file's text
-inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes
-inline constexpr const char* kVersionNote = "m100_version";  ///< of the program; a replay does not look at it
-inline constexpr const char* kCourseNote = "m100_course";    ///< lay_course
+inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes, as many as a note takes
+inline constexpr const char* kMoreTablesNote = "m100_tables_more";  ///< what is left of them; may be missing
+inline constexpr const char* kVersionNote = "m100_version";         ///< of the program; a replay does not look at it
+inline constexpr const char* kCourseNote = "m100_course";           ///< lay_course
 inline constexpr const char* kFlightNote =
     "m100_flight";                                     ///< the flight file's text; without: safety::Limits' defaults
 inline constexpr const char* kModeNote = "m100_mode";  ///< the tuning that flew
