@@ -17,7 +17,7 @@ body{font-family:sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:
 h1{font-size:1.5em;border-bottom:2px solid #0072b2;padding-bottom:.25em}h2{font-size:1.2em;margin-top:1.8em}
 table{border-collapse:collapse;margin:.8em 0;display:block;overflow-x:auto;font-size:.9em}th,td{padding:.25em .6em;border-bottom:1px solid #ddd;text-align:left}
 th{background:#f3f6f9}td.n{text-align:right;font-variant-numeric:tabular-nums}
-td.missed{background:#fbeee5;color:#a33c00;font-weight:bold}td.missed::before{content:"\25B2  "}
+td.missed{background:#fbeee5;color:#a33c00;font-weight:bold;white-space:nowrap}td.missed::before{content:"\25B2  "}
 .box{padding:.7em 1em;border-left:6px solid;margin:1em 0;font-size:1.05em}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}

@@ -9,6 +9,7 @@
 #include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
+#include "host_tests/lab/plot/svg.h"
 #include "host_tests/lab/report/summary.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -20,6 +21,7 @@ struct Options {
   std::string out;
   std::string title = "Matrice 100: identified, flown, compared";
   std::string asked;
+  std::string lead;
   std::string note;
   report::Sources sources;
   std::string source = "measured";
@@ -39,6 +41,7 @@ std::string between(const std::string& page, const std::string& html, const std:
 void run(const Options& options) {
   companion::FileUse()
       .reads("pages", options.pages)
+      .reads("--lead", options.lead)
       .reads("--identified", options.sources.identified)
       .reads("--experiments", options.sources.experiments)
       .reads("--loop", options.sources.loop)
@@ -55,13 +58,16 @@ void run(const Options& options) {
     sources.measured = options.source == "measured";
     report::summarise(sources, whole);
   }
+  if (!options.lead.empty()) {
+    whole.raw(between(options.lead, whole_file(options.lead), "</h1>", "</body>"));
+  }
   std::string contents = "<ul>\n";
   std::string bodies;
   for (std::size_t i = 0; i < options.pages.size(); ++i) {
     const std::string html = whole_file(options.pages[i]);
     const std::string anchor = "part" + std::to_string(i + 1);
-    contents +=
-        "<li><a href=\"#" + anchor + "\">" + between(options.pages[i], html, "<title>", "</title>") + "</a></li>\n";
+    contents += "<li><a href=\"#" + anchor + "\">" + between(options.pages[i], html, "<title>", "</title>") + "</a> (" +
+                plot::escape(options.pages[i]) + ")</li>\n";
     bodies += "<section id=\"" + anchor + "\">" + between(options.pages[i], html, "<body>", "</body>") + "</section>\n";
   }
   whole.heading("In detail");
@@ -78,6 +84,7 @@ void add_report(CLI::App& lab) {
   command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
   command->add_option("--out", options->out, "the page to write")->required();
   command->add_option("--title", options->title, "its title");
+  command->add_option("--lead", options->lead, "page (HTML) that stands on the first screen, before the links");
   command->add_option("--asked", options->asked, "the question that the page answers, on its first line");
   command->add_option("--note", options->note, "a sentence under the title");
   command->add_option("--identified", options->sources.identified,
