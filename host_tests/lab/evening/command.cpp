@@ -87,6 +87,9 @@ class Evening {
       if (folder_.is_done(step.name)) {
         continue;
       }
+      if (step.on_board && folder_.was_taken(step.name, step.makes)) {
+        put_aside(step);  // flown with files that are others now
+      }
       if (step.on_board && !all_there(step)) {
         ask_for(step);
         return;
@@ -125,7 +128,9 @@ class Evening {
     fs::remove(said);
     std::string why;
     for (const Command& command : step.commands) {
-      why = command.front() == "copy" ? copy(command) : run_one(step, command, fs::absolute(said).string());
+      why = command.front() == "copy"     ? copy(command)
+            : command.front() == "adjust" ? adjust(command)
+                                          : run_one(step, command, fs::absolute(said).string());
       if (!why.empty()) {
         break;
       }
@@ -137,6 +142,12 @@ class Evening {
     std::error_code error;
     fs::copy_file(folder_.file(command[1]), folder_.file(command[2]), fs::copy_options::overwrite_existing, error);
     return error ? command[1] + ": cannot be copied to " + command[2] + ": " + error.message() : "";
+  }
+
+  std::string adjust(const Command& command) const {
+    std::cout << "  " << command[1] << ": with calmer weights, or the trims of the hover" << std::endl;
+    evening::adjust(folder_, command[1]);
+    return "";
   }
 
   std::string run_one(const Step& step, Command command, const std::string& said) const {
@@ -170,7 +181,8 @@ class Evening {
   }
 
   /// A log is never overwritten: what did not pass makes room.
-  void put_aside(const Step& step) const {
+  void put_aside(const Step& step) {
+    folder_.forget(step.makes);
     for (int number = 1; number < 1000; ++number) {
       const fs::path aside = fs::path(folder_.file("not_passed")) / (step.name + "." + std::to_string(number));
       if (!fs::exists(aside)) {
@@ -197,6 +209,7 @@ class Evening {
                    "evening.html",
                    "--title",
                    "One evening with one aircraft",
+                   "--lead",
                    "summary.html"};
     for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch"}) {
       if (folder_.has(std::string(part) + ".html")) {

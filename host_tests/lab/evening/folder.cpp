@@ -107,6 +107,19 @@ void Folder::done(const std::string& step, const std::vector<std::string>& makes
   }
 }
 
+bool Folder::was_taken(const std::string& step, const std::vector<std::string>& makes) const {
+  return !makes.empty() && std::all_of(makes.begin(), makes.end(), [&](const std::string& name) {
+    const auto found = files_.find(name);
+    return found != files_.end() && found->second.made_by == step && found->second.sha256 == sha256_of(file(name));
+  });
+}
+
+void Folder::forget(const std::vector<std::string>& makes) {
+  for (const std::string& name : makes) {
+    files_.erase(name);
+  }
+}
+
 void Folder::again(const std::string& step) {
   if (!is_done(step)) {
     return;

@@ -46,6 +46,10 @@ class Folder {
 
   /// The step is done: notes what it made, from what, with the hashes as they are now.
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
+  /// These files are there as the step was once done with them.
+  bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
+  /// What is put there next under these names is new.
+  void forget(const std::vector<std::string>& makes);
   /// The step, and every step that used one of its files, is to be done again.
   void again(const std::string& step);
   /// Looks at every file that is noted. A step whose file is gone, or was made from a file that is another now, is to

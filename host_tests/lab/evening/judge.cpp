@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "firmware/companion/files/vehicle_file.h"
+#include "host_tests/lab/campaign/oscillation.h"
+#include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/whole_file.h"
@@ -21,10 +23,16 @@ constexpr double kLeastMoved_counts = 60.0;  ///< to either side, of roll and pi
 constexpr double kWorstFit_percent = 50.0;   ///< of the validation part; below, the log does not show the axis
 constexpr double kMostDelay_s = 0.5;         ///< of an axis
 constexpr double kSettled_s = 1.0;           ///< after control begins, before errors count
+constexpr double kBalanced_s = 5.0;          ///< after control begins, before the mean stick is a trim
+constexpr double kMostCalmer = 2.0;          ///< times that the weights are made calmer before the evening gives up
 
 /// What a flight log says of the reference, beside the signals.
 constexpr std::string_view kTrackingMap = R"(time = "tick.timestamp"
 [signals]
+stick_roll = { column = "tick.sticks[0]", offset = -1024 }
+stick_pitch = { column = "tick.sticks[1]", offset = -1024 }
+attitude_roll = "tick.imu_attitude[0]"
+attitude_pitch = "tick.imu_attitude[1]"
 position_x = "tick.pose_position[0]"
 position_y = "tick.pose_position[1]"
 position_z = "tick.pose_position[2]"
@@ -32,7 +40,13 @@ position_z = "tick.pose_position[2]"
 x = "tick.ref_position[0]"
 y = "tick.ref_position[1]"
 z = "tick.ref_position[2]"
+age = "tick.pose_age"
 )";
+
+logs::FlightLog tracked(const Folder& folder, const std::string& log) {
+  return logs::load(*logs::open_log(folder.file(log)),
+                    logs::parse_column_map(kTrackingMap, "(reference, pose and tilt)"));
+}
 
 json result_of(const Folder& folder, const std::string& result) {
   const json read = json::parse(whole_file(folder.file(result)), nullptr, false);
@@ -141,6 +155,60 @@ std::string judge_flight(const Folder& folder, const std::string& result) {
   return "";
 }
 
+namespace {
+
+/// The loop is too fast for the delay that the aircraft really has. @returns what is done about it.
+std::string calmer(Folder& folder, const std::string& seen) {
+  const auto before = folder.numbers().find(kCalmer);
+  const double times = before == folder.numbers().end() ? 0.0 : before->second;
+  if (times >= kMostCalmer) {
+    return seen + ", and no weights calm it. Look at the delays in the log, and record by hand anew";
+  }
+  folder.note(kCalmer, times + 1.0);
+  folder.again("gains");
+  return seen + ": its delay is longer than the vehicle file's. The weights become calmer; then hover again";
+}
+
+/// The mean stick of a hover, where it has settled: what balances the aircraft as it is now.
+void note_balance(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
+  const std::size_t first = flight.index_of(flown.first + kBalanced_s);
+  const std::size_t last = flight.index_of(flown.second);
+  for (const auto& [signal, name] :
+       {std::pair{logs::Signal::kStickRoll, kBalanceRoll}, std::pair{logs::Signal::kStickPitch, kBalancePitch}}) {
+    double sum = 0.0;
+    for (std::size_t k = first; k < last; ++k) {
+      sum += flight.of(signal)[k];
+    }
+    if (last > first) {
+      folder.note(name, sum / static_cast<double>(last - first));
+    }
+  }
+}
+
+}  // namespace
+
+std::string judge_hover(Folder& folder, const std::string& name) {
+  const std::string result = name + ".json";
+  if (const std::string why = judge_flight(folder, result); !why.empty()) {
+    return why;
+  }
+  const std::pair<double, double> flown = nominal(result_of(folder, result));
+  const logs::FlightLog flight = tracked(folder, name + ".ulg");
+  experiments::Trace trace;
+  for (std::size_t k = flight.index_of(flown.first + kSettled_s); k < flight.index_of(flown.second); ++k) {
+    trace.push_back({.roll_rad = flight.of(logs::Signal::kAttitudeRoll)[k],
+                     .pitch_rad = flight.of(logs::Signal::kAttitudePitch)[k]});
+  }
+  const campaign::Swing swing = campaign::swing_of(trace);
+  const double most_deg = std::max(swing.roll_deviation_deg, swing.pitch_deviation_deg);
+  folder.note("swing_deg." + name, most_deg);
+  note_balance(folder, flight, flown);
+  if (!swing.periodic) {
+    return "";
+  }
+  return calmer(folder, "the aircraft swings by itself, " + rounded(most_deg) + " degrees root mean square");
+}
+
 std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle) {
   const std::string result = name + ".json";
   const std::string log = name + ".ulg";
@@ -148,10 +216,9 @@ std::string judge_course(Folder& folder, const std::string& name, const std::str
     return why;
   }
   const std::pair<double, double> flown = nominal(result_of(folder, result));
-  const logs::FlightLog flight =
-      logs::load(*logs::open_log(folder.file(log)), logs::parse_column_map(kTrackingMap, "(reference and pose)"));
+  const logs::FlightLog flight = tracked(folder, log);
   // x and y of the logged reference are those that a command of the tick is for: ahead of it by the delay that the law
-  // predicts through (ref::Window). Height is that of the tick.
+  // predicts through (ref::Window). Height is that of the tick. The pose is where the aircraft was at its capture.
   const double delay_s = companion::load_vehicle(folder.file(vehicle)).vehicle.pitch.transport_delay_s;
   const double ahead = std::clamp(delay_s, 0.0, kMostDelay_s) / flight.period_s;
   const auto reference_at = [&](const char* axis, std::size_t k, double ticks) {
@@ -160,34 +227,45 @@ std::string judge_course(Folder& folder, const std::string& name, const std::str
     const std::vector<double>& at = flight.extra.at(axis);
     return (1.0 - share) * at[k - whole] + share * at[k - whole - 1];
   };
-  double sum_m2 = 0.0;
-  std::size_t count = 0;
-  const std::size_t first = static_cast<std::size_t>(ahead) + 1;
+  double horizontal_m2 = 0.0;
+  double height_m2 = 0.0;
+  double count = 0.0;
+  const auto first = static_cast<std::size_t>(ahead + kMostDelay_s / flight.period_s) + 1;
   for (std::size_t k = std::max(first, flight.index_of(flown.first + kSettled_s)); k < flight.index_of(flown.second);
        ++k) {
-    const double x_m = flight.of(logs::Signal::kPositionX)[k] - reference_at("x", k, ahead);
-    const double y_m = flight.of(logs::Signal::kPositionY)[k] - reference_at("y", k, ahead);
-    const double z_m = flight.of(logs::Signal::kPositionZ)[k] - reference_at("z", k, 0.0);
-    sum_m2 += x_m * x_m + y_m * y_m + z_m * z_m;
-    ++count;
+    const double age = std::clamp(flight.extra.at("age")[k], 0.0, kMostDelay_s) / flight.period_s;
+    const double x_m = flight.of(logs::Signal::kPositionX)[k] - reference_at("x", k, ahead + age);
+    const double y_m = flight.of(logs::Signal::kPositionY)[k] - reference_at("y", k, ahead + age);
+    const double z_m = flight.of(logs::Signal::kPositionZ)[k] - reference_at("z", k, age);
+    horizontal_m2 += x_m * x_m + y_m * y_m;
+    height_m2 += z_m * z_m;
+    count += 1.0;
   }
-  if (count == 0) {
+  if (count == 0.0) {
     return log + ": holds no second of a flight under control";
   }
-  folder.note("pose_m." + name, std::sqrt(sum_m2 / static_cast<double>(count)));
+  folder.note("pose_m." + name, std::sqrt((horizontal_m2 + height_m2) / count));
+  folder.note("horizontal_m." + name, std::sqrt(horizontal_m2 / count));
+  folder.note("height_m." + name, std::sqrt(height_m2 / count));
   return "";
 }
 
-std::string judge_excitation(const Folder& folder, const std::string& result) {
+std::string judge_excitation(Folder& folder, const std::string& result) {
   const json said = result_of(folder, result);
-  if (!said.contains("excitation")) {
+  if (!said.contains("excitation") || said["excitation"].value("over", false)) {
     return judge_flight(folder, result);
   }
-  if (said["excitation"].value("over", false)) {
-    return judge_flight(folder, result);
+  const std::string why = said["excitation"].value("abort", json::object()).value("why", "control was lost");
+  const std::string seen = "the excitation was not flown to its end (" + why + ")";
+  if (why == "not_at_rest") {
+    return calmer(folder, seen);
   }
-  return "the excitation was not flown to its end: " +
-         said["excitation"].value("abort", json::object()).value("why", "control was lost");
+  if (why == "control was lost" || why == "ladder" || folder.numbers().contains(kBalanced)) {
+    return seen;
+  }
+  folder.note(kBalanced, 1.0);
+  folder.again("gains");
+  return seen + ": the trims become those that the hover flew with; then hover again";
 }
 
 }  // namespace m100::lab::evening

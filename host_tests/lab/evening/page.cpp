@@ -3,8 +3,10 @@
 
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -34,6 +36,27 @@ void flights(const Folder& folder, plot::Page& page) {
                change < -kNoticed_percent  ? "good"
                : change < kNoticed_percent ? "warn"
                                            : "bad");
+  plot::Cells worse;
+  Rows rows{{"flight, root mean square [m]", "before", "after"}};
+  for (const auto& [key, words] :
+       {std::pair{"pose_m", "distance from the course"}, std::pair{"horizontal_m", "of it along x and y"},
+        std::pair{"height_m", "of it in height"}}) {
+    const std::string name = key;
+    if (folder.numbers().contains(name + ".course") && folder.numbers().contains(name + ".corrected") &&
+        folder.numbers().at(name + ".corrected") >
+            (1.0 + kNoticed_percent / 100.0) * folder.numbers().at(name + ".course")) {
+      worse.insert({rows.size(), 2});
+    }
+    rows.push_back({words, number(folder, name + ".course"), number(folder, name + ".corrected")});
+  }
+  page.table(rows, worse);
+  if (folder.numbers().contains(kCalmer)) {
+    page.paragraph("The loop swung with the weights of the log that was flown by hand: they were made calmer (" +
+                   number(folder, kCalmer) + " time(s) threefold input weight), before and after alike.");
+  }
+  if (folder.numbers().contains(kBalanced)) {
+    page.paragraph("The trims of the first vehicle file were taken from the hover, before and after alike.");
+  }
 }
 
 void found(const Folder& folder, plot::Page& page) {

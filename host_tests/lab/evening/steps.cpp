@@ -2,6 +2,7 @@
 #include "host_tests/lab/evening/steps.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -26,6 +27,7 @@ quintic 0 0 0 0 4
 circle 1 0.8 2
 )";
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone";
+constexpr double kCalmerFactor = 3.0;  ///< of the input weight, each time that the loop swings
 constexpr double kShareOfFence = 0.6;  ///< of an excitation: what unknown tilt adds must end inside the fence too
 
 std::string text(double value) {
@@ -66,7 +68,7 @@ class Maker {
 
   std::vector<Step> all() const {
     std::vector<Step> out{probe(), record()};
-    for (Step& step : std::vector{identify(), gains("gains", "identified", "vehicle"), check("check", "vehicle")}) {
+    for (Step& step : std::vector{identify(), gains(), check("check", "vehicle")}) {
       out.push_back(std::move(step));
     }
     out.push_back(handshake());
@@ -133,14 +135,19 @@ class Maker {
               return judge_identification(folder, {"hand_roll.json", "hand_pitch.json"}, "before");
             }};
   }
-  static Step gains(const std::string& name, const std::string& from, const std::string& to) {
-    return {.name = name,
-            .sentence = "Choose the weights and make the controller's tables from " + from + ".toml.",
-            .reads = {from + ".toml"},
-            .makes = {to + ".toml", to + ".gains", to + "_margins.json"},
-            .commands = {{"m100-lab", "gains", "--vehicle", from + ".toml", "--tune", to + ".toml", "--table",
-                          to + ".gains", "--json", to + "_margins.json"}},
-            .judge = [file = to + "_margins.json"](Folder& folder) { return judge_margins(folder, file); }};
+  Step gains() const {
+    const Command tables{"m100-lab", "gains", "--table", "vehicle.gains", "--json", "vehicle_margins.json"};
+    std::vector<Command> commands{tables + Command{"--vehicle", "identified.toml", "--tune", "vehicle.toml"}};
+    if (folder_.numbers().contains(kCalmer) || folder_.numbers().contains(kBalanced)) {
+      commands.push_back({"adjust", "vehicle.toml"});
+      commands.push_back(tables + Command{"--vehicle", "vehicle.toml"});
+    }
+    return {.name = "gains",
+            .sentence = "Choose the weights and make the controller's tables from identified.toml.",
+            .reads = {"identified.toml"},
+            .makes = {"vehicle.toml", "vehicle.gains", "vehicle_margins.json"},
+            .commands = commands,
+            .judge = [](Folder& folder) { return judge_margins(folder, "vehicle_margins.json"); }};
   }
   /// The weights stay as they flew: what the correction is worth is seen only where nothing else changes.
   static Step gains_again() {
@@ -156,7 +163,7 @@ class Maker {
     return {.name = name,
             .sentence = "See whether vehicle file, tables, flight file and course agree.",
             .reads = {of + ".toml", of + ".gains", "flight.toml", "course.txt"},
-            .makes = {},
+            .makes = {name + ".txt"},
             .commands = {{"m100", "check", "--vehicle", of + ".toml", "--gains", of + ".gains", "--flight",
                           "flight.toml", "--course", "course.txt"}},
             .judge = [](Folder&) { return std::string(); }};
@@ -186,7 +193,7 @@ class Maker {
             .reads = {"vehicle.toml", "vehicle.gains", "flight.toml"},
             .makes = {"hover.ulg", "hover.json"},
             .commands = {fly("vehicle", "hover", {"--hold", "20"})},
-            .judge = [](Folder& folder) { return judge_flight(folder, "hover.json"); }};
+            .judge = [](Folder& folder) { return judge_hover(folder, "hover"); }};
   }
   Step course(const std::string& name, const std::string& vehicle, const std::string& sentence) const {
     return {.name = name,
@@ -248,6 +255,19 @@ void put(const Folder& folder, const std::string& name, std::string_view bytes) 
 }
 
 }  // namespace
+
+void adjust(const Folder& folder, const std::string& vehicle) {
+  companion::VehicleFile file = companion::load_vehicle(folder.file(vehicle));
+  const std::map<std::string, double>& numbers = folder.numbers();
+  if (numbers.contains(kCalmer)) {
+    file.vehicle.mpc.input *= std::pow(kCalmerFactor, numbers.at(kCalmer));
+  }
+  if (numbers.contains(kBalanced)) {
+    file.vehicle.roll.trim_counts = numbers.at(kBalanceRoll);
+    file.vehicle.pitch.trim_counts = numbers.at(kBalancePitch);
+  }
+  companion::save_vehicle(folder.file(vehicle), file.vehicle, file.sources);
+}
 
 std::vector<Step> steps(const Folder& folder) { return Maker(folder).all(); }
 

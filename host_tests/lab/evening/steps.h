@@ -17,6 +17,14 @@ extern const std::string_view kFlightFile;
 
 using Command = std::vector<std::string>;
 
+// Numbers of a folder that change how `gains` makes the first vehicle file.
+inline constexpr const char* kCalmer = "calmer";      ///< how often the loop swung: the input weight grows for each
+inline constexpr const char* kBalanced = "balanced";  ///< the hover's mean sticks are its trims:
+inline constexpr const char* kBalanceRoll = "balance_counts.roll";
+inline constexpr const char* kBalancePitch = "balance_counts.pitch";
+/// Changes a vehicle file as the numbers of the folder say.
+void adjust(const Folder& folder, const std::string& vehicle);
+
 /// One step of the evening.
 struct Step {
   std::string name;
