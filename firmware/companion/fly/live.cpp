@@ -2,6 +2,7 @@
 #include "firmware/companion/fly/live.h"
 
 #include <arpa/inet.h>
+#include <malloc.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -165,6 +166,9 @@ void Live::start() {
   if (!receiver_ && !has_line_) {
     return;
   }
+  // The library would give this thread a pool of its own: 64 MB of addresses, all of which count as locked memory. The
+  // thread that flies takes nothing from the pool that they then share, so neither waits for the other.
+  (void)mallopt(M_ARENA_MAX, 1);
   line_stands = has_line_;
   thread_ = std::thread([this] {
     while (running_) {

@@ -85,9 +85,10 @@ class Live {
   void tell(const app::FlightController<double>& controller, const ref::Trajectory<double>& trajectory,
             core::TimePoint now) {
     if (thread_.joinable() && ticks_++ % kTicksPerState == 0) {
-      (void)states_.push(live_state(controller, trajectory, now));
+      tell(live_state(controller, trajectory, now));
     }
   }
+  void tell(const LiveState& state) { (void)states_.push(state); }
 
  private:
   void show_all();

@@ -5,8 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <arpa/inet.h>
+#include <malloc.h>
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/subcommands.h"
@@ -67,6 +70,23 @@ TEST(Live, AReceiverIsAnAddressAndAPort) {
                                   "127.0.0.1:", ":9870", "1.2.3:9870", "127.0.0.1:123456789"}) {
     EXPECT_THROW((void)receiver_of(wrong), UsageError) << wrong;
   }
+}
+
+// Catches a thread that takes 64 MB of addresses for itself: locked, they do not fit into what doctor asks for.
+TEST(Live, TheThreadThatShowsHasNoMemoryOfItsOwn) {
+  Live live({.to = "127.0.0.1:9", .status = "never"});
+  live.start();
+  live.tell(flying());
+  live.finish();
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* const report = open_memstream(&text, &size);
+  ASSERT_EQ(malloc_info(0, report), 0);
+  std::fclose(report);
+  const std::string pools(text, size);
+  std::free(text);
+  EXPECT_NE(pools.find("<heap nr=\"0\">"), std::string::npos) << pools;
+  EXPECT_EQ(pools.find("<heap nr=\"1\">"), std::string::npos) << pools;
 }
 
 TEST(Live, WithoutAStatusLineLinesBeginAtTheirBeginning) {
