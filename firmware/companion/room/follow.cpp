@@ -5,6 +5,32 @@
 
 namespace m100::companion {
 
+Followed decline(OverheardLine& line) {
+  Followed followed;
+  followed.order = line.take_order();
+  if (line.take_goal()) {
+    followed.goal = GoalAnswer::kNotFlying;
+  }
+  for (const Request& request : line.requests()) {
+    const mavlink::Address to = request.from;
+    const auto refuse = [&](std::uint8_t result) {
+      (void)followed.replies.add(
+          mavlink::MissionAck{.target_system = to.system, .target_component = to.component, .type = result});
+    };
+    if (std::holds_alternative<mavlink::MissionCount>(request.message) ||
+        std::holds_alternative<mavlink::MissionClearAll>(request.message)) {
+      refuse(mission_result::kDenied);
+    } else if (std::holds_alternative<mavlink::MissionRequestInt>(request.message)) {
+      refuse(mission_result::kInvalidSequence);
+    } else if (std::holds_alternative<mavlink::MissionRequestList>(request.message)) {
+      (void)followed.replies.add(
+          mavlink::MissionCount{.count = 0, .target_system = to.system, .target_component = to.component});
+    }
+  }
+  line.forget_requests();
+  return followed;
+}
+
 std::string goals_note(const ref::SpeedLimits& limits) {
   std::ostringstream text;
   text.precision(17);

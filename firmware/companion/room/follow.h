@@ -114,6 +114,10 @@ bool Errands<T>::obey(const mavlink::CommandLong& order, core::TimePoint now, bo
   return mission_.is_flown_as(items(), first, last) || mission_.start(items(), first, last, now, flies);
 }
 
+/// For a flight that takes neither goals nor missions: an order is heard, a goal is refused, and a list of items is
+/// empty and stays so.
+Followed decline(OverheardLine& line);
+
 /// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".
 std::string goals_note(const ref::SpeedLimits& limits);
 /// @returns nothing: the note is of another version.

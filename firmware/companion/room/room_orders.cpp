@@ -65,8 +65,7 @@ Judged judge_word(bool engages, const FlightFacts& facts) {
   if (engages && facts.hands_back) {
     return {.result = kTemporarilyRejected, .why = ", refused: control is being given back", .said = {}};
   }
-  const bool word =
-      engages == facts.waits;  // one that is repeated, because its answer was lost, must not undo the first
+  const bool word = engages == facts.waits;
   return {.result = kAccepted, .why = word ? "" : kSoAlready, .said = {.word = word}};
 }
 
@@ -128,7 +127,7 @@ void RoomOrders::hear_parameters(core::TimePoint now) {
 
 Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
   hear_parameters(now);
-  const Followed followed = errands_ ? errands_->follow(line_, controller, now) : without_errands();
+  const Followed followed = errands_ ? errands_->follow(line_, controller, now) : decline(line_);
   if (followed.goal) {
     tell_goal(now, *followed.goal);
   }
@@ -137,23 +136,6 @@ Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& 
     tell_mission(now, followed);
   }
   return followed.order ? obey(now, *followed.order, followed.done, facts) : Said{};
-}
-
-Followed RoomOrders::without_errands() {
-  Followed followed;
-  followed.order = line_.take_order();
-  if (line_.take_goal()) {
-    followed.goal = GoalAnswer::kNotFlying;
-  }
-  for (const Request& request : line_.requests()) {
-    if (std::holds_alternative<mavlink::MissionCount>(request.message)) {
-      (void)followed.replies.add(mavlink::MissionAck{.target_system = request.from.system,
-                                                     .target_component = request.from.component,
-                                                     .type = mission_result::kDenied});
-    }
-  }
-  line_.forget_requests();
-  return followed;
 }
 
 void RoomOrders::reply(const Replies& replies) {

@@ -51,7 +51,6 @@ class RoomOrders {
   static constexpr core::Duration kWishLines = std::chrono::seconds(1);     ///< between two of parameters to change
 
   void hear_parameters(core::TimePoint now);
-  Followed without_errands();
   Said obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts);
   void tell_goal(core::TimePoint now, GoalAnswer answer);
   void tell_mission(core::TimePoint now, const Followed& followed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a room says in one tick: nothing that it orders is lost behind another order.
-#include "firmware/companion/room/overheard_line.h"
+#include "firmware/companion/room/follow.h"
 
 #include <gtest/gtest.h>
 
@@ -67,6 +67,26 @@ TEST_F(OverheardLineTest, AnOrderToStopAlwaysFindsRoom) {
   EXPECT_LE(all.size(), OverheardLine::kMostOrders) << "bounded";
   ASSERT_FALSE(all.empty());
   EXPECT_EQ(all.back(), (std::pair<int, float>{kGuided, 0.F})) << "and nothing that came in excess flies behind it";
+}
+
+// Catches a ground station that waits for a list that never comes, beside an excitation.
+TEST_F(OverheardLineTest, AFlightWithoutMissionsAnswersWhoAsksForOne) {
+  const auto ask = [this](const auto& message) {
+    const mavlink::Frame frame = mavlink::encode(message, kStation, sequence++);
+    EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
+    std::vector<std::byte> got(frame.bytes().size());
+    EXPECT_EQ(line.read(got).value_or(0), got.size());
+    const Replies replies = decline(line).replies;
+    EXPECT_EQ(replies.all().size(), 1U);
+    return replies.all().empty() ? Reply{} : replies.all()[0];
+  };
+  EXPECT_EQ(std::get<mavlink::MissionCount>(ask(mavlink::MissionRequestList{.target_system = 1})).count, 0);
+  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionClearAll{.target_system = 1})).type,
+            mission_result::kDenied);
+  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionCount{.count = 2, .target_system = 1})).type,
+            mission_result::kDenied);
+  EXPECT_EQ(std::get<mavlink::MissionAck>(ask(mavlink::MissionRequestInt{.target_system = 1})).type,
+            mission_result::kInvalidSequence);
 }
 
 }  // namespace
