@@ -8,12 +8,12 @@
 
 #include "firmware/companion/doctor/frames_check.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/room/heard_line.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/pose_link.h"
 #include "firmware/link/pose_reading.h"
 #include "firmware/link/telemetry_check.h"
 #include "protocol/frame_parser.h"
-#include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
 #include "protocol/session.h"
 #include "protocol/telemetry.h"
@@ -63,24 +63,15 @@ core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
   return {static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])};
 }
 
-/// A line that hands on everything, and keeps the attitude of the newest pose: m100 flies by its heading alone.
-class AttitudeLine final : public hal::Uart {
+/// Keeps the attitude of the newest pose: m100 flies by its heading alone.
+class AttitudeLine final : public HeardLine {
  public:
-  explicit AttitudeLine(hal::Uart& line) : line_(line) {}
-  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
-    const core::Expected<std::size_t> count = line_.read(destination);
-    if (count && *count > 0) {
-      parser_.consume(std::span<const std::byte>(destination).first(*count),
-                      [this](const mavlink::FrameView& frame) { hear(frame); });
-    }
-    return count;
-  }
-  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
+  using HeardLine::HeardLine;
   /// Body FLU to world NWU.
   const core::Quaternion<double>& attitude() const { return attitude_; }
 
  private:
-  void hear(const mavlink::FrameView& frame) {
+  void hear(const mavlink::FrameView& frame) override {
     if (!link::read_pose(frame)) {  // it would not be flown by
       return;
     }
@@ -95,8 +86,6 @@ class AttitudeLine final : public hal::Uart {
     }
   }
 
-  hal::Uart& line_;
-  mavlink::Parser parser_;
   core::Quaternion<double> attitude_{};
 };
 

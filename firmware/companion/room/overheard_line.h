@@ -10,10 +10,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "firmware/companion/room/heard_line.h"
 #include "firmware/companion/room/requests.h"
-#include "hal/uart.h"
 #include "protocol/mavlink/order_messages.h"
-#include "protocol/mavlink/parser.h"
 
 namespace m100::companion {
 
@@ -31,8 +30,8 @@ inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONT
 
 /// A line that hands on everything, and keeps the newest goal, the first kMostOrders orders and the first kMostRequests
 /// requests that passed. Orders are taken one a tick; one to release, or to hold, always finds room. Put in front of a
-/// signed line it hears only who may speak. No heap; costs one parser more.
-class OverheardLine final : public hal::Uart {
+/// signed line it hears only who may speak. No heap.
+class OverheardLine final : public HeardLine {
  public:
   /// An order and who gave it.
   struct Order {
@@ -42,18 +41,7 @@ class OverheardLine final : public hal::Uart {
 
   static constexpr std::size_t kMostOrders = 4;  ///< that wait: a release waits for three ticks at most
 
-  explicit OverheardLine(hal::Uart& line) : line_(line) {}
-
-  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
-    const core::Expected<std::size_t> count = line_.read(destination);
-    if (count && *count > 0) {
-      parser_.consume(std::span<const std::byte>(destination).first(*count),
-                      [this](const mavlink::FrameView& frame) { hear(frame); });
-    }
-    return count;
-  }
-  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
-  core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
+  using HeardLine::HeardLine;
 
   /// What came, if it is for us: the newest goal, and the order that waits longest.
   std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
@@ -73,7 +61,7 @@ class OverheardLine final : public hal::Uart {
  private:
   /// We are system 1; 0 is everybody.
   static bool is_for_us(std::uint8_t system) { return system <= 1; }
-  void hear(const mavlink::FrameView& frame) {
+  void hear(const mavlink::FrameView& frame) override {
     if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
       if (const auto goal = mavlink::decode<mavlink::SetPositionTargetLocalNed>(frame); is_for_us(goal.target_system)) {
         goal_ = goal;
@@ -121,8 +109,6 @@ class OverheardLine final : public hal::Uart {
     }
   }
 
-  hal::Uart& line_;
-  mavlink::Parser parser_;
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
   std::array<Order, kMostOrders> orders_{};  ///< that wait, the oldest first
   std::size_t order_count_ = 0;
