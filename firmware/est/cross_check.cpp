@@ -3,6 +3,7 @@
 
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::est {
 namespace {
@@ -38,7 +39,6 @@ constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn 
 constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
 /// Motion that nobody looked at: the next velocity is where the sum begins again.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
-constexpr double kGravity_m_s2 = 9.8066;
 /// A flight within 35 degrees of tilt feels 1 to 1.22 g in the mean; climb and gusts give and take.
 constexpr double kLeast_g = 0.8, kMost_g = 1.4;
 
@@ -87,7 +87,7 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
   const auto about = [this](double unit) {
     return force_size_ > static_cast<T>(kLeast_g * unit) && force_size_ < static_cast<T>(kMost_g * unit);
   };
-  const T scale = about(1.0) ? static_cast<T>(kGravity_m_s2) : about(kGravity_m_s2) ? T(1) : T(0);
+  const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
   if (scale == T(0)) {
     force_seen_s_ = T(0);
     return;

@@ -8,11 +8,11 @@
 #include <string_view>
 
 #include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::companion::doctor {
 namespace {
 
-constexpr double kGravity_m_s2 = 9.80665;
 constexpr double kTick_s = 0.01;
 // Less motion than this, root mean square, tells nothing about an axis.
 constexpr double kLeastTilt = 0.05;  ///< of the direction of up: three degrees
@@ -133,8 +133,8 @@ void FramesCheck::add_position() {
     const double c = std::cos(turn), d = std::sin(turn);  // about the vertical, into the room
     force += weight * Eigen::Vector3d(c * there.x() - d * there.y(), d * there.x() + c * there.y(), there.z());
   }
-  force *= kGravity_m_s2 * static_cast<double>(samples_) / std::max(1e-6, force_length_);
-  force.z() -= kGravity_m_s2;
+  force *= model::kGravity_m_s2 * static_cast<double>(samples_) / std::max(1e-6, force_length_);
+  force.z() -= model::kGravity_m_s2;
   position_products_ += pose * force.transpose();
   position_pose_ += pose;
   position_force_ += force;

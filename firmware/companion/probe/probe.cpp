@@ -19,6 +19,7 @@
 #include "firmware/companion/probe/probe_verdict.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/link_meter.h"
+#include "firmware/link/telemetry_clock.h"
 #include "hal/linux/serial_port.h"
 
 namespace m100::companion {
@@ -73,7 +74,7 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
     }
     if (listener.packages() > packages_before && listener.telemetry().has(protocol::TelemetryItem::kTime)) {
       const std::int64_t ticks = listener.telemetry().time.ticks;
-      meter.timed_package(now, ticks * std::chrono::microseconds(2500));
+      meter.timed_package(now, ticks * link::TelemetryClock::kTick);
     }
     meter.tick(now);
     clock.sleep_until(now + std::chrono::milliseconds(1));

@@ -6,6 +6,7 @@
 #include "firmware/companion/record/records.h"
 #include "firmware/core/frames.h"
 #include "firmware/link/telemetry_check.h"
+#include "firmware/link/telemetry_clock.h"
 #include "firmware/log/flight_log.h"
 
 namespace m100::companion {
@@ -13,7 +14,6 @@ namespace {
 
 using protocol::TelemetryItem;
 
-constexpr core::Duration kClockTick = std::chrono::microseconds(2500);   // protocol, section 8
 constexpr core::Duration kAdapterDelay = std::chrono::milliseconds(20);  // an FTDI's timer is 16 ms
 // As m100-lab tells a gap from a slow stream.
 constexpr double kGap_s = 0.05;
@@ -110,9 +110,10 @@ void Recorder::handle(const protocol::FrameView& frame, core::TimePoint now) {
 }
 
 void Recorder::write_package(core::TimePoint arrived) {
-  const core::TimePoint made = telemetry_.has(TelemetryItem::kTime)
-                                   ? clock_.lay(static_cast<std::int64_t>(telemetry_.time.ticks) * kClockTick, arrived)
-                                   : arrived;
+  const core::TimePoint made =
+      telemetry_.has(TelemetryItem::kTime)
+          ? clock_.lay(static_cast<std::int64_t>(telemetry_.time.ticks) * link::TelemetryClock::kTick, arrived)
+          : arrived;
   const std::uint64_t stamp_us = microseconds(made);
   write_sticks(stamp_us);
   write_motion(stamp_us);
