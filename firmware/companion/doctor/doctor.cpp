@@ -234,8 +234,12 @@ doctor::FramesOptions by_hand_of(const Options& options) {
 }
 
 void run(const Options& options) {
-  if (std::isnan(options.pose.rate_hz)) {  // passes every comparison of a range
-    throw UsageError("--pose-rate: is not a number");
+  for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
+                                    {"--pose-baud", options.pose.baud},
+                                    {"--hold", options.by_hand.hold_s}}) {
+    if (std::isnan(value)) {  // passes every comparison of a range
+      throw UsageError(std::string(name) + ": is not a number");
+    }
   }
   FileUse()
       .holds("--port", options.port)

@@ -46,6 +46,9 @@ TEST_F(BadInput, OfTheCommandLineIsNamed) {
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "nan"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--nonsense"}, "--nonsense");
   expect_refused({"fly", "--port", "x", "--live", "localhost:9870"}, "--live");  // before the port is looked for
+  expect_refused({"doctor", "--pose-rate", "nan"}, "--pose-rate");
+  expect_refused({"doctor", "--pose-port", "x", "--pose-baud", "nan"}, "--pose-baud");
+  expect_refused({"doctor", "--frames", "--port", "x", "--pose-port", "y", "--hold", "nan"}, "--hold");
   expect_refused({"replay", "x", "--scalar", "half"}, "--scalar");
 }
 
