@@ -23,11 +23,11 @@ class FlightModel {
     const std::string all = read_file(tables_path);
     std::string_view left = all;
     for (const Mode stored : kModes) {
-      const std::string stored_text = text_in_mode(text, vehicle_path, stored);
-      const VehicleFile stored_file = parse_vehicle(stored_text, vehicle_path);
       if (stored != Mode::kField && left.empty()) {  // a table of one mode: made before there were two
         break;
       }
+      const std::string stored_text = text_in_mode(text, vehicle_path, stored);
+      const VehicleFile stored_file = parse_vehicle(stored_text, vehicle_path);
       const std::string_view bytes = left.substr(0, left.find(kBegins, kBegins.size()));
       left.remove_prefix(bytes.size());
       load(bytes, stored_file, vehicle_path, tables_path);
