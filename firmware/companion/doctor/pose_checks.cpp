@@ -14,7 +14,8 @@ namespace m100::companion::doctor {
 namespace {
 
 constexpr double kListen_s = 2.0;
-constexpr double kFewestPoses_hz = 50.0;  ///< below, the ladder coasts between two poses
+constexpr double kFewestPoses_hz =
+    50.0;  ///< below, a flight goes by older poses: fresh_limit() allows for the interval
 constexpr double kMostLost = 0.05;
 constexpr double kBitsPerByte = 10.0;
 

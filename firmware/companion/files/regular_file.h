@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 
 namespace m100::companion {
 
 /// Of a file that a person writes (vehicle, plant, flight, course, script, map, key). The largest of ours has 20 kB.
 inline constexpr std::uintmax_t kMostTextBytes = std::uintmax_t{1} << 24U;
-/// Of a log or a table: what a 32 bit machine can hold at all.
-inline constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{1} << 31U;
+/// Of a log or a table; on a 32 bit machine, what finds room beside the program and what is made of it.
+inline constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{1} << (sizeof(std::size_t) > 4 ? 31U : 29U);
+static_assert(kMostFileBytes < std::uintmax_t{std::numeric_limits<std::size_t>::max() / 2}, "one string holds it");
 
 /// Why a file is not read to its end; empty: it may be. A device or a pipe has no end, and no size that memory and time
 /// could be held to.
