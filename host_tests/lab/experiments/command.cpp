@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab experiments: the paper's tasks, flown by the whole program against the emulated autopilot.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -40,6 +41,10 @@ struct Options {
   std::string json;
 };
 
+link::Channel channel_of(const Options& options) {
+  return options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
+}
+
 experiments::SuiteOptions suite_of(const Options& options) {
   experiments::SuiteOptions suite;
   suite.plant = sim::plant_of_options(options.plant, options.plant_from);
@@ -49,7 +54,7 @@ experiments::SuiteOptions suite_of(const Options& options) {
   suite.only = options.only;
   suite.seed = options.seed;
   suite.seeds = options.seeds;
-  suite.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
+  suite.channel = channel_of(options);
   suite.rate_hz = options.rate_hz;
   suite.paper_100_hz = options.paper_100_hz;
   suite.law = law_of(options.law);
@@ -92,6 +97,65 @@ std::string about(const Options& options) {
          ", seeds: " + std::to_string(options.seeds) + ".";
 }
 
+/// What the options ask for: one of four.
+struct Kind {
+  const char* words;                  ///< as one types it
+  std::vector<const char*> not_its;   ///< options that it would ignore
+  std::vector<std::string> has_only;  ///< what --only may name
+};
+
+Kind kind_of(const Options& options) {
+  if (options.rates) {
+    return {"--rates", {"--motion", "--channel", "--rate", "--paper-100-hz"}, {"hover", "step", "trajectory"}};
+  }
+  if (options.motion) {
+    return {"--motion", {"--only", "--baseline"}, {}};
+  }
+  if (options.tasks == "far") {
+    Kind far{"--tasks far", {"--law", "--report", "--baseline", "--paper-100-hz"}, {}};
+    for (const experiments::FarTask& task : experiments::far_tasks()) {
+      far.has_only.push_back(task.name);
+    }
+    return far;
+  }
+  Kind paper{"--tasks paper", {}, {}};
+  for (const auto* const tasks : {&experiments::paper_tasks(), &experiments::literal_steps()}) {
+    for (const experiments::Task& task : *tasks) {
+      paper.has_only.push_back(task.task);
+    }
+  }
+  return paper;
+}
+
+/// Nothing is flown where an option would be ignored, a task is not of the set, or the link's rate is not allowed.
+void check_together(const CLI::App& command, const Options& options) {
+  const Kind kind = kind_of(options);
+  for (const char* const option : kind.not_its) {
+    if (command.count(option) > 0) {
+      throw InputError(option, 0, "", std::string("does not go with ") + kind.words);
+    }
+  }
+  if ((options.rates || options.motion) && command.count("--tasks") > 0) {
+    throw InputError("--tasks", 0, "", std::string("does not go with ") + kind.words);
+  }
+  if (!options.only.empty() &&
+      std::find(kind.has_only.begin(), kind.has_only.end(), options.only) == kind.has_only.end()) {
+    throw InputError("--only", 0, options.only, std::string("is no task of ") + kind.words);
+  }
+  const link::ChannelConfig channel{.channel = channel_of(options), .rate_hz = options.rate_hz};
+  if (!link::command_period(channel)) {
+    throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
+  }
+}
+
+/// After everything was written.
+void answer_no_unless(bool all_flown) {
+  if (!all_flown) {
+    std::cerr << "m100-lab: control was never obtained in some flights: they are not flown, and in no mean\n";
+    throw CLI::RuntimeError(kAnswerIsNo);
+  }
+}
+
 void run_rates(const Options& options) {
   const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
   experiments::print_rates(std::cout, costs);
@@ -110,19 +174,17 @@ void run_motion(const Options& options) {
     experiments::write_motion_report(options.report, points, about(options));
     std::cout << "wrote " << options.report << "/motion.html\n";
   }
+  answer_no_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
 }
 
 void run_far(const Options& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
   write_json(options.json, experiments::far_to_json(results));
+  answer_no_unless(experiments::not_flown(results) == 0);
 }
 
 void run(const Options& options) {
-  link::ChannelConfig channel{.channel = suite_of(options).channel, .rate_hz = options.rate_hz};
-  if (!link::command_period(channel)) {
-    throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
-  }
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
   experiments::print_table(std::cout, results);
   write_json(options.json, experiments::to_json(results));
@@ -144,8 +206,8 @@ void add_experiments(CLI::App& lab) {
   command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
   command
       ->add_option("--tasks", options->tasks,
-                   "paper: those of the paper; far: five in which the limits bind, each with both laws (--law and "
-                   "--report are not for them)")
+                   "paper: those of the paper; far: five in which the limits bind, each with both laws (--law, "
+                   "--report, --baseline and --paper-100-hz are not for them)")
       ->check(CLI::IsMember({"paper", "far"}));
   command->add_option("--only", options->only, "one task")
       ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind",
@@ -166,7 +228,8 @@ void add_experiments(CLI::App& lab) {
   command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show it beside");
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
-  command->callback([options] {
+  command->callback([options, command] {
+    check_together(*command, *options);
     check_files(*options);
     const bool far = options->tasks == "far";
     options->rates    ? run_rates(*options)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace m100::lab::experiments {
 namespace {
@@ -40,27 +41,38 @@ FarScore mean_of_flights(FlightPlan plan, const FarTask& task, const SuiteOption
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     const FlightResult flight = fly(plan);
+    if (!flight.flew) {
+      continue;
+    }
     const FarScore one = far_score(flight.trace, task);
-    sum.overshoot_m += one.overshoot_m / options.seeds;
-    sum.iae_m_s += one.iae_m_s / options.seeds;
+    sum.overshoot_m += one.overshoot_m;
+    sum.iae_m_s += one.iae_m_s;
     sum.stayed += one.stayed;
+    sum.flown += one.flown;
   }
+  const double flown = std::max(1, sum.flown);
+  sum.overshoot_m /= flown;
+  sum.iae_m_s /= flown;
   return sum;
 }
 
+bool both_flew(const FarResult& result) { return result.mpc.flown > 0 && result.lqr.flown > 0; }
+
 struct Sums {
   double mpc = 0.0, lqr = 0.0;
-  double gain() const { return lqr > 0.0 ? 1.0 - mpc / lqr : 0.0; }
+  std::optional<double> gain() const { return lqr > 0.0 ? std::optional(1.0 - mpc / lqr) : std::nullopt; }
 };
 
 Sums sum_of(const std::vector<FarResult>& results, double FarScore::*member) {
   Sums sums;
   for (const FarResult& result : results) {
-    sums.mpc += result.mpc.*member;
-    sums.lqr += result.lqr.*member;
+    sums.mpc += both_flew(result) ? result.mpc.*member : 0.0;
+    sums.lqr += both_flew(result) ? result.lqr.*member : 0.0;
   }
   return sums;
 }
+
+nlohmann::json or_null(const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
 
 std::string row(const std::string& name, double mpc_overshoot, double lqr_overshoot, double mpc_iae, double lqr_iae) {
   char line[160];
@@ -97,7 +109,7 @@ const std::vector<FarTask>& far_tasks() {
 FarScore far_score(const Trace& trace, const FarTask& task) {
   std::array<double, 2> low{}, high{}, rest{};
   double resting = 0.0;
-  FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = 1};
+  FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
   for (const TracePoint& point : trace) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const double at_m = point.reference_m[axis];
@@ -106,7 +118,6 @@ FarScore far_score(const Trace& trace, const FarTask& task) {
       rest[axis] += point.t_s > task.to_s - kRest_s ? point.position_m[axis] : 0.0;
     }
     resting += point.t_s > task.to_s - kRest_s ? 1.0 : 0.0;
-    out.stayed = out.stayed == 1 && (point.rung == 1 || point.rung == 2) ? 1 : 0;
   }
   if (task.fence_high_m > 0.0 && resting > 0.0) {
     high[0] = std::min(high[0], rest[0] / resting);
@@ -146,13 +157,26 @@ std::vector<FarResult> fly_far(const SuiteOptions& options) {
   return results;
 }
 
+int not_flown(const std::vector<FarResult>& results) {
+  int out = 0;
+  for (const FarResult& result : results) {
+    out += 2 * result.seeds - result.mpc.flown - result.lqr.flown;
+  }
+  return out;
+}
+
 void print_far(std::ostream& out, const std::vector<FarResult>& results) {
   char head[160];
   std::snprintf(head, sizeof head, "%-28s %10s %10s %12s %12s\n", "", "MPC", "LQR", "MPC", "LQR");
   out << "task                          overshoot [m]            integral of |error| [m s]\n" << head;
   for (const FarResult& result : results) {
-    out << row(result.task->name, result.mpc.overshoot_m, result.lqr.overshoot_m, result.mpc.iae_m_s,
-               result.lqr.iae_m_s);
+    if (both_flew(result)) {
+      out << row(result.task->name, result.mpc.overshoot_m, result.lqr.overshoot_m, result.mpc.iae_m_s,
+                 result.lqr.iae_m_s);
+    } else {
+      out << result.task->name << ": not flown! Control was never obtained: MPC " << result.mpc.flown << ", LQR "
+          << result.lqr.flown << " of " << result.seeds << " flights flown\n";
+    }
     if (result.mpc.stayed < result.seeds || result.lqr.stayed < result.seeds) {
       out << "  flights that stayed nominal or coasting: MPC " << result.mpc.stayed << ", LQR " << result.lqr.stayed
           << " of " << result.seeds << "\n";
@@ -160,25 +184,34 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results) {
   }
   const Sums overshoot = sum_of(results, &FarScore::overshoot_m);
   const Sums iae = sum_of(results, &FarScore::iae_m_s);
-  out << row("sum", overshoot.mpc, overshoot.lqr, iae.mpc, iae.lqr);
-  char gain[160];
-  std::snprintf(gain, sizeof gain, "the exact law is better by %.1f %% of overshoot and %.1f %% of the integral\n",
-                100.0 * overshoot.gain(), 100.0 * iae.gain());
-  out << gain;
+  if (std::any_of(results.begin(), results.end(), both_flew)) {
+    out << row("sum", overshoot.mpc, overshoot.lqr, iae.mpc, iae.lqr);
+  }
+  if (overshoot.gain() && iae.gain()) {
+    char gain[160];
+    std::snprintf(gain, sizeof gain, "the exact law is better by %.1f %% of overshoot and %.1f %% of the integral\n",
+                  100.0 * *overshoot.gain(), 100.0 * *iae.gain());
+    out << gain;
+  }
 }
 
 nlohmann::json far_to_json(const std::vector<FarResult>& results) {
   const auto one = [](const FarScore& score) {
-    return nlohmann::json{{"overshoot_m", score.overshoot_m}, {"iae_m_s", score.iae_m_s}, {"stayed", score.stayed}};
+    const auto flown = [&](double value) { return score.flown > 0 ? nlohmann::json(value) : nlohmann::json(); };
+    return nlohmann::json{
+        {"overshoot_m", flown(score.overshoot_m)}, {"iae_m_s", flown(score.iae_m_s)}, {"stayed", score.stayed}};
   };
   nlohmann::json tasks = nlohmann::json::array();
   for (const FarResult& result : results) {
-    tasks.push_back(
-        {{"name", result.task->name}, {"seeds", result.seeds}, {"mpc", one(result.mpc)}, {"lqr", one(result.lqr)}});
+    nlohmann::json task{
+        {"name", result.task->name}, {"seeds", result.seeds}, {"mpc", one(result.mpc)}, {"lqr", one(result.lqr)}};
+    task["mpc"]["not_flown"] = result.seeds - result.mpc.flown;
+    task["lqr"]["not_flown"] = result.seeds - result.lqr.flown;
+    tasks.push_back(std::move(task));
   }
   return {{"tasks", tasks},
-          {"gain_overshoot", sum_of(results, &FarScore::overshoot_m).gain()},
-          {"gain_iae", sum_of(results, &FarScore::iae_m_s).gain()}};
+          {"gain_overshoot", or_null(sum_of(results, &FarScore::overshoot_m).gain())},
+          {"gain_iae", or_null(sum_of(results, &FarScore::iae_m_s).gain())}};
 }
 
 }  // namespace m100::lab::experiments

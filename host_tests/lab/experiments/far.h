@@ -25,11 +25,12 @@ struct FarTask {
 /// reach 4 m/s; braking before the fence from 4 m/s; step of 6 m in calm air.
 const std::vector<FarTask>& far_tasks();
 
-/// How well one law did, mean of the seeds.
+/// How well one law did, mean of the flights that were flown.
 struct FarScore {
   double overshoot_m = 0.0;  ///< farthest outside the box that the reference spans, horizontally, in the worst axis
   double iae_m_s = 0.0;      ///< integral of the absolute horizontal distance from the reference
-  int stayed = 0;            ///< flights that never left the top of the ladder's nominal and coast
+  int stayed = 0;            ///< flights that never left the ladder's nominal and coast
+  int flown = 0;             ///< flights that obtained control; none: the errors above say nothing
 };
 
 /// Of one flight. Where a fence stands in the way, the reference ends where the aircraft came to rest.
@@ -44,10 +45,15 @@ struct FarResult {
 /// Flies every task with the exact law and with the clipped LQR: same seeds, observer, predictor, reference and limits.
 std::vector<FarResult> fly_far(const SuiteOptions& options);
 
+/// Flights of both laws that never obtained control.
+int not_flown(const std::vector<FarResult>& results);
+
 /// Both laws beside each other, and the sums.
 void print_far(std::ostream& out, const std::vector<FarResult>& results);
 /// {"tasks": [{"name": "...", "seeds": 0, "mpc": {"overshoot_m": 0, "iae_m_s": 0, "stayed": 0}, "lqr": {...}}],
-///  "gain_overshoot": 0, "gain_iae": 0}; a gain: by which share the exact law's sum is below the other's.
+///  "gain_overshoot": 0, "gain_iae": 0}; a gain: by which share the exact law's sum is below the other's, over the
+///  tasks
+/// that both flew. Null: it was not flown. "not_flown": flights of a law that never obtained control.
 nlohmann::json far_to_json(const std::vector<FarResult>& results);
 
 }  // namespace m100::lab::experiments

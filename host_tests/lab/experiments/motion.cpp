@@ -13,24 +13,30 @@ namespace {
 
 constexpr std::array kFactors{0.125, 0.24, 0.5, 1.0, 2.0, 4.0};
 
-Cell calm_cell(SuiteOptions options, const char* task) {
+std::optional<Cell> calm_cell(SuiteOptions options, const char* task) {
   options.only = task;
+  options.condition = "calm";
   options.literal_steps = false;
-  for (const TaskResult& result : fly_suite(options)) {
-    if (result.task->condition == "calm") {
-      return result.mean;
-    }
-  }
-  return {};
+  const std::vector<TaskResult> results = fly_suite(options);
+  return results.size() == 1 && results.front().flown() ? std::optional(results.front().mean) : std::nullopt;
+}
+
+/// A number of a cell for people.
+std::string text(const std::optional<Cell>& cell, double Cell::*member, int digits) {
+  char out[32];
+  std::snprintf(out, sizeof out, "%.*f", digits, cell ? (*cell).*member : 0.0);
+  return cell ? out : "not flown";
 }
 
 /// From the calmest to the fastest: x must not decrease.
-plot::Line line_of(const std::vector<MotionPoint>& points, Cell MotionPoint::*task, const char* name,
+plot::Line line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
                    const char* color) {
   plot::Line line{.name = name, .x = {}, .y = {}, .color = color};
   for (auto point = points.rbegin(); point != points.rend(); ++point) {
-    line.x.push_back(((*point).*task).input_variation_deg_s);
-    line.y.push_back(1e3 * ((*point).*task).pose_m);
+    if (const std::optional<Cell>& cell = (*point).*task) {
+      line.x.push_back(cell->input_variation_deg_s);
+      line.y.push_back(1e3 * cell->pose_m);
+    }
   }
   return line;
 }
@@ -53,17 +59,19 @@ void print_motion(std::ostream& out, const std::vector<MotionPoint>& points) {
   out << "input weight   hover: command [deg/s], pose [m]   square: command [deg/s], pose [m]\n";
   for (const MotionPoint& point : points) {
     char line[160];
-    std::snprintf(line, sizeof line, "%12.2f %18.1f %13.4f %24.1f %13.4f\n", point.input_weight,
-                  point.hover.input_variation_deg_s, point.hover.pose_m, point.square.input_variation_deg_s,
-                  point.square.pose_m);
+    std::snprintf(
+        line, sizeof line, "%12.2f %18s %13s %24s %13s\n", point.input_weight,
+        text(point.hover, &Cell::input_variation_deg_s, 1).c_str(), text(point.hover, &Cell::pose_m, 4).c_str(),
+        text(point.square, &Cell::input_variation_deg_s, 1).c_str(), text(point.square, &Cell::pose_m, 4).c_str());
     out << line;
   }
 }
 
 nlohmann::json motion_to_json(const std::vector<MotionPoint>& points) {
   nlohmann::json all = nlohmann::json::array();
-  const auto one = [](const Cell& cell) {
-    return nlohmann::json{{"pose_m", cell.pose_m}, {"command_deg_s", cell.input_variation_deg_s}};
+  const auto one = [](const std::optional<Cell>& cell) {
+    return cell ? nlohmann::json{{"pose_m", cell->pose_m}, {"command_deg_s", cell->input_variation_deg_s}}
+                : nlohmann::json();
   };
   for (const MotionPoint& point : points) {
     all.push_back({{"input_weight", point.input_weight}, {"hover", one(point.hover)}, {"square", one(point.square)}});
@@ -82,9 +90,9 @@ void write_motion_report(const std::string& folder, const std::vector<MotionPoin
   std::vector<std::vector<std::string>> rows{
       {"input weight", "hover [deg/s]", "hover [m]", "square [deg/s]", "square [m]"}};
   for (const MotionPoint& point : points) {
-    rows.push_back({plot::number(point.input_weight), plot::number(point.hover.input_variation_deg_s),
-                    plot::number(point.hover.pose_m), plot::number(point.square.input_variation_deg_s),
-                    plot::number(point.square.pose_m)});
+    rows.push_back({plot::number(point.input_weight), text(point.hover, &Cell::input_variation_deg_s, 1),
+                    text(point.hover, &Cell::pose_m, 4), text(point.square, &Cell::input_variation_deg_s, 1),
+                    text(point.square, &Cell::pose_m, 4)});
   }
   page.table(rows);
   page.write(folder + "/motion.html");

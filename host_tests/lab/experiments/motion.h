@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -13,15 +14,16 @@ namespace m100::lab::experiments {
 /// How much the command moves, and what that buys, with one input weight.
 struct MotionPoint {
   double input_weight = 0.0;
-  Cell hover;   ///< in calm air
-  Cell square;  ///< likewise
+  std::optional<Cell> hover;   ///< in calm air; none: control was never obtained
+  std::optional<Cell> square;  ///< likewise
+  bool flown() const { return hover && square; }
 };
 
 /// Flies hover and trajectory in calm air with the vehicle file's input weight times 1/8 to 4.
 std::vector<MotionPoint> fly_motion(const SuiteOptions& options);
 
 void print_motion(std::ostream& out, const std::vector<MotionPoint>& points);
-/// [{"input_weight": 0, "hover": {"pose_m": 0, "command_deg_s": 0}, "square": {...}}]
+/// [{"input_weight": 0, "hover": {"pose_m": 0, "command_deg_s": 0}, "square": {...}}]; null: it was not flown.
 nlohmann::json motion_to_json(const std::vector<MotionPoint>& points);
 /// A self-contained page with the curve, motion.html. Errors: InputError.
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about);

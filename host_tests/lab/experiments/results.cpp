@@ -41,8 +41,8 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
-/// The same flights with the clipped LQR.
-Cell baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
+/// The same flights with the clipped LQR; none: it never obtained control.
+std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
   plan.law = mpc::Law::kLqr;
   std::vector<Cell> cells;
   for (int i = 0; i < options.seeds; ++i) {
@@ -52,7 +52,7 @@ Cell baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options)
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
     }
   }
-  return mean_of(cells);
+  return cells.empty() ? std::nullopt : std::optional(mean_of(cells));
 }
 
 TaskResult fly_task(const Task& task, const SuiteOptions& options) {
@@ -123,7 +123,8 @@ std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
   }
   std::vector<TaskResult> results;
   for (const Task* const task : tasks) {
-    if (options.only.empty() || options.only == task->task) {
+    const bool asked_air = options.condition.empty() || options.condition == task->condition;
+    if (asked_air && (options.only.empty() || options.only == task->task)) {
       results.push_back(fly_task(*task, options));
       if (options.progress) {
         options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "firmware/model/tilt_limit.h"
+#include "firmware/safety/ladder.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -14,6 +15,14 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 double square(double value) { return value * value; }
 
 }  // namespace
+
+bool stayed(const Trace& trace) {
+  constexpr auto kNominal = static_cast<int>(safety::Rung::kNominal);
+  constexpr auto kCoast = static_cast<int>(safety::Rung::kCoast);
+  return !trace.empty() && std::all_of(trace.begin(), trace.end(), [](const TracePoint& point) {
+    return point.rung == kNominal || point.rung == kCoast;
+  });
+}
 
 Cell score(const Trace& trace, double from_s, double to_s) {
   Cell sum;

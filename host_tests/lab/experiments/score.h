@@ -27,6 +27,9 @@ struct Cell {
 /// Root mean squares over [from, to) seconds. An empty window gives zeros.
 Cell score(const Trace& trace, double from_s, double to_s);
 
+/// Whether the flight was flown and never left the top of the ladder, nominal and coast. No flight did not stay.
+bool stayed(const Trace& trace);
+
 /// Mean over flights, and the sample standard deviation; entry by entry.
 Cell mean_of(const std::vector<Cell>& cells);
 Cell spread_of(const std::vector<Cell>& cells);

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -163,7 +164,8 @@ std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, 
   return structures;
 }
 
-/// How much the command moves in a simulated hover in calm air, of an aircraft that is what `file` says.
+/// How much the command moves in a simulated hover in calm air, of an aircraft that is what `file` says; infinite where
+/// that hover was not flown to its end: a command that rests because nobody flies is not calm.
 double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
   constexpr double kFrom_s = 10.0, kTo_s = 30.0;
   experiments::FlightPlan plan;
@@ -171,7 +173,9 @@ double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant)
   plan.vehicle = file;
   plan.course = "step 0 0 0 0 40\n";
   plan.duration_s = kTo_s;
-  return experiments::score(experiments::fly(plan).trace, kFrom_s, kTo_s).input_variation_deg_s;
+  const experiments::FlightResult flight = experiments::fly(plan);
+  return experiments::stayed(flight.trace) ? experiments::score(flight.trace, kFrom_s, kTo_s).input_variation_deg_s
+                                           : std::numeric_limits<double>::infinity();
 }
 
 void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structure>& structures,

@@ -2,6 +2,10 @@
 // Where the limits bind, the law that knows them is the better one: the table of experiments/README.md, one seed of it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/far.h"
 #include "host_tests/lab/experiments/motion.h"
@@ -43,6 +47,47 @@ TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
   EXPECT_EQ(score.stayed, 1);
   trace[200].rung = 3;
   EXPECT_EQ(far_score(trace, task).stayed, 0);
+  EXPECT_EQ(far_score({}, task).stayed, 0) << "no flight did not stay";
+}
+
+/// A world in which no pose arrives: control is never taken.
+SuiteOptions blind() {
+  SuiteOptions options;
+  options.plant = sim::measured_plant();
+  options.plant.pose.dropout_per_s = 100.0;
+  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  return options;
+}
+
+// Catches a flight that never began and counts as one without overshoot.
+TEST(FarTasks, WhatNeverFlewHasNoErrorInsteadOfNone) {
+  SuiteOptions options = blind();
+  options.only = "step_6m";
+  const std::vector<FarResult> results = fly_far(options);
+  EXPECT_EQ(not_flown(results), 2);
+  const nlohmann::json answer = far_to_json(results);
+  for (const char* const law : {"mpc", "lqr"}) {
+    const nlohmann::json& one = answer.at("tasks").at(0).at(law);
+    EXPECT_TRUE(one.at("overshoot_m").is_null()) << one;
+    EXPECT_TRUE(one.at("iae_m_s").is_null()) << one;
+    EXPECT_EQ(one.at("stayed"), 0);
+    EXPECT_EQ(one.at("not_flown"), 1);
+  }
+  EXPECT_TRUE(answer.at("gain_iae").is_null());
+  std::ostringstream said;
+  print_far(said, results);
+  EXPECT_NE(said.str().find("step_6m: not flown!"), std::string::npos) << said.str();
+  EXPECT_EQ(said.str().find("better by"), std::string::npos) << said.str();
+}
+
+TEST(Motion, OfWhatNeverFlewIsNotZero) {
+  const std::vector<MotionPoint> points = fly_motion(blind());
+  ASSERT_FALSE(points.empty());
+  EXPECT_FALSE(points.front().flown());
+  EXPECT_TRUE(motion_to_json(points).at(0).at("hover").is_null()) << motion_to_json(points);
+  std::ostringstream said;
+  print_motion(said, points);
+  EXPECT_NE(said.str().find("not flown"), std::string::npos) << said.str();
 }
 
 // Catches a row whose weights never reach the table, and a calm command that would be free.
@@ -52,12 +97,13 @@ TEST(Motion, OfTheCommandFallsWithTheInputWeightAndCostsTrackingError) {
   options.vehicle = companion::as_file(mpc::generated::kVehicle);
   const std::vector<MotionPoint> points = fly_motion(options);
   ASSERT_GT(points.size(), 3U);
+  ASSERT_TRUE(std::all_of(points.begin(), points.end(), [](const MotionPoint& point) { return point.flown(); }));
   for (std::size_t i = 1; i < points.size(); ++i) {
     EXPECT_GT(points[i].input_weight, points[i - 1].input_weight);
-    EXPECT_LT(points[i].hover.input_variation_deg_s, points[i - 1].hover.input_variation_deg_s);
-    EXPECT_LT(points[i].square.input_variation_deg_s, points[i - 1].square.input_variation_deg_s);
+    EXPECT_LT(points[i].hover->input_variation_deg_s, points[i - 1].hover->input_variation_deg_s);
+    EXPECT_LT(points[i].square->input_variation_deg_s, points[i - 1].square->input_variation_deg_s);
   }
-  EXPECT_GT(points.back().hover.pose_m, points.front().hover.pose_m);
+  EXPECT_GT(points.back().hover->pose_m, points.front().hover->pose_m);
 }
 
 }  // namespace

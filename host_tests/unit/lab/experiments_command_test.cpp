@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The command line of `m100-lab experiments`: what it refuses before it flies.
+#include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/subcommands.h"
+
+namespace m100::lab {
+namespace {
+
+/// What the subcommand refuses before it flies.
+std::string refused(std::vector<const char*> words) {
+  CLI::App lab{"test"};
+  add_experiments(lab);
+  words.insert(words.begin(), {"m100-lab", "experiments"});
+  try {
+    lab.parse(static_cast<int>(words.size()), words.data());
+  } catch (const InputError& wrong) {
+    return wrong.what();
+  }
+  return "";
+}
+
+// Catches a rate that stops the program at an assertion, tasks that are none, and options that nobody reads.
+TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
+  for (const char* const rate : {"30", "1000", "nan", "-1"}) {
+    for (const std::vector<const char*>& kind : {std::vector{"--tasks", "far"}, {"--motion"}, {"--tasks", "paper"}}) {
+      std::vector<const char*> words = kind;
+      words.insert(words.end(), {"--rate", rate});
+      EXPECT_NE(refused(words).find("--rate: outside the window"), std::string::npos) << kind.front() << " " << rate;
+    }
+  }
+  EXPECT_NE(refused({"--only", "hover", "--tasks", "far"}).find("hover"), std::string::npos);
+  EXPECT_NE(refused({"--only", "step_30m"}).find("step_30m"), std::string::npos);
+  EXPECT_NE(refused({"--only", "hover", "--motion"}).find("--only"), std::string::npos);
+  EXPECT_NE(refused({"--tasks", "far", "--report", "."}).find("--report"), std::string::npos);
+  EXPECT_NE(refused({"--tasks", "far", "--paper-100-hz"}).find("--paper-100-hz"), std::string::npos);
+  EXPECT_NE(refused({"--tasks", "far", "--law", "lqr"}).find("--law"), std::string::npos);
+  EXPECT_NE(refused({"--rates", "--channel", "movement"}).find("--channel"), std::string::npos);
+  EXPECT_NE(refused({"--rates", "--motion"}).find("--motion"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace m100::lab
