@@ -2,7 +2,6 @@
 // m100-lab campaign: worlds x tasks x seeds on all cores, and the parts of other machines put together.
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/campaign/page.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
@@ -143,14 +143,7 @@ void run(const Options& options) {
       .check();
   const Json report = options.merge.empty() ? flown(options) : merged(options.merge);
   print_table(std::cout, report);
-  if (!options.json.empty()) {
-    std::ofstream file(options.json);
-    file << report.dump(1) << "\n";
-    file.flush();
-    if (!file) {
-      throw InputError(options.json, 0, "", "cannot be written");
-    }
-  }
+  write_json(options.json, report);
   if (!options.report.empty()) {
     write_page(options.report, report);
     std::cout << "wrote " << options.report << "/campaign.html\n";

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab convert: any log that can be read, as CSV in canonical units on a uniform clock.
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/printable.h"
@@ -21,18 +21,6 @@ struct Options {
   double rate_hz = 100.0;
   bool list = false;
 };
-
-void write_json(const Options& options, const nlohmann::ordered_json& result) {
-  if (options.json.empty()) {
-    return;
-  }
-  std::ofstream file(options.json);
-  file << result.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
-  file.flush();
-  if (!file) {
-    throw InputError(options.json, 0, "--json", "cannot be written");
-  }
-}
 
 nlohmann::ordered_json to_json(const Options& options, const logs::FlightLog& log) {
   nlohmann::ordered_json signals = nlohmann::ordered_json::array();
@@ -58,7 +46,7 @@ void list(const Options& options) {
   for (const std::string& name : names) {
     std::cout << printable(name) << "\n";
   }
-  write_json(options, {{"log", options.log}, {"columns", names}});
+  write_json(options.json, nlohmann::ordered_json{{"log", options.log}, {"columns", names}});
 }
 
 void run(const Options& options) {
@@ -86,7 +74,7 @@ void run(const Options& options) {
   for (const std::string& note : log.notes) {
     std::cout << "  " << printable(note) << "\n";
   }
-  write_json(options, to_json(options, log));
+  write_json(options.json, to_json(options, log));
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
@@ -190,11 +191,7 @@ void run(const Options& options) {
     for (const Made& one : all) {
       json["axes"][one.wish.axis] = to_json(one);
     }
-    std::ofstream out(options.json);
-    out << json.dump(1) << "\n";
-    if (!out) {
-      throw InputError(options.json, 0, "--json", "cannot be written");
-    }
+    write_json(options.json, json);
   }
 }
 

@@ -2,7 +2,6 @@
 // m100-lab experiments: the paper's tasks, flown by the whole program against the emulated autopilot.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 #include "host_tests/lab/experiments/motion.h"
 #include "host_tests/lab/experiments/rates.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
@@ -61,17 +61,6 @@ experiments::SuiteOptions suite_of(const Options& options) {
   suite.baseline = options.baseline;
   suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
   return suite;
-}
-
-void write_json(const std::string& path, const nlohmann::json& json) {
-  if (path.empty()) {
-    return;
-  }
-  std::ofstream file(path);
-  file << json.dump(2) << "\n";
-  if (!file) {
-    throw InputError(path, 0, "", "cannot be written");
-  }
 }
 
 /// Before the flights: they take minutes.
@@ -159,7 +148,7 @@ void answer_no_unless(bool all_flown) {
 void run_rates(const Options& options) {
   const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
   experiments::print_rates(std::cout, costs);
-  write_json(options.json, experiments::rates_to_json(costs));
+  write_json(options.json, experiments::rates_to_json(costs), 2);
   if (!options.report.empty()) {
     experiments::write_rates_report(options.report, costs, about(options));
     std::cout << "wrote " << options.report << "/rates.html\n";
@@ -169,7 +158,7 @@ void run_rates(const Options& options) {
 void run_motion(const Options& options) {
   const std::vector<experiments::MotionPoint> points = experiments::fly_motion(suite_of(options));
   experiments::print_motion(std::cout, points);
-  write_json(options.json, experiments::motion_to_json(points));
+  write_json(options.json, experiments::motion_to_json(points), 2);
   if (!options.report.empty()) {
     experiments::write_motion_report(options.report, points, about(options));
     std::cout << "wrote " << options.report << "/motion.html\n";
@@ -180,14 +169,14 @@ void run_motion(const Options& options) {
 void run_far(const Options& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
-  write_json(options.json, experiments::far_to_json(results));
+  write_json(options.json, experiments::far_to_json(results), 2);
   answer_no_unless(experiments::not_flown(results) == 0);
 }
 
 void run(const Options& options) {
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
   experiments::print_table(std::cout, results);
-  write_json(options.json, experiments::to_json(results));
+  write_json(options.json, experiments::to_json(results), 2);
   if (!options.report.empty()) {
     experiments::write_report(options.report, results, about(options));
     std::cout << "wrote " << options.report << "/experiments.html\n";

@@ -23,6 +23,7 @@
 #include "host_tests/lab/gains/tune.h"
 #include "host_tests/lab/gains/write_tables.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
@@ -116,13 +117,7 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Stru
                     {"tilt", vehicle.mpc.tilt},
                     {"input", vehicle.mpc.input},
                     {"input_rate", vehicle.mpc.input_rate}};
-  if (!options.json.empty()) {
-    std::ofstream stream(options.json);
-    stream << all.dump(1) << "\n";
-    if (!stream.flush()) {
-      throw InputError(options.json, 0, "", "cannot be written");
-    }
-  }
+  write_json(options.json, all);
 }
 
 /// Writes the bytes, or with `check` compares them with what is there. @returns false when they differ.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -24,6 +23,7 @@
 #include "host_tests/lab/identify/log_ranges.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/flight_log.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
@@ -180,8 +180,8 @@ void find_gaps(const identify::Request& request, identify::IdentifyResult& resul
   }
 }
 
-void write_json(const Options& options, const identify::IdentifyResult& result,
-                const nlohmann::ordered_json& comparison) {
+void write_answer(const Options& options, const identify::IdentifyResult& result,
+                  const nlohmann::ordered_json& comparison) {
   if (options.json.empty()) {
     return;
   }
@@ -189,11 +189,7 @@ void write_json(const Options& options, const identify::IdentifyResult& result,
   if (!comparison.empty()) {
     answer["forecast"] = comparison;
   }
-  std::ofstream file(options.json);
-  file << answer.dump(1) << "\n";
-  if (!file) {
-    throw InputError(options.json, 0, "--json", "cannot be written");
-  }
+  write_json(options.json, answer);
 }
 
 void run(const Options& options) {
@@ -237,7 +233,7 @@ void run(const Options& options) {
   identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
   const nlohmann::ordered_json comparison = compared(forecast, result);
-  write_json(options, result, comparison);
+  write_answer(options, result, comparison);
   if (!options.report.empty()) {
     const identify::ReportOrigin origin{base_names(options.logs),
                                         options.split.empty() ? options.train + " s" : options.split,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/inject/inject.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/subcommands.h"
@@ -47,26 +47,17 @@ hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   return out;
 }
 
-void write_json(const Options& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
-  if (options.json.empty()) {
-    return;
-  }
+void write_answer(const Options& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const identify::NamedValue& one : fitted.parameters) {
     parameters[one.name] = one.value;
   }
-  std::ofstream file(options.json);
-  file << nlohmann::ordered_json{{"log", options.log},
-                                 {"out", options.out},
-                                 {"axis", options.axis},
-                                 {"effects", effects},
-                                 {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}}
-              .dump(1, ' ', false, nlohmann::json::error_handler_t::replace)
-       << "\n";
-  file.flush();
-  if (!file) {
-    throw InputError(options.json, 0, "--json", "cannot be written");
-  }
+  write_json(options.json, nlohmann::ordered_json{
+                               {"log", options.log},
+                               {"out", options.out},
+                               {"axis", options.axis},
+                               {"effects", effects},
+                               {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
 }
 
 void run(const Options& options) {
@@ -101,7 +92,7 @@ void run(const Options& options) {
     logs::write_column_map(out, options.map);
   }
   std::cout << options.out << ": " << options.effect << " added to " << options.axis << " of " << options.log << "\n";
-  write_json(options, fitted, effects);
+  write_answer(options, fitted, effects);
 }
 
 }  // namespace

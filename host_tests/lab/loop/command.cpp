@@ -10,6 +10,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/flown_log.h"
 #include "host_tests/lab/option_checks.h"
@@ -79,13 +80,7 @@ void run(const Options& options) {
     loop::write_page(result, page);
     std::cout << "wrote " << page << "\n";
   }
-  if (!options.json.empty()) {
-    std::ofstream file(options.json);
-    file << loop::to_json(result).dump(2) << "\n";
-    if (!file) {
-      throw InputError(options.json, 0, "", "cannot be written");
-    }
-  }
+  write_json(options.json, loop::to_json(result), 2);
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/file_use.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace m100::lab {
@@ -44,17 +44,9 @@ void run(const Options& options) {
   }
   std::printf("sticks %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
               report.evidence.c_str());
-  if (!options.json.empty()) {
-    std::ofstream file(options.json);
-    file << nlohmann::ordered_json{{"lines", std::move(lines)},
-                                   {"stick_shift_samples", report.stick_shift_samples},
-                                   {"evidence", report.evidence}}
-                .dump(1)
-         << "\n";
-    if (!file) {
-      throw InputError(options.json, 0, "--json", "cannot be written");
-    }
-  }
+  write_json(options.json, nlohmann::ordered_json{{"lines", std::move(lines)},
+                                                  {"stick_shift_samples", report.stick_shift_samples},
+                                                  {"evidence", report.evidence}});
 }
 
 }  // namespace

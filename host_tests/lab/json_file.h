@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host_tests/lab/input_error.h"
+
+namespace m100::lab {
+
+/// A JSON value as text. What is no UTF-8 in it (the bytes of a path may be anything) becomes the replacement
+/// character: a name that cannot be printed must not cost the work that it stands beside.
+template <typename Json>
+std::string json_text(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Writes the file of an option --json; nothing where none was asked for. Errors: InputError where it cannot be written
+/// to its end.
+template <typename Json>
+void write_json(const std::string& file, const Json& json, int indent = 1) {
+  if (file.empty()) {
+    return;
+  }
+  std::ofstream out(file);
+  out << json_text(json, indent) << "\n";
+  if (!out.flush()) {
+    throw InputError(file, 0, "--json", "cannot be written");
+  }
+}
+
+}  // namespace m100::lab

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What --json writes, whatever bytes a path has.
+#include "host_tests/lab/json_file.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "host_tests/lab/whole_file.h"
+
+namespace m100::lab {
+namespace {
+
+// Catches a campaign that ends after the last flight with an exception and an empty file.
+TEST(JsonFile, APathThatIsNoUtf8CostsNothing) {
+  const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_json_file.json").string();
+  write_json(file, nlohmann::json{{"world",
+                                   "wi\xff"
+                                   "nd"}});
+  EXPECT_EQ(nlohmann::json::parse(whole_file(file)).at("world"), "wi\xEF\xBF\xBDnd");
+  std::filesystem::remove(file);
+  EXPECT_EQ(json_text(nlohmann::ordered_json("\xff")), "\"\xEF\xBF\xBD\"");
+}
+
+TEST(JsonFile, ThatCannotBeWrittenIsSaid) {
+  EXPECT_THROW(write_json("/nowhere/answer.json", nlohmann::json{}), InputError);
+  EXPECT_THROW(write_json("/dev/full", nlohmann::json{}), InputError);
+  EXPECT_NO_THROW(write_json("", nlohmann::json{})) << "none was asked for";
+}
+
+}  // namespace
+}  // namespace m100::lab
