@@ -14,7 +14,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -26,7 +25,10 @@
 #include "host_tests/lab/bridge/sender.h"
 #include "host_tests/lab/bridge/vrpn_source.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/key_file.h"
+#include "host_tests/lab/option_checks.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/signature.h"
@@ -122,6 +124,8 @@ class Source {
   virtual int descriptor() const = 0;
   /// Reads what waits. @returns false: nothing will ever come again.
   virtual bool read(Counts& counts, const bridge::VrpnStream::Use& use) = 0;
+  /// Why not one pose came, where it knows; else empty.
+  virtual std::string why_none() const { return ""; }
 };
 
 class Packets final : public Source {
@@ -165,6 +169,7 @@ class Vrpn final : public Source {
     }
     return goes_on;
   }
+  std::string why_none() const override { return stream_.why_none(); }
 
  private:
   bridge::VrpnStream stream_;
@@ -196,6 +201,9 @@ Counts run_bridge(const Options& options, const mavlink::Key& key) {
     goes_on = source->read(counts, [&](const bridge::PlainPose& pose) { pass_on(pose, options, sender, counts); });
     answer(sender, options.stamp == "arrival", key, counts);
   }
+  if (const std::string why = source->why_none(); counts.sent == 0 && !why.empty()) {
+    std::cerr << printable("m100-lab: --vrpn: " + why) << "\n";
+  }
   return counts;
 }
 
@@ -209,15 +217,11 @@ void run(const Options& options) {
   const Counts counts = run_bridge(options, key);
   std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
             << " not sent, " << counts.asked << " questions for the time answered\n";
-  if (!options.json.empty()) {
-    std::ofstream(options.json) << nlohmann::ordered_json{{"packets", counts.packets},
-                                                          {"refused", counts.refused},
-                                                          {"sent", counts.sent},
-                                                          {"not_sent", counts.lost},
-                                                          {"answers", counts.asked}}
-                                       .dump(1)
-                                << "\n";
-  }
+  write_json(options.json, nlohmann::ordered_json{{"packets", counts.packets},
+                                                  {"refused", counts.refused},
+                                                  {"sent", counts.sent},
+                                                  {"not_sent", counts.lost},
+                                                  {"answers", counts.asked}});
   if (counts.sent == 0) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
@@ -233,15 +237,19 @@ void add_bridge(CLI::App& lab) {
   CLI::Option* const listen = app->add_option(
       "--listen", options->listen,
       "where the room sends, udp:PORT; of this machine alone, unless --from names another. Example: --listen udp:9763");
-  app->add_option("--from", options->from,
-                  "IPv4 address of the room's sender; packets of others are refused. They are not signed: whoever can "
-                  "send under this address moves the aircraft. Example: --from 192.168.1.10");
-  app->add_option("--vrpn", options->vrpn,
-                  "instead of packets, a VRPN server: TRACKER@HOST or "
-                  "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
-                  "none. Example: --vrpn m100@192.168.1.10")
-      ->excludes(listen);
-  app->add_option("--sensor", options->sensor, "of the tracker. Example: --sensor 1")->check(CLI::Range(0, 10000));
+  CLI::Option* const from = app->add_option(
+      "--from", options->from,
+      "IPv4 address of the room's sender; packets of others are refused. They are not signed: whoever can "
+      "send under this address moves the aircraft. Example: --from 192.168.1.10");
+  CLI::Option* const vrpn = app->add_option("--vrpn", options->vrpn,
+                                            "instead of packets, a VRPN server: TRACKER@HOST or "
+                                            "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
+                                            "none. Example: --vrpn m100@192.168.1.10")
+                                ->excludes(listen)
+                                ->excludes(from);
+  app->add_option("--sensor", options->sensor, "of the tracker. Example: --sensor 1")
+      ->check(CLI::Range(0, 10000))
+      ->needs(vrpn);
   app->add_option("--to", options->to, "IPv4 address and UDP port of m100. Example: --to 192.168.1.20:14560");
   app->add_option("--mavlink-key", options->key_file,
                   "file with the key of the signatures, 64 hexadecimal digits, "
@@ -259,7 +267,7 @@ void add_bridge(CLI::App& lab) {
                   "asks for. Example: --stamp arrival")
       ->check(CLI::IsMember({"sender", "arrival"}));
   app->add_option("--duration", options->duration_s, "seconds; 0: until Ctrl-C. Example: --duration 60")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(from_to(0.0, 1e6));
   app->add_option("--json", options->json, "counts as JSON. Example: --json bridge.json");
   app->footer(
       "A packet is one pose: t x y z qw qx qy qz, as text with spaces "

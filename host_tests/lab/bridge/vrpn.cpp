@@ -115,4 +115,17 @@ std::vector<std::string> VrpnStream::senders() const {
   return names;
 }
 
+std::string VrpnStream::why_none() const {
+  const std::vector<std::string> names = senders();
+  if (std::ranges::find(names, tracker_) != names.end()) {
+    return "the server has the tracker '" + tracker_ + "', but no pose of its sensor " + std::to_string(sensor_) +
+           " that can be believed came";
+  }
+  std::string out = "the server has no tracker '" + tracker_ + "'; it named ";
+  for (const std::string& name : names) {
+    out += (name == names.front() ? "'" : ", '") + name + "'";
+  }
+  return names.empty() ? out + "none" : out;
+}
+
 }  // namespace m100::lab::bridge

@@ -44,6 +44,9 @@ class VrpnStream {
   std::uint64_t passed_over() const { return passed_over_; }
   /// The names that have come, for whoever named another.
   std::vector<std::string> senders() const;
+  /// Why there is no pose: the tracker that was named is none of those that the server has, or has another sensor.
+  /// Names are the server's own bytes.
+  std::string why_none() const;
 
  private:
   void take(std::span<const std::byte> message, const Use& use);

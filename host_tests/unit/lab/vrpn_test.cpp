@@ -3,6 +3,7 @@
 #include "host_tests/lab/bridge/vrpn.h"
 
 #include <gtest/gtest.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "host_tests/lab/bridge/vrpn_source.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/subcommands.h"
 #include "host_tests/unit/lab/vrpn_stand_in.h"
 
 namespace m100::lab::bridge {
@@ -59,6 +61,40 @@ TEST(Vrpn, ThePosesOfOneTrackerAndSensorAreRead) {
     EXPECT_EQ(stream.senders(), (std::vector<std::string>{"m100", "other"}));
     EXPECT_EQ(stream.passed_over(), 3U);
   }
+}
+
+// A wrong name or sensor is the commonest mistake with VRPN: the refusal says what there is.
+TEST(Vrpn, WhoeverNamedAnotherIsToldTheNames) {
+  VrpnStream wrong("m200", 0), sensor("m100", 5), silent("m100", 0);
+  EXPECT_TRUE(read(wrong, some_poses(), 100).poses.empty());
+  EXPECT_TRUE(read(sensor, some_poses(), 100).poses.empty());
+  EXPECT_EQ(wrong.why_none(), "the server has no tracker 'm200'; it named 'm100', 'other'");
+  EXPECT_NE(sensor.why_none().find("no pose of its sensor 5"), std::string::npos) << sensor.why_none();
+  EXPECT_EQ(silent.why_none(), "the server has no tracker 'm100'; it named none");
+}
+
+/// What the subcommand refuses; the key's file is not there, so that nothing is ever waited for.
+std::string refused(std::vector<const char*> words) {
+  CLI::App lab{"test"};
+  add_bridge(lab);
+  words.insert(words.begin(), {"m100-lab", "bridge", "--mavlink-key", "/nowhere/key"});
+  try {
+    lab.parse(static_cast<int>(words.size()), words.data());
+  } catch (const std::exception& wrong) {
+    return wrong.what();
+  }
+  return "";
+}
+
+// Catches a bridge that runs for ever, and options that nobody reads.
+TEST(Bridge, OptionsThatMeanNothingAreRefused) {
+  for (const char* const duration : {"nan", "inf", "-1", "1e7"}) {
+    EXPECT_NE(refused({"--duration", duration}).find("--duration"), std::string::npos) << duration;
+  }
+  EXPECT_NE(refused({"--vrpn", "m100@10.0.0.2", "--from", "10.0.0.2"}).find("excludes"), std::string::npos);
+  EXPECT_NE(refused({"--vrpn", "m100@10.0.0.2", "--listen", "udp:9763"}).find("excludes"), std::string::npos);
+  EXPECT_NE(refused({"--sensor", "1"}).find("requires"), std::string::npos) << refused({"--sensor", "1"});
+  EXPECT_NE(refused({"--duration", "60"}).find("/nowhere/key"), std::string::npos);
 }
 
 TEST(Vrpn, WhatIsNoVrpnEndsIt) {
