@@ -22,12 +22,6 @@ namespace {
 
 constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translation"};
 
-std::string text(const char* format, double a, double b) {
-  std::array<char, 128> out{};
-  std::snprintf(out.data(), out.size(), format, a, b);
-  return out.data();
-}
-
 /// One flight of which the log is taken, and nothing else.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file) {
   experiments::FlightPlan plan;
@@ -170,7 +164,7 @@ class Loop {
     const bool better = after < (1.0 - kLeastGain) * before;
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
-                                text("1 s ahead on the second flight %.4f before, %.4f after", before, after));
+                                two_numbers("1 s ahead on the second flight %.4f before, %.4f after", before, after));
     return better;
   }
 
@@ -226,18 +220,6 @@ std::string uncontrollable(const model::Vehicle& vehicle) {
   } catch (const std::domain_error& wrong) {
     return wrong.what();
   }
-}
-
-double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
-  double sum = 0.0;
-  double count = 0.0;
-  for (const experiments::TaskResult& result : results) {
-    if (result.task->task == "trajectory") {
-      sum += result.refused > 0 ? 1e6 : result.mean.pose_m * result.mean.pose_m;
-      count += 1.0;
-    }
-  }
-  return count > 0.0 ? std::sqrt(sum / count) : 0.0;
 }
 
 TrajectoryErrors trajectory_errors(const LoopResult& result) {

@@ -68,8 +68,8 @@ struct TrajectoryErrors {
 };
 TrajectoryErrors trajectory_errors(const LoopResult& result);
 
-/// Pose RMS of the trajectory task, calm and windy together.
-double trajectory_error_m(const std::vector<experiments::TaskResult>& results);
+/// Two numbers in a printf format, at most 127 characters.
+std::string two_numbers(const char* format, double a, double b);
 
 nlohmann::json to_json(const LoopResult& result);
 void print(std::ostream& out, const LoopResult& result);

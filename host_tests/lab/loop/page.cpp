@@ -16,16 +16,6 @@ constexpr double kWorse = 1.02;  ///< after over before: from here on a cell mis
 
 using Errors = std::array<double, kHorizons_s.size()>;
 
-struct Quantity {
-  const char* name;
-  Errors Prediction::*member;
-};
-constexpr std::array<Quantity, 5> kQuantities{{{"roll [rad]", &Prediction::roll_rad},
-                                               {"pitch [rad]", &Prediction::pitch_rad},
-                                               {"horizontal velocity [m/s]", &Prediction::velocity_m_s},
-                                               {"climb speed [m/s]", &Prediction::climb_m_s},
-                                               {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s}}};
-
 std::string change(double before, double after) {
   return before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "";
 }

@@ -24,6 +24,17 @@ struct Prediction {
   std::array<double, kHorizons_s.size()> climb_m_s{};
   std::array<double, kHorizons_s.size()> yaw_rate_rad_s{};
 };
+/// One of them, with what it is called on pages. The one list of what the loop predicts.
+struct Quantity {
+  const char* name;
+  std::array<double, kHorizons_s.size()> Prediction::*member;
+};
+inline constexpr std::array<Quantity, 5> kQuantities{{{"roll [rad]", &Prediction::roll_rad},
+                                                      {"pitch [rad]", &Prediction::pitch_rad},
+                                                      {"horizontal velocity [m/s]", &Prediction::velocity_m_s},
+                                                      {"climb speed [m/s]", &Prediction::climb_m_s},
+                                                      {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s}}};
+
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
 
 /// A flight that no fit has seen, and the part of it that was flown under control. The log must outlive it.

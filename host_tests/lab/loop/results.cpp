@@ -12,12 +12,6 @@
 namespace m100::lab::loop {
 namespace {
 
-std::string text(const char* format, double a, double b) {
-  std::array<char, 128> out{};
-  std::snprintf(out.data(), out.size(), format, a, b);
-  return out.data();
-}
-
 nlohmann::json json_of(const Prediction& prediction, std::size_t horizon) {
   return {{"roll_rad", prediction.roll_rad[horizon]},
           {"pitch_rad", prediction.pitch_rad[horizon]},
@@ -38,23 +32,21 @@ nlohmann::json json_of(const Side& side) {
 
 }  // namespace
 
+std::string two_numbers(const char* format, double a, double b) {
+  std::array<char, 128> out{};
+  std::snprintf(out.data(), out.size(), format, a, b);
+  return out.data();
+}
+
 std::vector<std::string> predicted_worse(const LoopResult& result) {
-  struct Row {
-    const char* name;
-    std::array<double, kHorizons_s.size()> Prediction::*member;
-  };
-  constexpr std::array kRows{Row{"roll [rad]", &Prediction::roll_rad}, Row{"pitch [rad]", &Prediction::pitch_rad},
-                             Row{"climb [m/s]", &Prediction::climb_m_s},
-                             Row{"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s},
-                             Row{"horizontal velocity [m/s]", &Prediction::velocity_m_s}};
   constexpr double kWorse = 1.02;
   std::vector<std::string> out;
-  for (const Row& row : kRows) {
+  for (const Quantity& row : kQuantities) {
     const double before = (result.before.prediction.*row.member)[2];
     const double after = (result.after.prediction.*row.member)[2];
     if (after > kWorse * before) {
-      out.push_back(std::string("the prediction of ") + row.name +
-                    " 1 s ahead is worse on the third flight: " + text("%.4f before, %.4f after", before, after));
+      out.push_back(std::string("the prediction of ") + row.name + " 1 s ahead is worse on the third flight: " +
+                    two_numbers("%.4f before, %.4f after", before, after));
     }
   }
   return out;
@@ -110,24 +102,25 @@ void print(std::ostream& out, const LoopResult& result) {
     out << "  WORSE: " << sentence << "\n";
   }
   out << "\nPrediction on a third flight, which decided nothing, 1 s ahead: roll "
-      << text("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
+      << two_numbers("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
       << ", pitch "
-      << text("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])
+      << two_numbers("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])
       << ", velocity "
-      << text("%.3f -> %.3f m/s", result.before.prediction.velocity_m_s[2], result.after.prediction.velocity_m_s[2])
+      << two_numbers("%.3f -> %.3f m/s", result.before.prediction.velocity_m_s[2],
+                     result.after.prediction.velocity_m_s[2])
       << ", climb "
-      << text("%.3f -> %.3f m/s", result.before.prediction.climb_m_s[2], result.after.prediction.climb_m_s[2])
+      << two_numbers("%.3f -> %.3f m/s", result.before.prediction.climb_m_s[2], result.after.prediction.climb_m_s[2])
       << ", yaw rate "
-      << text("%.4f -> %.4f rad/s", result.before.prediction.yaw_rate_rad_s[2],
-              result.after.prediction.yaw_rate_rad_s[2])
+      << two_numbers("%.4f -> %.4f rad/s", result.before.prediction.yaw_rate_rad_s[2],
+                     result.after.prediction.yaw_rate_rad_s[2])
       << "\n\nPose RMS [m] (simulated), before -> after\n";
   for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];
     out << "  " << before.task->task << " " << before.task->condition << ": "
         << (diverged(before) || diverged(after) ? std::string("DIVERGED ") : std::string())
-        << text("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
-        << text("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
+        << two_numbers("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
+        << two_numbers("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
   }
 }
 

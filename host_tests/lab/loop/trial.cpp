@@ -69,8 +69,6 @@ bool diverged(const experiments::TaskResult& cell) {
   return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
 }
 
-bool worse(const Cells& now, const Cells& before) { return compare(now, before).is_worse(); }
-
 Trial try_out(const std::set<std::string>& candidates, const Cells& before,
               const std::function<Cells(const std::set<std::string>&)>& fly) {
   Trial out{.kept = candidates, .said = {}};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <iostream>
 
 #include "firmware/mpc/generated/gain_table.h"
@@ -107,6 +108,19 @@ inline void expect_nothing_found(std::uint64_t seed) {
                                 << " -> " << one.found.value;
     }
   }
+}
+
+/// Pose RMS of the trajectory task, calm and windy together; what never flew is a kilometre away.
+inline double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
+  double sum_m2 = 0.0;
+  double count = 0.0;
+  for (const experiments::TaskResult& result : results) {
+    if (result.task->task == "trajectory") {
+      sum_m2 += result.refused > 0 ? 1e6 : result.mean.pose_m * result.mean.pose_m;
+      count += 1.0;
+    }
+  }
+  return count > 0.0 ? std::sqrt(sum_m2 / count) : 0.0;
 }
 
 /// Root mean square of the pose error on the trajectory, before and after the loop.
