@@ -254,7 +254,7 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
     }
     out[result.task->task][result.task->condition] = cell;
   }
-  out["cells_above_paper"] = cells_above_paper(results);
+  out["cells_above_paper"] = results.empty() ? nlohmann::json() : nlohmann::json(cells_above_paper(results));
   return out;
 }
 

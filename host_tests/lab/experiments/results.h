@@ -60,7 +60,7 @@ int cells_above_paper(const std::vector<TaskResult>& results);
 
 /// The paper's results table beside ours, for people.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);
-/// {"hover": {"calm": {...}, "wind": {...}}, ...} as the contract has it, with more keys.
+/// {"hover": {"calm": {...}, "wind": {...}}, ...} as the contract has it, with more keys. Null: it was not flown.
 nlohmann::json to_json(const std::vector<TaskResult>& results);
 /// A self-contained page with the table and figures. Errors: InputError.
 void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about);

@@ -224,7 +224,6 @@ std::string uncontrollable(const model::Vehicle& vehicle) {
 
 TrajectoryErrors trajectory_errors(const LoopResult& result) {
   TrajectoryErrors out;
-  double count = 0.0;
   for (std::size_t i = 0; i < std::min(result.before.experiments.size(), result.after.experiments.size()); ++i) {
     const experiments::TaskResult& before = result.before.experiments[i];
     const experiments::TaskResult& after = result.after.experiments[i];
@@ -236,11 +235,11 @@ TrajectoryErrors trajectory_errors(const LoopResult& result) {
     if (before.task->task == "trajectory" && !diverged(before) && !diverged(after)) {
       out.before_m = std::hypot(out.before_m, before.mean.pose_m);
       out.after_m = std::hypot(out.after_m, after.mean.pose_m);
-      count += 1.0;
+      ++out.cells;
     }
   }
-  out.before_m /= std::sqrt(std::max(1.0, count));
-  out.after_m /= std::sqrt(std::max(1.0, count));
+  out.before_m /= std::sqrt(std::max(1, out.cells));
+  out.after_m /= std::sqrt(std::max(1, out.cells));
   return out;
 }
 

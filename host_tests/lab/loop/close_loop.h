@@ -64,6 +64,7 @@ std::vector<std::string> predicted_worse(const LoopResult& result);
 struct TrajectoryErrors {
   double before_m = 0.0;
   double after_m = 0.0;
+  int cells = 0;  ///< of the trajectory; none: it was not flown, or no cell ended near its reference
   std::vector<std::string> diverged;
 };
 TrajectoryErrors trajectory_errors(const LoopResult& result);

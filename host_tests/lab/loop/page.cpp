@@ -174,11 +174,15 @@ void found(const LoopResult& result, plot::Page& page) {
 void write_page(const LoopResult& result, const std::string& file) {
   plot::Page page("Closing the loop: believed, found, flown again");
   const TrajectoryErrors errors = trajectory_errors(result);
-  page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
-                   plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + ").",
-               errors.after_m < errors.before_m           ? "good"
-               : errors.after_m <= 1.05 * errors.before_m ? "warn"
-                                                          : "bad");
+  if (errors.cells > 0) {
+    page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
+                     plot::number(errors.after_m) + " m after (" + change(errors.before_m, errors.after_m) + ").",
+                 errors.after_m < errors.before_m           ? "good"
+                 : errors.after_m <= 1.05 * errors.before_m ? "warn"
+                                                            : "bad");
+  } else {
+    page.verdict("Pose error on the trajectory: not flown.", "warn");
+  }
   for (const std::string& cell : errors.diverged) {
     page.verdict("Diverged: " + cell + ". It is left out of the mean above.", "bad");
   }

@@ -20,6 +20,7 @@ struct Comparison {
   int diverged = 0;
   double now_m = 0.0;
   double before_m = 0.0;
+  int cells = 0;  ///< that diverge in neither
   bool is_worse() const { return diverged != 0 ? diverged > 0 : now_m > kSlack * before_m; }
   double ratio() const { return before_m > 0.0 ? now_m / before_m : 1.0; }
 };
@@ -33,6 +34,7 @@ Comparison compare(const Cells& now, const Cells& before) {
     if (!lost && !was_lost) {
       out.now_m = std::hypot(out.now_m, now[i].mean.pose_m);
       out.before_m = std::hypot(out.before_m, before[i].mean.pose_m);
+      ++out.cells;
     }
   }
   return out;
@@ -49,6 +51,9 @@ std::string lost_cells(const Cells& cells) {
 }
 
 std::string in_words(const Comparison& comparison) {
+  if (comparison.cells == 0) {
+    return "no cell was flown to its end both before and after";
+  }
   char text[96];
   std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after", comparison.before_m, comparison.now_m);
   return text;

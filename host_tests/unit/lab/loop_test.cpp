@@ -5,7 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <sstream>
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/tasks.h"
@@ -127,6 +129,12 @@ TEST(Trial, ACellThatDivergesBeforeAndAfterVetoesNothing) {
   EXPECT_NE(trial.said.front().find("diverged"), std::string::npos) << trial.said.front();
 }
 
+TEST(Trial, InWhichAllDivergesHasNoErrorInsteadOfNone) {
+  const Trial trial = try_out({"roll"}, cells(400.0, 450.0), [](const Channels&) { return cells(410.0, 499.0); });
+  ASSERT_FALSE(trial.said.empty());
+  EXPECT_EQ(trial.said.back(), "trial flights: no cell was flown to its end both before and after");
+}
+
 TEST(Trial, TakesBackTheOneChannelThatMakesACellDiverge) {
   const Trial trial = try_out({"climb", "pitch", "roll"}, cells(0.2, 0.3), [](const Channels& channels) {
     return channels.count("pitch") > 0 ? cells(0.1, 499.0)
@@ -155,6 +163,20 @@ TEST(TrajectoryErrors, LeaveOutACellThatDivergesAndNameIt) {
   EXPECT_EQ(errors.before_m, 0.2);
   EXPECT_EQ(errors.after_m, 0.1);
   ASSERT_EQ(errors.diverged.size(), 1U);
+}
+
+// Catches a page on which a task that nobody flew has an error of nought.
+TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
+  const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_page.html").string();
+  const LoopResult result;
+  write_page(result, file);
+  EXPECT_EQ(trajectory_errors(result).cells, 0);
+  std::stringstream page;
+  page << std::ifstream(file).rdbuf();
+  std::filesystem::remove(file);
+  EXPECT_NE(page.str().find("not flown"), std::string::npos);
+  EXPECT_EQ(page.str().find("0 m before"), std::string::npos);
+  EXPECT_TRUE(to_json(result).at("before").at("experiments").at("cells_above_paper").is_null());
 }
 
 TEST(Prediction, ThatIsWorseIsNamed) {
