@@ -308,8 +308,6 @@ TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
        "--validate-log");
 }
 
-}  // namespace
-}  // namespace m100::lab
 // The same script of sticks flown twice is two flights: what was measured differs.
 TEST_F(SeveralLogs, ARepeatedScriptIsAnotherFlight) {
   logs::FlightLog log = SyntheticAxis{}.fly();
@@ -330,3 +328,5 @@ TEST_F(SeveralLogs, ARepeatedScriptIsAnotherFlight) {
       "");
 }
 
+}  // namespace
+}  // namespace m100::lab
