@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The judge of soak.identify_coverage can say no.
+#include "host_tests/property/identify/coverage_judge.h"
+
+#include <gtest/gtest.h>
+
+namespace m100::host_tests {
+namespace {
+
+std::size_t offences(const char* name, int asked, int answered, int covered) {
+  return not_as_stated({{name, {.asked = asked, .answered = answered, .covered = covered}}}).size();
+}
+
+TEST(CoverageJudge, HoldsEveryParameterToWhatIsStated) {
+  EXPECT_EQ(offences("roll delay_s", 500, 490, 460), 0U);
+  EXPECT_EQ(offences("roll delay_s", 500, 490, 400), 1U) << "82 % of the intervals hold the truth";
+  EXPECT_EQ(offences("roll delay_s", 500, 490, 490), 1U) << "intervals that always hold it are too wide";
+  EXPECT_EQ(offences("roll delay_s", 12, 12, 10), 0U) << "twelve logs cannot tell 83 from 87 %";
+  EXPECT_EQ(offences("yaw_rate delay_s", 500, 490, 460), 1U) << "an axis of which nothing is stated";
+}
+
+// Catches a judge that one log of another structure disarms, and one that all refusals please.
+TEST(CoverageJudge, WantsAnswers) {
+  EXPECT_EQ(offences("roll delay_s", 500, 499, 400), 1U);
+  EXPECT_EQ(offences("roll delay_s", 500, 430, 410), 1U);
+  EXPECT_EQ(offences("roll delay_s", 500, 0, 0), 1U);
+  EXPECT_EQ(not_as_stated({}).size(), 1U);
+}
+
+// The tilt gain is an exception with a floor of its own, for as long as it needs one.
+TEST(CoverageJudge, KnowsItsExceptionByName) {
+  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 245), 0U);
+  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 150), 1U) << "worse than known";
+  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 460), 1U) << "mended: the exception must go";
+  EXPECT_EQ(offences("translation rate_per_s", 500, 490, 245), 1U);
+}
+
+}  // namespace
+}  // namespace m100::host_tests
