@@ -39,6 +39,7 @@ class AxisInquiry {
       ask_the_clock();
       ask_for_a_change();
     }
+    ask_for_trims();
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
     result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return result;
@@ -74,6 +75,18 @@ class AxisInquiry {
                                                     study_->axis_family().model(chosen_.final_model.fit));
     beside_.findings.insert(beside_.findings.end(), found.begin(), found.end());
     return !found.empty();
+  }
+
+  /// Neutral points that differ are an effect like any other: what nobody declared or named forbids a clean bill,
+  /// though they were taken from the sticks.
+  void ask_for_trims() {
+    constexpr const char* kTrim = "trim_offset";
+    const auto is_trim = [](const Step& step) { return step.name == kTrim; };
+    const bool declared =
+        std::find(request_.declared.begin(), request_.declared.end(), kTrim) != request_.declared.end();
+    if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
+      beside_.unexplained.emplace_back("neutral points that differ from flight to flight; declare trim_offset");
+    }
   }
 
   /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained

@@ -8,7 +8,6 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kFirst_s = 10.0;     // of a flight that is not in the training part
 constexpr double kLeastCounts = 6.0;  // as of a trim of all flights
 constexpr double kStandardErrors = 4.0;
 constexpr double kWidest = 0.4;  // of the largest stick
@@ -16,19 +15,14 @@ constexpr double kWidest = 0.4;  // of the largest stick
 /// Blocks of one flight, with what a trim of its own makes of their errors.
 class OneFlight {
  public:
-  OneFlight(const AxisPart& part, std::size_t flight, double most_s, const model::StickAxis& axis)
+  OneFlight(const AxisPart& part, std::size_t flight, const model::StickAxis& axis)
       : part_(part), axis_(axis), weights_(part.blocks.size(), 0) {
     const AxisData& data = part.signals.data;
-    double first_s = -1.0;
     for (std::size_t block = 0; block < weights_.size(); ++block) {
       const std::size_t begin = part.blocks[block].begin;
       const auto own = static_cast<std::size_t>(
           std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t at) { return at <= begin; }));
-      if (own != flight + 1) {
-        continue;
-      }
-      first_s = first_s < 0.0 ? data.time_s(begin) : first_s;
-      weights_[block] = data.time_s(begin) < first_s + most_s ? 1 : 0;
+      weights_[block] = own == flight + 1 ? 1 : 0;
       blocks_ += weights_[block] > 0 ? 1U : 0U;
     }
   }
@@ -117,9 +111,7 @@ std::vector<FlightTrim> flight_trims(const AxisStudy& study, const Fit& fit) {
   double count_known = 0.0;
   double sum = 0.0;
   for (std::size_t k = 0; k < flights; ++k) {
-    const OneFlight trained(study.training(), k, 1e9, axis);
-    const OneFlight begun(study.validation(), k, kFirst_s, axis);
-    const OneFlight& flight = trained.blocks() > 1 ? trained : begun;
+    const OneFlight flight(study.training(), k, axis);
     if (flight.blocks() < 2) {
       continue;
     }

@@ -18,8 +18,8 @@ struct FlightTrim {
   bool known = false;  ///< the flight has blocks to see it in
 };
 
-/// The trims by which the flights of the study's log differ from their mean, under `fit`. A flight that stands in the
-/// training part is asked there; another one in the first 10 s of its validation part.
+/// The trims by which the flights of the study's log differ from their mean, under `fit`, asked in the training part. A
+/// flight that stands in the validation part alone is judged with the mean: what was fitted there would be quoted too.
 /// Cost: some forty simulations of each flight. @returns nothing for a log that is one flight.
 std::vector<FlightTrim> flight_trims(const AxisStudy& study, const Fit& fit);
 
