@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 doctor at the pose's port: a key that is missing, poses that come over the bridge, axes that are wrong; and the
 // live values of a flight.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <csignal>
@@ -70,13 +74,21 @@ TEST_F(Doctor, RefusesAMessageThatDoesNotFitItsLine) {
   EXPECT_EQ(check("pose line").substr(0, 4), "bad:") << "a signature takes 13 bytes more: " << check("pose line");
 }
 
-// The bridge and m100 live in the machine's time; how many poses came in two seconds is not judged.
+// The bridge and m100 live in the machine's time; how many poses came in two seconds is not judged, and the two seconds
+// begin when the bridge hears.
 TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
   const Socket source;
   const std::uint16_t listens = Socket().port();
-  scenario::Process bridge(M100_LAB_PROGRAM, {"bridge", "--listen", "udp:" + std::to_string(listens), "--to",
-                                              "127.0.0.1:" + room->pose_port().substr(4), "--mavlink-key", key,
-                                              "--stamp", "arrival", "--json", (folder / "bridge.json").string()});
+  std::array<int, 2> pipe{};
+  ASSERT_EQ(::pipe2(pipe.data(), O_CLOEXEC), 0);
+  scenario::Process bridge(
+      M100_LAB_PROGRAM,
+      {"bridge", "--listen", "udp:" + std::to_string(listens), "--to", "127.0.0.1:" + room->pose_port().substr(4),
+       "--mavlink-key", key, "--stamp", "arrival", "--json", (folder / "bridge.json").string()},
+      {}, pipe[1]);
+  ::close(pipe[1]);
+  char first = 0;
+  ASSERT_EQ(::read(pipe[0], &first, 1), 1) << "the bridge ended before it heard";  // its first line, once it listens
   std::atomic<bool> over{false};
   std::thread sends([&] {
     for (int i = 0; !over; ++i) {
@@ -94,6 +106,7 @@ TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
       << check("poses");
   bridge.send(SIGINT);
   EXPECT_EQ(bridge.wait(scenario::kPatience), 0);
+  ::close(pipe[0]);
   const json counts = json::parse(std::ifstream(folder / "bridge.json"));
   EXPECT_GT(counts["sent"], 0);
   EXPECT_GT(counts["refused"], 0);
