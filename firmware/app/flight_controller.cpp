@@ -68,9 +68,9 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     in_force_ = pilots_command(telemetry);
   }
   est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
-  timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
-  estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
-  cross_check_.update(Measure::felt<T>(telemetry, measured), estimate_, elapsed_);  // pose against autopilot
+  timing_.update(measured, estimate_.yaw_rad);                        // times of capture as they were, not as told
+  estimate_ = observer_.update(measured, in_force_, elapsed_);        // -> state estimate
+  cross_check(Measure::felt<T>(telemetry, measured));                 // pose against autopilot
   stand_ready(now);                                                   // a flight that begins in this tick begins here
   trajectory_.fill(reference_, now, law_.lead());                     // -> reference
   fence_.hold(reference_, estimate_);                                 // inside the fence, and where one can stop
@@ -197,21 +197,41 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
                                        .yaw = stick_of(telemetry.rc.yaw)}));
 }
 
-/// What brakes by an estimate that is contradicted would fly the lie: then level and trimmed.
+/// Poses that are contradicted have taught the observer a false motion; poses that the gate refuses may have, where it
+/// is far from the one that is reckoned without them. What was learned stays false until the ladder has ended.
 template <typename T, typename S>
-ctl::Command<T> FlightController<T, S>::settled() const {
-  const bool stands = (tick_orders_ & log::kOrderTakesOff) != 0;  // on the ground nothing is to be braked
-  return contradiction().check == est::Check::kNone && !stands ? ctl::settle(estimate_, braking_) : ctl::Command<T>{};
+void FlightController<T, S>::cross_check(const est::Felt<T>& felt) {
+  constexpr T kFar_m_s = T(0.5);
+  cross_check_.update(felt, estimate_, reckoning_.push_w_m_s2(), elapsed_);
+  const safety::Rung rung = supervisor_.rung();
+  const bool contradicted = contradiction().check != est::Check::kNone;
+  const core::Vector<T, 2> apart =
+      core::Vector<T, 2>(estimate_.x.velocity_m_s, estimate_.y.velocity_m_s) - reckoning_.velocity_w_m_s();
+  const bool settles = rung == safety::Rung::kLevel || rung == safety::Rung::kRelease;
+  const bool refused = settles && estimate_.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  lied_to_ = contradicted || refused || (lied_to_ && settles);
+  const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate_.refused_poses == 0;
+  reckoning_.update(felt, estimate_, cross_check_.felt_h_m_s2(), trusted, elapsed_);
 }
 
-/// Of a lie, or of a prediction that is worth nothing, none: nobody waits for it to slow down.
+/// What brakes by an estimate that is contradicted would fly the lie.
+template <typename T, typename S>
+ctl::Command<T> FlightController<T, S>::settled() const {
+  if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground nothing is to be braked
+    return {};
+  }
+  return ctl::settle(lied_to_ ? reckoning_.instead_of(estimate_) : estimate_, braking_);
+}
+
+/// Of a prediction that is worth nothing, none: nobody waits for it to slow down.
 template <typename T, typename S>
 double FlightController<T, S>::speed_m_s() const {
   constexpr T kWorthless_m2_s2 = T(1);
-  const est::AxisEstimate<T>& x = estimate_.x;
-  const est::AxisEstimate<T>& y = estimate_.y;
-  const bool known = estimate_.predicts && contradiction().check == est::Check::kNone &&
-                     x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
+  const est::Estimate<T> motion = lied_to_ ? reckoning_.instead_of(estimate_) : estimate_;
+  const est::AxisEstimate<T>& x = motion.x;
+  const est::AxisEstimate<T>& y = motion.y;
+  const bool known = estimate_.predicts && x.velocity_variance_m2_s2 < kWorthless_m2_s2 &&
+                     y.velocity_variance_m2_s2 < kWorthless_m2_s2;
   return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
                : 0.0;
 }
@@ -219,7 +239,6 @@ double FlightController<T, S>::speed_m_s() const {
 template <typename T, typename S>
 safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
   const est::Contradiction<T>& contradicted = contradiction();
-  const bool is_contradicted = contradicted.check != est::Check::kNone;
   const core::Duration shut = config_.limits.gate_shut;
   return {.now = now,
           .pose_age = estimate_.pose_age,
@@ -228,7 +247,7 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
                            .jitter = timing_.report().jitter,
                            .interval = timing_.report().interval},
           .refused_poses = estimate_.refused_poses,
-          .refused_for = is_contradicted && estimate_.refused_for < shut ? shut : estimate_.refused_for,
+          .refused_for = lied_to_ && estimate_.refused_for < shut ? shut : estimate_.refused_for,
           .refused_by_m = static_cast<double>(estimate_.refusal.distance_m),
           .refused_allowed_m = static_cast<double>(estimate_.refusal.allowed_m),
           .error_m = kErrorSigmas * core::sqrt(static_cast<double>(core::clamp(

@@ -11,6 +11,7 @@
 #include "firmware/ctl/flight_law.h"
 #include "firmware/ctl/place_watch.h"
 #include "firmware/est/cross_check.h"
+#include "firmware/est/dead_reckoning.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/pose_timing.h"
 #include "firmware/est/trim_watch.h"
@@ -115,6 +116,7 @@ class FlightController {
   void take_orders(core::TimePoint now);
   bool is_in_reach() const;
   core::Pose<double> pose(core::TimePoint now);
+  void cross_check(const est::Felt<T>& felt);
   ctl::Command<T> settled() const;
   double speed_m_s() const;
   safety::Observation observation(core::TimePoint now);
@@ -142,6 +144,7 @@ class FlightController {
   est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
   est::CrossCheck<T> cross_check_;
+  est::DeadReckoning<T> reckoning_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
   ctl::Braking braking_;
@@ -168,6 +171,7 @@ class FlightController {
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   bool order_stands_ = false;  ///< as of this tick
+  bool lied_to_ = false;       ///< the observer's motion was learned from poses that are contradicted
   core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon

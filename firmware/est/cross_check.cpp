@@ -33,8 +33,13 @@ constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(ch
 constexpr double kVelocityMemory_s = 2.0;
 /// The offset belongs to a flight, the tilt's wander to seconds: ten times the memory of the velocity.
 constexpr double kOffsetMemory_s = 20.0;
-/// Nothing is summed before: the first offset is the mean over this time, in which the observer's own start ends too.
+/// Nothing is summed before: the observer's own start ends in this time. Until the end of the first look the offset is
+/// known from less than 3 s, and what it may still be, 0.15 m/s at first, is allowed on top.
+constexpr double kBegins_s = 1.0;
 constexpr double kFirstLook_s = 3.0;
+constexpr double kFirstLook_m_s = 0.15;
+/// What is more than an offset is not learned as one while the check doubts: it may be what a lie does.
+constexpr double kMostOffset_m_s2 = 0.5;
 constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn of the aircraft is over sooner
 constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
 /// Motion that nobody looked at: the next velocity is where the sum begins again.
@@ -51,7 +56,8 @@ constexpr double kLeast_g = 0.8, kMost_g = 1.4;
 /// An alarm needs twice that for half a second, six sigmas of what is noise; what no noise describes is left to the
 /// campaign (README).
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05;
-constexpr double kFelt_s = 0.1;  ///< the acceleration is averaged over this, or the rotors would count as motion
+/// Evidence comes with the square of a gross disagreement, as a likelihood ratio does, but one tick is never enough.
+constexpr double kMostWeight = 4.0;
 constexpr double kMovedLately_s = 1.0;
 
 template <typename T>
@@ -99,12 +105,14 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
 }
 
 template <typename T>
-T CrossCheck<T>::allowed_m_s(const Estimate<T>& estimate) const {
-  const T push_m_s2 = core::sqrt(Vector2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2).squaredNorm());
+T CrossCheck<T>::allowed_m_s(const Vector2& push_w_m_s2) const {
+  const T push_m_s2 = core::sqrt(push_w_m_s2.squaredNorm());
   const T allowed =
       static_cast<T>(kCalm_m_s) + static_cast<T>(kMoves_s) * moved_m_s2_ + static_cast<T>(kWind_s) * push_m_s2;
   const T most = bound<T>(Check::kForce);
-  return allowed < most ? allowed : most;
+  const T unknown = core::clamp(
+      (static_cast<T>(kFirstLook_s) - force_seen_s_) * static_cast<T>(1.0 / (kFirstLook_s - kBegins_s)), T(0), T(1));
+  return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s);
 }
 
 /// @returns horizontal velocity that the pose has gained lately and the force has not.
@@ -121,16 +129,23 @@ T CrossCheck<T>::gained(const Estimate<T>& estimate, T step_s) {
   const Vector2 step_h = core::rotate<T>(step_w, {.sine = -yaw.sine, .cosine = yaw.cosine});
   const Vector2 unfelt_h = step_h - (force_h_m_s2_ + offset_h_m_s2_) * step_s;
   force_seen_s_ = core::clamp(force_seen_s_ + step_s, T(0), static_cast<T>(kOffsetMemory_s));
-  offset_h_m_s2_ += unfelt_h * (T(1) / (force_seen_s_ > T(1) ? force_seen_s_ : T(1)));
-  felt_h_m_s2_ += (force_h_m_s2_ + offset_h_m_s2_ - felt_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFelt_s));
+  const T most = doubts_ ? static_cast<T>(kMostOffset_m_s2) * step_s : T(1);
+  const Vector2 learned_h = unfelt_h.cwiseMax(-most).cwiseMin(most);
+  const Vector2 corrected_h = learned_h * (T(1) / (force_seen_s_ > T(1) ? force_seen_s_ : T(1)));
+  offset_h_m_s2_ += corrected_h;
+  felt_h_m_s2_ += (force_h_m_s2_ + offset_h_m_s2_ - felt_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFeltMean_s));
   const T moves_m_s2 = core::sqrt(felt_h_m_s2_.squaredNorm());
   moved_m_s2_ -= moved_m_s2_ * (step_s * static_cast<T>(1.0 / kMovedLately_s));
   moved_m_s2_ = moves_m_s2 > moved_m_s2_ ? moves_m_s2 : moved_m_s2_;
-  if (force_seen_s_ < static_cast<T>(kFirstLook_s)) {
+  if (force_seen_s_ < static_cast<T>(kBegins_s)) {
     gained_w_m_s_.setZero();
+    summed_s_ = T(0);
     return T(0);
   }
-  gained_w_m_s_ += core::rotate<T>(unfelt_h, yaw) - gained_w_m_s_ * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+  // The sum is that of the offset as it is known now, not as it was believed while the sum was made.
+  const T fades = step_s * static_cast<T>(1.0 / kVelocityMemory_s);
+  summed_s_ += step_s - summed_s_ * fades;
+  gained_w_m_s_ += core::rotate<T>(unfelt_h - corrected_h * (doubts_ ? T(0) : summed_s_), yaw) - gained_w_m_s_ * fades;
   return core::sqrt(gained_w_m_s_.squaredNorm());
 }
 
@@ -151,7 +166,10 @@ void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
     return;
   }
   T& evidence_s = evidence_s_[static_cast<std::size_t>(check)];
-  evidence_s = core::clamp(evidence_s + (disagreement / allowed - T(1)) * step_s, T(0), T(2) * kEvidence_s);
+  const T ratio = disagreement / allowed;
+  const T weight = ratio < T(2) ? ratio - T(1) : (ratio * ratio - T(1)) * static_cast<T>(1.0 / 3.0);
+  evidence_s =
+      core::clamp(evidence_s + (weight < T(kMostWeight) ? weight : T(kMostWeight)) * step_s, T(0), T(2) * kEvidence_s);
   if (evidence_s > kEvidence_s && report_.check == Check::kNone) {
     report_ = {.check = check, .measured = disagreement, .allowed = allowed};
   } else if (evidence_s <= kEvidence_s && report_.check == check) {
@@ -160,21 +178,25 @@ void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
 }
 
 template <typename T>
-void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, core::Duration elapsed) {
+void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, const Vector2& push_w_m_s2,
+                           core::Duration elapsed) {
   if (felt.force_is_new) {
     feel(felt);
   }
-  if (!estimate.healthy || estimate.refused_poses > 0 || elapsed > kGap) {
+  if (!estimate.healthy || elapsed > kGap) {
     knows_velocity_ = false;
+    doubts_ = false;
     return;
   }
   const T step_s = core::seconds<T>(elapsed);
   const T gained_m_s = gained(estimate, step_s);
+  const T allowed = allowed_m_s(push_w_m_s2);
+  doubts_ = (off_ & set_of(Check::kForce)) == 0 && gained_m_s > allowed;
   const T turned_rad = felt.attitude_is_new ? turned(felt, estimate, step_s) : T(0);
   if (estimate.pose_age > kPoseUsed) {
     return;
   }
-  judge(Check::kForce, gained_m_s, allowed_m_s(estimate), step_s);
+  judge(Check::kForce, gained_m_s, allowed, step_s);
   if (felt.climb_is_new) {
     judge(Check::kClimb, size_of(estimate.climb_m_s - felt.climb_m_s), bound<T>(Check::kClimb), step_s);
   }

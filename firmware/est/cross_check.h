@@ -53,6 +53,9 @@ struct Contradiction {
   T allowed{0};
 };
 
+/// The force is averaged over this, or the rotors would count as motion.
+inline constexpr double kFeltMean_s = 0.1;
+
 /// Holds the motion that the poses tell, as the observer has it, against the motion that the autopilot feels.
 ///
 ///   force    g' = v_pose' - (f + o) - g / 2 s   v_pose: the observer's velocity; f: the specific force turned into
@@ -60,14 +63,18 @@ struct Contradiction {
 ///   climb    c = climb_pose - climb_autopilot
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
 ///
-/// Each disagreement is weighed by what is allowed and summed one-sidedly (CUSUM): S' = |x| / allowed - 1, from 0 to
-/// twice kEvidence_s. Above kEvidence_s the pose is contradicted: twice the allowed disagreement must last for 0.5 s,
-/// and what stays inside the allowed one never adds up. How the bounds are derived stands beside them in the source.
+/// Each disagreement is weighed by what is allowed and summed one-sidedly (CUSUM), from 0 to twice kEvidence_s:
+///   S' = r - 1            r = |x| / allowed, up to 2
+///      = (r^2 - 1) / 3    beyond, at most 4: a gross one counts as a likelihood ratio does
+/// Above kEvidence_s the pose is contradicted: twice the allowed disagreement must last for 0.5 s, nearly four times
+/// for 0.13 s, and what stays inside the allowed one never adds up. How the bounds are derived stands beside them in
+/// the source.
 ///
 /// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time and else begins
 /// again at zero and drifts by 0.4 m/s in the root of a second, which hides what the specific force shows. Nothing is
-/// judged while no pose was used for 0.3 s, while the gate refuses poses, and where a part of telemetry does not come;
-/// an acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
+/// judged while no pose was used for 0.3 s, and where a part of telemetry does not come; poses that the gate begins to
+/// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has
+/// gravity taken away, and is no evidence.
 ///
 /// No heap. Cost: three sine-cosine pairs, four square roots and about 100 products a tick. T is float or double.
 template <typename T>
@@ -79,21 +86,31 @@ class CrossCheck {
   explicit CrossCheck(CheckSet off = 0) : off_(off) {}
 
   /// Once per tick, after the observer.
-  void update(const Felt<T>& felt, const Estimate<T>& estimate, core::Duration elapsed);
+  /// @param push_w_m_s2 the wind's push in the world as it was while everything agreed (DeadReckoning).
+  void update(const Felt<T>& felt, const Estimate<T>& estimate, const core::Vector<T, 2>& push_w_m_s2,
+              core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
+  /// The force disagrees by more than is allowed, though not yet for long enough to say so.
+  bool doubts() const { return doubts_; }
+  /// Horizontal acceleration that is felt, averaged over kFeltMean_s, without the offset: forward and left of the
+  /// heading. Nothing: the force does not come, or nobody knows what it is.
+  std::optional<core::Vector<T, 2>> felt_h_m_s2() const {
+    return force_seen_s_ > T(0) ? std::optional<core::Vector<T, 2>>(felt_h_m_s2_) : std::nullopt;
+  }
 
  private:
   using Vector2 = core::Vector<T, 2>;
   void feel(const Felt<T>& felt);
   T gained(const Estimate<T>& estimate, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
-  T allowed_m_s(const Estimate<T>& estimate) const;
+  T allowed_m_s(const Vector2& push_w_m_s2) const;
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;
   bool knows_velocity_ = false;
   bool knows_heading_ = false;
+  bool doubts_ = false;                     ///< more than is allowed: what a lie does may not be learned as an offset
   T force_seen_s_{0};                       ///< how long the offset has been learned; at most its memory
   T force_size_{0};                         ///< mean length of the acceleration, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();  ///< newest specific force, forward and left, horizontal
@@ -102,6 +119,7 @@ class CrossCheck {
   T moved_m_s2_{0};                           ///< the largest of it in the last second, fading
   Vector2 velocity_w_m_s_ = Vector2::Zero();  ///< of the tick before
   Vector2 gained_w_m_s_ = Vector2::Zero();
+  T summed_s_{0};  ///< over how long it is a sum
   T heading_offset_rad_{0};
   std::array<T, kCheckCount> evidence_s_{};
   Contradiction<T> report_;

@@ -49,7 +49,8 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   count_good_poses(seen, fresh);
   entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins behind the task
   const core::Duration inside = seen.now - entered_;
-  const core::Duration most_level = fresh ? limits_.level_moving_seen : limits_.level_moving;
+  const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // poses that are refused show no speed
+  const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const bool may_hand_over = seen.speed_m_s < limits_.hand_over_m_s || inside >= most_level;
   add(seen.authority && seen.mode_f, LadderSign::kCommandable);
   add(seen.operator_releases, LadderSign::kOperatorReleases);

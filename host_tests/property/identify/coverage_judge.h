@@ -27,8 +27,6 @@ struct Reached {
   double share;
 };
 inline constexpr std::array kReached{Reached{"roll", 0.87}, Reached{"translation", 0.85}};
-/// What is known to reach less. Each is among the known limits; a row that is no longer needed fails.
-inline constexpr std::array kKnownShortfalls{Reached{"translation tilt_gain", 0.5}};
 inline constexpr double kMost = 0.98;     ///< above, intervals are too wide
 inline constexpr double kAnswered = 0.9;  ///< of the logs asked: fewer, and the rest may be the lucky ones
 
@@ -59,15 +57,8 @@ inline std::vector<std::string> not_as_stated(const std::map<std::string, Covera
     for (const Reached& axis : kReached) {
       reached = name.starts_with(std::string(axis.name) + " ") ? axis.share : reached;
     }
-    double least = reached;
-    for (const Reached& known : kKnownShortfalls) {
-      least = name == known.name ? known.share : least;
-    }
-    if (least < reached && covered >= reached) {
-      out.push_back(sentence(name, "no known shortfall any more: the truth", covered, reached));
-    }
-    if (covered < least - chance(least, count.answered)) {
-      out.push_back(sentence(name, "the truth", covered, least - chance(least, count.answered)));
+    if (covered < reached - chance(reached, count.answered)) {
+      out.push_back(sentence(name, "the truth", covered, reached - chance(reached, count.answered)));
     }
     if (covered > kMost + chance(kMost, count.answered)) {
       out.push_back(sentence(name, "too wide: the truth", covered, kMost + chance(kMost, count.answered)));

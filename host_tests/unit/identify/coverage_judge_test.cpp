@@ -27,13 +27,5 @@ TEST(CoverageJudge, WantsAnswers) {
   EXPECT_EQ(not_as_stated({}).size(), 1U);
 }
 
-// The tilt gain is an exception with a floor of its own, for as long as it needs one.
-TEST(CoverageJudge, KnowsItsExceptionByName) {
-  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 245), 0U);
-  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 150), 1U) << "worse than known";
-  EXPECT_EQ(offences("translation tilt_gain", 500, 490, 460), 1U) << "mended: the exception must go";
-  EXPECT_EQ(offences("translation rate_per_s", 500, 490, 245), 1U);
-}
-
 }  // namespace
 }  // namespace m100::host_tests

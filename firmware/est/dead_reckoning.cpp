@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/dead_reckoning.h"
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/model/vehicle.h"
+
+namespace m100::est {
+namespace {
+
+/// Longer than a lie flies before it is contradicted, and short enough to forget what the attitude's error of a
+/// tenth of a degree, 0.02 m/s^2, adds up to.
+constexpr double kVelocityMemory_s = 4.0;
+constexpr double kPushMemory_s = 10.0;
+constexpr double kFirstMean_s = 0.5;
+constexpr double kMost_m_s = 20.0;  ///< untrusted for minutes, on the ground, it would run away
+/// 0.4 m/s: where the estimate says how well it knows.
+constexpr double kVariance_m2_s2 = 0.16;
+
+template <typename T>
+T median(T a, T b, T c) {
+  const T low = a < b ? a : b;
+  const T high = a < b ? b : a;
+  return core::clamp(c, low, high);
+}
+
+}  // namespace
+
+template <typename T>
+void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
+                              const std::optional<Vector2>& felt_h_m_s2, bool trusted, core::Duration elapsed) {
+  if (!estimate.predicts) {
+    seen_s_ = T(0);
+    return;
+  }
+  const T step_s = core::seconds<T>(elapsed);
+  const Vector2 seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 told_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
+  if (felt.attitude_is_new) {
+    slope_ = core::heading_slope_of(core::turn_of(felt.roll_rad), core::turn_of(felt.pitch_rad));
+  }
+  if (seen_s_ == T(0)) {
+    velocity_w_m_s_ = seen_m_s;
+    push_w_m_s2_ = told_m_s2;
+    offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
+  }
+  seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kPushMemory_s));
+  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
+  const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);
+  tilted_h_m_s2_ += (tilted_h - tilted_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFeltMean_s));
+  const Vector2 felt_push = felt_h_m_s2 ? core::rotate<T>(*felt_h_m_s2 - tilted_h_m_s2_, yaw) : push_w_m_s2_;
+  const Vector2 push(median(told_m_s2.x(), felt_push.x(), push_w_m_s2_.x()),
+                     median(told_m_s2.y(), felt_push.y(), push_w_m_s2_.y()));
+  velocity_w_m_s_ += (core::rotate<T>(tilted_h, yaw) + push) * step_s;
+  velocity_w_m_s_ = velocity_w_m_s_.cwiseMax(T(-kMost_m_s)).cwiseMin(T(kMost_m_s));
+  if (trusted) {
+    velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+    const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));
+    push_w_m_s2_ += (push - push_w_m_s2_) * share;
+    offset_rad_ += (Vector2(estimate.x.input_offset_rad, estimate.y.input_offset_rad) - offset_rad_) * share;
+  }
+}
+
+template <typename T>
+Estimate<T> DeadReckoning<T>::instead_of(const Estimate<T>& estimate) const {
+  Estimate<T> known = estimate;
+  const auto replace = [this](AxisEstimate<T>& axis, Eigen::Index i) {
+    axis.velocity_m_s = velocity_w_m_s_[i];
+    axis.disturbance_m_s2 = push_w_m_s2_[i];
+    axis.input_offset_rad = offset_rad_[i];
+    axis.velocity_variance_m2_s2 = static_cast<T>(kVariance_m2_s2);
+  };
+  replace(known.x, 0);
+  replace(known.y, 1);
+  return known;
+}
+
+template class DeadReckoning<float>;
+template class DeadReckoning<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/dead_reckoning.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/core/tilt.h"
+
+namespace m100::est {
+namespace {
+
+constexpr double kTick_s = 0.01;
+constexpr double kGravity_m_s2 = 9.8066;
+using Vector2 = core::Vector<double, 2>;
+
+/// An aircraft that tilts, a wind that pushes it, and three witnesses of both, each of which a test lets lie.
+class DeadReckoningTest : public ::testing::Test {
+ protected:
+  DeadReckoningTest() {
+    estimate_.predicts = true;
+    felt_.attitude_is_new = true;
+    turn_to(0.7);
+  }
+  void turn_to(double yaw_rad) { estimate_.yaw_rad = felt_.yaw_rad = yaw_rad; }
+
+  /// @param tilt_m_s2 what the tilt accelerates by, along the world's x; @param push_m_s2 the wind.
+  void fly(double seconds, double tilt_m_s2, double push_m_s2) {
+    for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
+      const double cosine = std::cos(estimate_.yaw_rad), sine = std::sin(estimate_.yaw_rad);
+      const double total_m_s2 = tilt_m_s2 + push_m_s2;
+      const core::Euler<double> attitude = core::attitude_of(core::Slope<double>{.x = tilt_m_s2 / kGravity_m_s2},
+                                                             estimate_.yaw_rad, core::turn_of(estimate_.yaw_rad));
+      felt_.roll_rad = attitude.roll_rad;
+      felt_.pitch_rad = attitude.pitch_rad;
+      speed_m_s_ += total_m_s2 * kTick_s;
+      if (pose_tells_) {
+        estimate_.x.velocity_m_s = speed_m_s_;
+        estimate_.x.disturbance_m_s2 = push_m_s2;
+      }
+      const double force_m_s2 = total_m_s2 + force_lies_m_s2_;
+      felt_h_m_s2_ += (Vector2(cosine, -sine) * force_m_s2 - felt_h_m_s2_) * (kTick_s / kFeltMean_s);
+      reckoning_.update(felt_, estimate_, felt_h_m_s2_, trusted_, core::kTickPeriod);
+    }
+  }
+  double error_m_s() const { return (reckoning_.velocity_w_m_s() - Vector2(speed_m_s_, 0.0)).norm(); }
+
+  DeadReckoning<double> reckoning_;
+  Estimate<double> estimate_;
+  Felt<double> felt_;
+  Vector2 felt_h_m_s2_ = Vector2::Zero();  ///< averaged as CrossCheck averages it
+  double speed_m_s_ = 0.0;
+  bool pose_tells_ = true;
+  bool trusted_ = true;
+  double force_lies_m_s2_ = 0.0;
+};
+
+TEST_F(DeadReckoningTest, KnowsTheSpeedThatAnHonestFlightHas) {
+  fly(5.0, -0.5, 0.5);
+  fly(1.0, 3.0, 0.5);
+  EXPECT_LT(error_m_s(), 0.1);
+  fly(3.0, -2.0, 0.5);
+  EXPECT_LT(error_m_s(), 0.15);
+}
+
+// Catches a brake that flies on what the observer has learned from the lie.
+TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
+  RecordProperty("promise", "R14");
+  fly(5.0, -0.5, 0.5);
+  pose_tells_ = false;  // mirrored: the faster the aircraft, the faster the other way; a wind explains it
+  for (int tick = 0; tick < 80; ++tick) {
+    fly(kTick_s, 2.0, 0.5);
+    estimate_.x.velocity_m_s = -speed_m_s_;
+    estimate_.x.disturbance_m_s2 = -4.5;
+  }
+  trusted_ = false;
+  EXPECT_LT(error_m_s(), 0.5) << "of " << speed_m_s_ << " m/s, and the pose says " << -speed_m_s_;
+  const double when_noticed_m_s = error_m_s();
+  fly(1.0, -2.0, 0.5);
+  EXPECT_NEAR(error_m_s(), when_noticed_m_s, 0.1) << "nothing of the lie enters any more";
+  EXPECT_NEAR(reckoning_.push_w_m_s2().x(), 0.5, 0.15);
+}
+
+// A hand at the frame, a tether, an offset that is new: no tilt explains it, and the pose sees nothing of it.
+TEST_F(DeadReckoningTest, AForceThatNoTiltExplainsInventsNoMotion) {
+  RecordProperty("promise", "R14");
+  fly(5.0, 0.0, 0.0);
+  force_lies_m_s2_ = 1.0;
+  fly(1.0, 0.0, 0.0);
+  trusted_ = false;
+  fly(2.0, 0.0, 0.0);
+  EXPECT_LT(error_m_s(), 0.05);
+}
+
+TEST_F(DeadReckoningTest, FollowsAWindThatPoseAndForceBothTell) {
+  fly(10.0, 0.0, 0.0);
+  fly(1.0, 0.0, 2.0);
+  EXPECT_LT(error_m_s(), 0.25) << "of 2 m/s";
+}
+
+TEST_F(DeadReckoningTest, HandsOverTheMotionAndLeavesThePlace) {
+  estimate_.x.position_m = 3.0;
+  estimate_.y.input_offset_rad = 0.02;
+  fly(2.0, 0.0, 0.3);
+  const Estimate<double> known = reckoning_.instead_of(estimate_);
+  EXPECT_EQ(known.x.position_m, 3.0);
+  EXPECT_EQ(known.x.velocity_m_s, reckoning_.velocity_w_m_s().x());
+  EXPECT_EQ(known.y.disturbance_m_s2, reckoning_.push_w_m_s2().y());
+  EXPECT_NEAR(known.y.input_offset_rad, 0.02, 1e-9);
+}
+
+TEST_F(DeadReckoningTest, BeginsAnewWithTheObserver) {
+  fly(2.0, 1.0, 0.0);
+  estimate_.predicts = false;
+  fly(kTick_s, 0.0, 0.0);
+  estimate_.predicts = true;
+  speed_m_s_ = -1.0;
+  fly(kTick_s, 0.0, 0.0);
+  EXPECT_LT(error_m_s(), 0.02);
+}
+
+}  // namespace
+}  // namespace m100::est
