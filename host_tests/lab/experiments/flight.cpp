@@ -92,6 +92,9 @@ class Flight {
   }
 
   FlightResult run() {
+    if (plan_.prepare) {
+      plan_.prepare(world_);
+    }
     if (!obtain()) {
       return finish();
     }

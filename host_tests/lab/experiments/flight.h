@@ -33,6 +33,8 @@ struct FlightPlan {
   /// sticks rest, and it drifts with the wind. Not beside keep_log: the log's notes stand before the flight.
   bool pilot_holds_place = false;
   std::optional<companion::FlightFile> flight_file;  ///< what the flight may do; none: the defaults of the program
+  /// Called once, before the first tick: what is wrong from the start.
+  std::function<void(sim::World&)> prepare;
   /// Called before every tick of the course with its time: faults.
   std::function<void(sim::World&, double t_s)> disturb;
 };
