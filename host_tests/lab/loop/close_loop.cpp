@@ -114,9 +114,9 @@ class Loop {
     FlownLog best = fly_and_log(options_, seed, file);
     for (int again = 1; again < kFlights && length_s(best) < kMost * options_.flight_s; ++again) {
       const std::filesystem::path path(file);
-      result_.decisions.push_back(
-          path.filename().string() +
-          text(": the ladder handed over after %.1f s of %.0f s: flown again", length_s(best), options_.flight_s));
+      result_.decisions.push_back(path.filename().string() +
+                                  two_numbers(": the ladder handed over after %.1f s of %.0f s: flown again",
+                                              length_s(best), options_.flight_s));
       FlownLog next = fly_and_log(
           options_, seed + static_cast<std::uint64_t>(again) * kAnother,
           (path.parent_path() / (path.stem().string() + "_" + std::to_string(again + 1) + ".ulg")).string());

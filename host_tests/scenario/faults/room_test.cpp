@@ -63,8 +63,8 @@ class RoomTest : public ::testing::Test {
   void tick() {
     bench_.tick();
     const core::TimePoint now = bench_.world().now();
-    const bool word = room_.tick(now, bench_.controller(), companion::facts_of(pilotage_));
-    (void)pilotage_.tick(now, {.word = word, .led = room_.leads()});
+    const companion::Said said = room_.tick(now, bench_.controller(), companion::facts_of(pilotage_, now));
+    (void)pilotage_.tick(now, {.word = said.word, .land = said.land, .led = room_.leads()});
   }
   void pass(core::Duration time) {
     for (const core::TimePoint end = bench_.world().now() + time; bench_.world().now() < end;) {
