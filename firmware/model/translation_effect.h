@@ -80,6 +80,7 @@ struct Needs {
 enum class Acts : std::uint8_t {
   kAsForce,   ///< an outer force: an accelerometer feels it, and a thrust measured by one contains its share
   kInThrust,  ///< a change of the thrust itself
+  kOnThrust,  ///< beside the thrust, and along it in part: a thrust measured by an accelerometer contains that part
 };
 
 /// How an effect depends on the velocity relative to the air, and with it on the wind.

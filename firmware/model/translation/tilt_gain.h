@@ -23,7 +23,7 @@ struct TiltGain {
       .size = distance_from_one,
       .columns = 1,
       .column = column,
-      .acts = Acts::kAsForce,  // what it adds is felt along the thrust as well: a measured thrust contains its share
+      .acts = Acts::kOnThrust,
       .report = report_gain,
       .in_flight = InFlight::kInThePrediction,
       .sentence = "A tilt gives more or less acceleration than gravity says: scale or thrust compensation is off."};

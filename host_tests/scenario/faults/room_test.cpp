@@ -46,9 +46,10 @@ class RoomTest : public ::testing::Test {
                                            .coordinate_frame = 1});
   }
   void carry_over(const std::vector<float>& north) {
-    say(mavlink::MissionCount{.count = static_cast<std::uint16_t>(north.size()), .target_system = 1});
+    const auto count = static_cast<std::uint16_t>(north.size());
+    say(mavlink::MissionCount{.count = count, .target_system = 1});
     pass(milliseconds(20));
-    for (std::uint16_t seq = 0; seq < north.size(); ++seq) {
+    for (std::uint16_t seq = 0; seq < count; ++seq) {
       say(mavlink::MissionItemInt{.param4 = std::numeric_limits<float>::quiet_NaN(),
                                   .x = static_cast<std::int32_t>(std::lround(1e4F * north[seq])),
                                   .z = static_cast<float>(-bench_.place().z()),

@@ -68,8 +68,9 @@ TABLE = {
     "m100-lab mpc solve": dict(inputs=["FILE"], needed=["FILE"], other=["--scalar", "--law"]),
     "m100-lab paper": dict(inputs=["--pitch-roll", "--height"], needed=["--pitch-roll", "--height"],
                            outputs=["--json"]),
-    "m100-lab report": dict(inputs=["pages"], needed=["pages", "--out"], outputs=["--out"],
-                            other=["--title", "--note"]),
+    "m100-lab report": dict(inputs=["pages", "--lead", "--identified", "--experiments", "--loop", "--margins"],
+                            needed=["pages", "--out"], outputs=["--out"],
+                            other=["--title", "--note", "--asked", "--source"]),
     # An aircraft's folder, whose files are its own; the board's names are not opened here.
     "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--key-file", "--m100"]),
     "m100-lab bridge": dict(words="--listen udp:9763 --to 127.0.0.1:9764 --duration 0.01", inputs=["--mavlink-key"],

@@ -122,7 +122,7 @@ Regression::Regression(const TranslationBlocks& part, const Structure& structure
     const TranslationEffect* effect = model::translation_effect(name);
     for (std::size_t k = 0; k < count; ++k) {
       const double value = effect->searched_count() > 0 ? searched[slot_of(*effect)] : 0.0;
-      fill(columns.col(column++), effect->acts == model::Acts::kAsForce,
+      fill(columns.col(column++), effect->acts != model::Acts::kInThrust,
            [&](const model::Moment& at) { return effect->column(k, at, value); });
     }
   }
