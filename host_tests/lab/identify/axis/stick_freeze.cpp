@@ -17,9 +17,10 @@ constexpr double kHeld_s = 0.4;
 constexpr double kAfter_s = 0.6;  // until the response has come back to the stick
 constexpr double kDenser = 10.0;
 constexpr double kLeastPower = 0.4;
-constexpr double kLeastTime = 0.5;  // outside of all holds
-constexpr double kGrain = 1e-6;     // of its large values: less is no other value of a stick
-constexpr double kQuick = 0.95;     // of the steps that are not nought
+constexpr double kLeastTime = 0.5;    // outside of all holds
+constexpr double kLeastHolds = 0.25;  // of the time held: a hand that often rests did not freeze where all went wrong
+constexpr double kGrain = 1e-6;       // of its large values: less is no other value of a stick
+constexpr double kQuick = 0.95;       // of the steps that are not nought
 
 struct Hold {
   std::size_t begin;
@@ -120,16 +121,20 @@ std::vector<Finding> stick_freeze(const std::vector<const AxisPart*>& parts, con
   }
   Power all = outside;
   Power frozen;
+  double held_samples = 0.0;
   std::size_t longest = 0;
   for (const HeldPower& one : held) {
     all.sum += one.power.sum;
     all.samples += one.power.samples;
+    held_samples += one.power.samples;
     if (one.power.denser_than(outside)) {
       frozen.sum += one.power.sum;
+      frozen.samples += one.power.samples;
       longest = std::max(longest, one.hold.end - one.hold.begin);
     }
   }
-  if (outside.samples < kLeastTime * all.samples || frozen.sum < kLeastPower * all.sum || longest == 0) {
+  if (outside.samples < kLeastTime * all.samples || frozen.sum < kLeastPower * all.sum ||
+      frozen.samples < kLeastHolds * held_samples || longest == 0) {
     return {};
   }
   const AxisSignals& signals = parts.front()->signals;
