@@ -65,6 +65,12 @@ constexpr std::array kPlants{
             row_because(Reason::kLeftModeF).from = kAcquiring;
             ladder_row(Rung::kNominal, Cause::kControlGone).from = Rung::kSilent;
           }},
+    Plant{"mode_switch_unseen_in_a_task",
+          [] {
+            row_because(Reason::kLeftModeF).from = kAcquiring;
+            ladder_row(Rung::kLevel, Cause::kControlGone).excludes =
+                LadderSign::kCommandable | LadderSign::kTaskFlies;
+          }},
     Plant{"virtual_rc_end_unseen", [] { row_because(Reason::kVirtualRcEnded).from = StageSet{}; }},
     Plant{"silence_unseen_in_control",
           [] {
@@ -113,7 +119,8 @@ void ladder_signs() {
                                     std::pair{"NEUTRAL_OVER", LadderSign::kNeutralOver},
                                     std::pair{"OPERATOR_ENGAGES", LadderSign::kOperatorEngages},
                                     std::pair{"OUTSIDE", LadderSign::kOutside},
-                                    std::pair{"PLACE_LOST", LadderSign::kPlaceLost}};
+                                    std::pair{"PLACE_LOST", LadderSign::kPlaceLost},
+                                    std::pair{"TASK_FLIES", LadderSign::kTaskFlies}};
   for (const auto& [name, sign] : kLadderSigns) {
     define("L_" + std::string(name), bits_of(sign));
   }

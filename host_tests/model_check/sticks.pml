@@ -26,6 +26,7 @@ bit alive = 1;
 byte stage = stage_ready; bit asked; byte requests; byte switches; bit owed; bit must_release;
 byte since_entry; byte since_request = SPACING; byte since_switch = SPACING;
 byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused; bit pose = 1; bit fast;
+bit task;  /* AutopilotTask: the autopilot takes off or lands by the operator's order */
 mtype = { no_answer_yet, is_done, is_again, is_refused };
 mtype answer = no_answer_yet;
 /* The keeper. */
@@ -124,7 +125,8 @@ inline ladder_step() {
     (silent > HEARD_FOR -> L_TELEMETRY_DEAD : 0) | (pose && silent == 0 -> L_FRESH | L_RECOVERED : 0) |
     (rung == rung_coast && rung_age >= COAST_TIME -> L_COAST_OVER : 0) |
     (rung == rung_level && rung_age >= LEVEL_TIME && (!fast || (rung_age >= LEVEL_MOVING_TIME && !pose)) -> L_LEVEL_OVER : 0) |
-    (rung == rung_release && rung_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0);
+    (rung == rung_release && rung_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0) | (task -> L_TASK_FLIES : 0);
+  rung_age = (rung == rung_level && task -> 0 : rung_age);  /* the time of level begins behind the task */
   signs = ladder_signs;
   before = rung;
   match_ladder();
@@ -137,7 +139,8 @@ inline ladder_step() {
   order = order && rung != rung_nominal;
   release_next = before == rung_release && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
   unused = (stage == stage_in_control && rung == rung_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
-  release_next = release_next || unused == UNUSED_TIME
+  release_next = release_next || unused == UNUSED_TIME;
+  task = task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control)  /* Pilotage sees that control is gone */
 }
 
 inline examine() {
@@ -145,7 +148,7 @@ inline examine() {
   assert(!(leaves && lost));                     /* R4: no control byte after loss */
   held = (alive && ours && !wants && WELL && !push -> held + 1 : 0);
   assert(held <= RELEASED_WITHIN);               /* R15: what nobody wants goes back */
-  blind = (alive && ours && stage == stage_in_control && !pose && WELL -> blind + 1 : 0);
+  blind = (alive && ours && stage == stage_in_control && !pose && !task && WELL -> blind + 1 : 0);  /* a task needs none */
   assert(blind <= BLIND_WITHIN);                 /* no pose: the ladder ends with the pilot */
   dead_held = (!alive && ours && WELL && (rounds > 0 || dead_held > 0) -> dead_held + 1 : 0);
   assert(dead_held <= DEATH_WITHIN)              /* R15: the keeper gives back */
@@ -187,6 +190,9 @@ active proctype world() {
      :: alive && rung == rung_level -> event = 22
      :: alive && (rung == rung_nominal || rung == rung_coast) -> event = 23
      :: alive && rung == rung_nominal -> event = 24
+     :: alive && !task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control) -> event = 25
+     :: task -> event = 26
+     :: task -> event = 27
      fi;
      d_step {
      since_obtain = (since_obtain < SPACING -> since_obtain + 1 : SPACING);
@@ -201,14 +207,14 @@ active proctype world() {
      :: event == 6 -> line_in = !line_in
      :: event == 7 -> line_out = !line_out
      :: event == 8 -> signs = A_ASKED; order = 1; lost = 0; obtains = (hbit(ACQUIRING_STAGES | HOLDING_STAGES, stage) -> obtains : 0)
-     :: event == 9 -> order = 0; ladder_signs = L_OPERATOR_RELEASES; release_next = release_next || rung == rung_silent
+     :: event == 9 -> order = 0; task = 0; ladder_signs = L_OPERATOR_RELEASES; release_next = release_next || rung == rung_silent
      :: event == 10 -> pose = !pose
      :: event == 11 -> ladder_signs = L_ESTIMATE_LOST
      :: event == 12 -> ladder_signs = L_UNSOUND
      :: event == 13 -> lose(); push = 0; signs = A_RESTARTED    /* the autopilot restarts and says nothing */
      :: event == 14 -> signs = A_PORT_BACK
      :: event == 15 -> signs = A_OWN_STALL
-     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; release_next = 0; held = 0; blind = 0
+     :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; task = 0; release_next = 0; held = 0; blind = 0
      :: event == 17 -> begin_program()
      :: event == 18 -> signs = A_NO_ANSWER
      :: event == 19 -> answer = no_answer_yet     /* the answer to the request is lost */
@@ -216,6 +222,9 @@ active proctype world() {
      :: event == 22 -> fast = !fast               /* the aircraft is too fast for the pilot, or so no longer */
      :: event == 23 -> ladder_signs = L_OUTSIDE
      :: event == 24 -> ladder_signs = L_PLACE_LOST
+     :: event == 25 -> task = 1                   /* the operator orders a take-off, or a landing */
+     :: event == 26 -> task = 0; release_next = 1 /* it has failed, or the aircraft has landed */
+     :: event == 27 -> task = 0                   /* the aircraft has taken off: the course begins */
      :: else
      fi;
      if
