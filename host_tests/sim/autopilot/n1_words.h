@@ -16,7 +16,8 @@ struct N1Word {
 };
 inline constexpr std::array kN1Modes{N1Word{"F", 'F'}, N1Word{"A", 'A'}, N1Word{"P", 'P'}};
 inline constexpr std::array kN1Switches{N1Word{"on", 1.0}, N1Word{"off", 0.0}};
-inline constexpr std::array kN1Tasks{N1Word{"on", 1.0}, N1Word{"off", 0.0}, N1Word{"stuck", 2.0}};
+inline constexpr std::array kN1Tasks{N1Word{"on", 1.0}, N1Word{"off", 0.0}, N1Word{"stuck", 2.0},
+                                     N1Word{"endless", 3.0}};
 inline constexpr std::array kN1Takers{N1Word{"mobile", 'm'}, N1Word{"rc", 'r'}};
 
 struct N1Form {
