@@ -125,6 +125,31 @@ TEST_F(Excite, IsAbortedBeforeTheFenceAndTheLawHoldsThePlace) {
   EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "five seconds later it is at its place";
 }
 
+// The limits that the file carries for its own stick, one after the other far below what its movement needs.
+TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
+  RecordProperty("promise", "R16");
+  make("roll", {"--duration", "40", "--amplitude", "150"});
+  fence("12");
+  const std::string made = text_of(sticks);
+  for (const auto& [why, narrow] : {std::pair{"distance", "distance 0.5 braking 2 speed 6 tilt 0.5"},
+                                    std::pair{"speed", "distance 8 braking 2 speed 0.4 tilt 0.5"},
+                                    std::pair{"tilt", "distance 8 braking 2 speed 6 tilt 0.05"}}) {
+    SCOPED_TRACE(why);
+    const std::size_t begin = made.find("limits roll ");
+    ASSERT_NE(begin, std::string::npos);
+    std::ofstream(sticks) << made.substr(0, begin) + "limits roll " + narrow + made.substr(made.find('\n', begin));
+    fs::remove(log);
+    fs::remove(folder / "world");
+    EXPECT_EQ(fly(), 1) << "an excitation that was not flown to its end";
+    const json excitation = flown();
+    EXPECT_EQ(excitation["abort"]["why"], why);
+    EXPECT_LT(farthest_m(), 2.5);
+    const json whole = json::parse(std::ifstream(result));
+    EXPECT_TRUE(whole["released"]);
+    EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "five seconds later it is at its place";
+  }
+}
+
 TEST_F(Excite, EndsWithThePilotsSwitch) {
   make("roll", {"--duration", "40", "--amplitude", "150"});
   fence("12");
