@@ -65,6 +65,13 @@ struct ProgramTest : ::testing::Test {
     fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
     return path;
   }
+  /// m100 fly on the line of the autopilot and on that of the pose of `room`, with the key of both.
+  template <typename Room>
+  std::vector<std::string> fly_words(const Room& room, const std::string& key) const {
+    return {"fly",           "--port",   room.port(),          "--pose-port",    room.pose_port(),
+            "--mavlink-key", key,        "--vehicle",          vehicle.string(), "--gains",
+            table.string(),  "--flight", flight_file.string(), "--json",         result.string()};
+  }
   /// What a flight needs, with control taken as soon as all is ready.
   std::vector<std::string> flight(std::vector<std::string> more = {}) const {
     std::vector<std::string> arguments{"fly",          "--port",    port.string(),        "--pose-port",

@@ -177,31 +177,10 @@ TEST_F(Doctor, FramesNeedsBothPorts) {
 TEST_F(Doctor, AFlightIsShownWhileItFlies) {
   const Socket plot;
   room->start_autopilot(events);
-  ASSERT_TRUE(room->start({"fly",
-                           "--port",
-                           room->port(),
-                           "--pose-port",
-                           room->pose_port(),
-                           "--mavlink-key",
-                           key,
-                           "--vehicle",
-                           vehicle.string(),
-                           "--gains",
-                           table.string(),
-                           "--flight",
-                           flight_file.string(),
-                           "--json",
-                           result.string(),
-                           "--take-control",
-                           "--once",
-                           "--hold",
-                           "8",
-                           "--live",
-                           "127.0.0.1:" + std::to_string(plot.port()),
-                           "--status",
-                           "always"},
-                          errors))
-      << error();
+  std::vector<std::string> words = fly_words(*room, key);
+  words.insert(words.end(), {"--take-control", "--once", "--hold", "8", "--live",
+                             "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
+  ASSERT_TRUE(room->start(words, errors)) << error();
   ASSERT_EQ(room->run_to_end(60.0), 0) << error();
   double last_s = -1.0;
   int in_control = 0, states = 0;

@@ -112,11 +112,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     room.send_as_stranger(mavlink::encode(lie, Room::kSender, 0).bytes());
   };
   room.start_autopilot(events);
-  ASSERT_TRUE(room.start({"fly", "--port", room.port(), "--pose-port", room.pose_port(), "--mavlink-key",
-                          key_file(Room::key_text()).string(), "--vehicle", vehicle.string(), "--gains", table.string(),
-                          "--flight", flight_file.string(), "--json", result.string()},
-                         errors))
-      << error();
+  ASSERT_TRUE(room.start(fly_words(room, key_file(Room::key_text()).string()), errors)) << error();
   const auto hears = [&](const std::function<bool(const json&)>& condition) {
     for (int round = 0; round < 2000; ++round) {
       (void)room.run_until([] { return false; }, 0.1);

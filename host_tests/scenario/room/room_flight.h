@@ -132,23 +132,8 @@ struct RoomFlight : scenario::ProgramTest {
   }
   bool starts(std::vector<std::string> more = {}, const std::vector<std::string>& of_autopilot = {}) {
     room->start_autopilot(events, of_autopilot);
-    std::vector<std::string> words{"fly",
-                                   "--port",
-                                   room->port(),
-                                   "--pose-port",
-                                   room->pose_port(),
-                                   "--mavlink-key",
-                                   key_file(Room::key_text()).string(),
-                                   "--vehicle",
-                                   vehicle.string(),
-                                   "--gains",
-                                   table.string(),
-                                   "--flight",
-                                   flight_file.string(),
-                                   "--json",
-                                   result.string(),
-                                   "--log",
-                                   log.string()};
+    std::vector<std::string> words = fly_words(*room, key_file(Room::key_text()).string());
+    words.insert(words.end(), {"--log", log.string()});
     words.insert(words.end(), more.begin(), more.end());
     return room->start(words, errors);
   }

@@ -54,6 +54,17 @@ class SeveralLogs : public ::testing::Test {
     write(name, vehicle, start_s, [](int, const std::string& line) { return line; });
   }
 
+  /// a.csv and b.csv: one vehicle, with neutral points on either side of the middle.
+  void write_two_trims(double duration_s) const {
+    SyntheticAxis vehicle;
+    vehicle.duration_s = duration_s;
+    vehicle.hidden = {{"trim_offset", 25.0}};
+    write("a.csv", vehicle);
+    vehicle.seed = 2;
+    vehicle.hidden = {{"trim_offset", -25.0}};
+    write("b.csv", vehicle, 300.0);
+  }
+
   /// The answer as JSON, or what the program says instead.
   std::pair<nlohmann::json, std::string> ask(const std::vector<std::string>& options) const {
     CLI::App lab{"test"};
@@ -156,13 +167,7 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
 // The mean of both trims is nought, so that no trim is found beside those of the flights. Catches a clean bill for a
 // model that none of the two flights alone gets one for.
 TEST_F(SeveralLogs, TrimsThatDifferForbidACleanBillUnlessDeclared) {
-  SyntheticAxis vehicle;
-  vehicle.duration_s = 30.0;
-  vehicle.hidden = {{"trim_offset", 25.0}};
-  write("a.csv", vehicle);
-  vehicle.seed = 2;
-  vehicle.hidden = {{"trim_offset", -25.0}};
-  write("b.csv", vehicle, 300.0);
+  write_two_trims(30.0);
   const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("b.csv"), "--split", "alternate:5"};
   const auto [answer, said] = ask(two);
   ASSERT_EQ(said, "");
@@ -177,13 +182,7 @@ TEST_F(SeveralLogs, TrimsThatDifferForbidACleanBillUnlessDeclared) {
 
 // A flight that is in the validation part alone lends the fit nothing, its trim neither: what it costs is quoted.
 TEST_F(SeveralLogs, ATrimIsNotFittedOnWhatIsQuoted) {
-  SyntheticAxis vehicle;
-  vehicle.duration_s = 45.0;
-  vehicle.hidden = {{"trim_offset", 25.0}};
-  write("a.csv", vehicle);
-  vehicle.seed = 2;
-  vehicle.hidden = {{"trim_offset", -25.0}};
-  write("b.csv", vehicle, 300.0);
+  write_two_trims(45.0);
   const auto [answer, said] =
       ask({"--log", path("a.csv"), "--log", path("b.csv"), "--train", "1@2:38", "--validate", "2@302:312"});
   ASSERT_EQ(said, "");
