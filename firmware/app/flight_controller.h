@@ -5,13 +5,12 @@
 
 #include "firmware/app/config.h"
 #include "firmware/app/measure.h"
+#include "firmware/app/pose_trust.h"
 #include "firmware/ctl/braking.h"
 #include "firmware/ctl/excitation.h"
 #include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
 #include "firmware/ctl/place_watch.h"
-#include "firmware/est/cross_check.h"
-#include "firmware/est/dead_reckoning.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/pose_timing.h"
 #include "firmware/est/trim_watch.h"
@@ -106,7 +105,7 @@ class FlightController {
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return trim_.report(); }
   /// Whether the autopilot's telemetry contradicts the poses.
-  const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
+  const est::Contradiction<T>& contradiction() const { return trust_.contradiction(); }
   const TickStats& stats() const { return stats_; }
   /// When the ladder last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }
@@ -116,9 +115,8 @@ class FlightController {
   void take_orders(core::TimePoint now);
   bool is_in_reach() const;
   core::Pose<double> pose(core::TimePoint now);
-  void cross_check(const est::Felt<T>& felt);
+  /// The command that brakes.
   ctl::Command<T> settled() const;
-  double speed_m_s() const;
   safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
   /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
@@ -143,8 +141,7 @@ class FlightController {
   Measure measure_;
   est::PoseTiming<T> timing_;
   est::DisturbanceEkf<S, T> observer_;
-  est::CrossCheck<T> cross_check_;
-  est::DeadReckoning<T> reckoning_;
+  PoseTrust<T> trust_;
   ref::Trajectory<T>& trajectory_;
   ctl::FlightLaw<T> law_;
   ctl::Braking braking_;
@@ -171,7 +168,6 @@ class FlightController {
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   bool order_stands_ = false;  ///< as of this tick
-  bool lied_to_ = false;       ///< the observer's motion was learned from poses that are contradicted
   core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/app/pose_trust.h"
+
+#include "firmware/core/maths.h"
+
+namespace m100::app {
+
+template <typename T>
+void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung,
+                          core::Duration elapsed) {
+  constexpr T kFar_m_s = T(0.5);
+  cross_check_.update(felt, estimate, reckoning_.push_w_m_s2(), elapsed);
+  const bool contradicted = contradiction().check != est::Check::kNone;
+  const core::Vector<T, 2> apart =
+      core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s) - reckoning_.velocity_w_m_s();
+  const bool settles = rung == safety::Rung::kLevel || rung == safety::Rung::kRelease;
+  const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
+  lied_to_ = contradicted || refused || (lied_to_ && settles);
+  const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate.refused_poses == 0;
+  reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, elapsed);
+}
+
+template <typename T>
+double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
+  constexpr T kWorthless_m2_s2 = T(1);
+  const est::Estimate<T> known_motion = motion(estimate);
+  const est::AxisEstimate<T>& x = known_motion.x;
+  const est::AxisEstimate<T>& y = known_motion.y;
+  const bool known =
+      estimate.predicts && x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
+  return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
+               : 0.0;
+}
+
+template <typename T>
+void PoseTrust<T>::tell(safety::Observation& observed, const est::Estimate<T>& estimate,
+                        core::Duration gate_shut) const {
+  const est::Contradiction<T>& contradicted = contradiction();
+  observed.refused_poses = estimate.refused_poses;
+  observed.refused_for = lied_to_ && estimate.refused_for < gate_shut ? gate_shut : estimate.refused_for;
+  observed.refused_by_m = static_cast<double>(estimate.refusal.distance_m);
+  observed.refused_allowed_m = static_cast<double>(estimate.refusal.allowed_m);
+  observed.refused_turn_rad = static_cast<double>(estimate.refusal.turned_rad);
+  observed.contradicted_by = static_cast<std::uint8_t>(contradicted.check);
+  observed.contradicted_with = static_cast<double>(contradicted.measured);
+  observed.contradicted_allowed = static_cast<double>(contradicted.allowed);
+  observed.speed_m_s = speed_m_s(estimate);
+}
+
+template class PoseTrust<float>;
+template class PoseTrust<double>;
+
+}  // namespace m100::app

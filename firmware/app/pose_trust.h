@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/est/cross_check.h"
+#include "firmware/est/dead_reckoning.h"
+#include "firmware/est/estimate.h"
+#include "firmware/safety/ladder.h"
+#include "firmware/safety/observation.h"
+
+namespace m100::app {
+
+/// What answers a pose that lies: holds the poses against the autopilot, remembers that they have taught the observer a
+/// false motion, and then knows the motion that is braked instead.
+///
+/// Poses that are contradicted have taught the observer a false motion; poses that the gate refuses may have, where it
+/// is far from the one that is reckoned without them. What was learned stays false until the ladder has ended.
+///
+/// No heap. Cost: that of its two parts. T is float or double.
+template <typename T>
+class PoseTrust {
+ public:
+  /// @param off checks that the operator has switched off.
+  explicit PoseTrust(est::CheckSet off) : cross_check_(off) {}
+
+  /// Once per tick, after the observer. @param rung of the ladder before this tick's review.
+  void update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung, core::Duration elapsed);
+
+  bool lied_to() const { return lied_to_; }
+  const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
+  /// What is braked by: an estimate that is contradicted would fly the lie.
+  est::Estimate<T> motion(const est::Estimate<T>& estimate) const {
+    return lied_to_ ? reckoning_.instead_of(estimate) : estimate;
+  }
+  /// Horizontal. Of a prediction that is worth nothing, none: nobody waits for it to slow down.
+  double speed_m_s(const est::Estimate<T>& estimate) const;
+  /// What the supervisor is told of refused and contradicted poses; a contradicted one counts as long refused.
+  void tell(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
+
+ private:
+  est::CrossCheck<T> cross_check_;
+  est::DeadReckoning<T> reckoning_;
+  bool lied_to_ = false;  ///< the observer's motion was learned from poses that are contradicted
+};
+
+extern template class PoseTrust<float>;
+extern template class PoseTrust<double>;
+
+}  // namespace m100::app
