@@ -21,10 +21,11 @@ struct Row {
 ///   allowed_m_s().
 /// climb: the same 80 ms while the aircraft takes up its climb, 2.5 m/s^2; the observer's climb speed is wrong by
 ///   0.03 m/s.
+/// motion: told by MotionCheck with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass beside its slow drift, which the
 ///   mean takes away; the noise of a pose's heading is 0.002 rad.
 constexpr std::array<Row, kCheckCount> kRows{
-    {{"none", "", 1.0}, {"force", "m/s", 0.35}, {"climb", "m/s", 0.2}, {"heading", "rad", 0.21}}};
+    {{"none", "", 1.0}, {"force", "m/s", 0.35}, {"climb", "m/s", 0.2}, {"heading", "rad", 0.21}, {"motion", "m", 0.0}}};
 
 constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(check)]; }
 
@@ -41,6 +42,9 @@ constexpr double kFirstLook_m_s = 0.15;
 /// What is more than an offset is not learned as one while the check doubts: it may be what a lie does.
 constexpr double kMostOffset_m_s2 = 0.5;
 constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn of the aircraft is over sooner
+/// A pose that was not used for so long is a gap: the observer's place is then its own prediction.
+constexpr double kUsedLately_s = 0.15;
+constexpr double kMostUnsure_m = 0.5;
 constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
 /// Motion that nobody looked at: the next velocity is where the sum begins again.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
@@ -160,6 +164,30 @@ T CrossCheck<T>::turned(const Felt<T>& felt, const Estimate<T>& estimate, T step
   return size_of(turned_rad);
 }
 
+/// Begins once the offset of the force is known from a second. The same witness as that of kForce, and off with it.
+template <typename T>
+void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
+  const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
+  last_age_s_ = core::seconds<T>(estimate.pose_age);
+  unused_s_ = used ? T(0) : core::clamp(unused_s_ + step_s, T(0), T(1));
+  if ((off_ & (set_of(Check::kMotion) | set_of(Check::kForce))) != 0 || force_seen_s_ < static_cast<T>(kBegins_s)) {
+    motion_.restart();
+    return;
+  }
+  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + offset_h_m_s2_, core::turn_of(estimate.yaw_rad)),
+                  .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
+                  .speed_m_s = velocity_w_m_s_,
+                  .unsure_m = core::sqrt(core::clamp(estimate.x.position_variance_m2, estimate.y.position_variance_m2,
+                                                     static_cast<T>(kMostUnsure_m * kMostUnsure_m)))},
+                 unused_s_ < static_cast<T>(kUsedLately_s), step_s);
+  const bool contradicts = motion_.evidence() >= T(1);
+  if (contradicts && report_.check == Check::kNone) {
+    report_ = {.check = Check::kMotion, .measured = motion_.apart_m(), .allowed = motion_.allowed_m()};
+  } else if (!contradicts && report_.check == Check::kMotion) {
+    report_ = {};
+  }
+}
+
 template <typename T>
 void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
   if ((off_ & set_of(check)) != 0) {
@@ -186,12 +214,15 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
   if (!estimate.healthy || elapsed > kGap) {
     knows_velocity_ = false;
     doubts_ = false;
+    motion_.restart();
     return;
   }
   const T step_s = core::seconds<T>(elapsed);
   const T gained_m_s = gained(estimate, step_s);
   const T allowed = allowed_m_s(push_w_m_s2);
   doubts_ = (off_ & set_of(Check::kForce)) == 0 && gained_m_s > allowed;
+  follow(estimate, step_s);
+  doubts_ = doubts_ || motion_.evidence() > T(0.5);
   const T turned_rad = felt.attitude_is_new ? turned(felt, estimate, step_s) : T(0);
   if (estimate.pose_age > kPoseUsed) {
     return;

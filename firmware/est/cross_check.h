@@ -10,6 +10,7 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/time.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/motion_check.h"
 
 namespace m100::est {
 
@@ -19,8 +20,9 @@ enum class Check : std::uint8_t {
   kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
   kClimb,    ///< climb speed, against the autopilot's; m/s
   kHeading,  ///< how the heading changed, against the autopilot's; rad
+  kMotion,   ///< the path of the last seconds, against that of the specific force; m
 };
-inline constexpr std::size_t kCheckCount = 4;
+inline constexpr std::size_t kCheckCount = 5;
 std::string_view name(Check check);
 std::string_view unit_of(Check check);
 /// By its name; nothing: there is no such check.
@@ -62,8 +64,9 @@ inline constexpr double kFeltMean_s = 0.1;
 ///                                               the world; o: what it lacks all the time, found over 20 s
 ///   climb    c = climb_pose - climb_autopilot
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
+///   motion   the last seconds of the path: MotionCheck, with evidence of its own
 ///
-/// Each disagreement is weighed by what is allowed and summed one-sidedly (CUSUM), from 0 to twice kEvidence_s:
+/// Each of the others is weighed by what is allowed and summed one-sidedly (CUSUM), from 0 to twice kEvidence_s:
 ///   S' = r - 1            r = |x| / allowed, up to 2
 ///      = (r^2 - 1) / 3    beyond, at most 4: a gross one counts as a likelihood ratio does
 /// Above kEvidence_s the pose is contradicted: twice the allowed disagreement must last for 0.5 s, nearly four times
@@ -76,7 +79,7 @@ inline constexpr double kFeltMean_s = 0.1;
 /// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has
 /// gravity taken away, and is no evidence.
 ///
-/// No heap. Cost: three sine-cosine pairs, four square roots and about 100 products a tick. T is float or double.
+/// No heap. Cost: four sine-cosine pairs, ten square roots and about 220 products a tick. T is float or double.
 template <typename T>
 class CrossCheck {
  public:
@@ -91,7 +94,7 @@ class CrossCheck {
               core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
-  /// The force disagrees by more than is allowed, though not yet for long enough to say so.
+  /// Force or path disagree by more than is allowed, though not yet for long enough to say so.
   bool doubts() const { return doubts_; }
   /// Horizontal acceleration that is felt, averaged over kFeltMean_s, without the offset: forward and left of the
   /// heading. Nothing: the force does not come, or nobody knows what it is.
@@ -105,6 +108,7 @@ class CrossCheck {
   T gained(const Estimate<T>& estimate, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
+  void follow(const Estimate<T>& estimate, T step_s);
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;
@@ -122,6 +126,9 @@ class CrossCheck {
   T summed_s_{0};  ///< over how long it is a sum
   T heading_offset_rad_{0};
   std::array<T, kCheckCount> evidence_s_{};
+  MotionCheck<T> motion_;
+  T last_age_s_{0};
+  T unused_s_{0};  ///< since a pose was used
   Contradiction<T> report_;
 };
 

@@ -11,7 +11,8 @@ namespace {
 constexpr double kTick_s = 0.01;
 constexpr double kGravity_m_s2 = 9.8066;
 
-/// An aircraft whose pose and autopilot agree, until a test lets them differ.
+/// An aircraft whose pose and autopilot agree, until a test lets them differ. Its place stands: MotionCheck has tests
+/// of its own.
 class CrossCheckTest : public ::testing::Test {
  protected:
   CrossCheckTest() {
@@ -31,7 +32,7 @@ class CrossCheckTest : public ::testing::Test {
   }
   Check reported() const { return check_.report().check; }
 
-  CrossCheck<double> check_;
+  CrossCheck<double> check_{set_of(Check::kMotion)};
   Estimate<double> estimate_;
   Felt<double> felt_;
   core::Vector<double, 2> push_w_m_s2_ = core::Vector<double, 2>::Zero();
@@ -82,7 +83,7 @@ TEST_F(CrossCheckTest, ReadsGAsWellAsMetresAndNothingWithoutGravity) {
   felt_.force_b.x() = 1.0 / kGravity_m_s2;
   fly(3.0);
   EXPECT_EQ(reported(), Check::kForce);
-  CrossCheck<double> other;
+  CrossCheck<double> other{set_of(Check::kMotion)};
   std::swap(other, check_);
   felt_.force_b = {0.0, 0.0, 0.0};
   fly(20.0);

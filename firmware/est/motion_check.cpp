@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/motion_check.h"
+
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+namespace {
+
+/// One scale of the high-pass. White noise of the force with sigma n per sample of 10 ms leaves
+///   n sqrt(0.01 s / 16 a^3)        (the square of s / (s + a)^3, integrated), with the rotors' 0.1 m/s^2
+/// of a path, and an error of the attitude of 0.1 degrees, 0.02 m/s^2, that comes in seconds at most 0.27 / a^2 times
+/// itself. The observer's place is good for 2 mm.
+struct Scale {
+  double a_per_s;
+  double sigma_m;      ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
+  double unsettled_m;  ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
+                       ///< times 1 + |speed|: a gap hides more where more moves
+};
+constexpr std::array<Scale, 2> kScales{{{0.75, 0.0052, 0.10}, {3.0, 0.0010, 0.021}}};
+/// What was unsettled at the beginning, or by a gap, has faded after this many times 1 / a.
+constexpr double kSettles = 4.0;
+constexpr double kTwoAxes = 4.24;
+/// Heading of the markers within 3 degrees, scale of the force within 2 %: a share of the path.
+constexpr double kShare = 0.07;
+/// Attitude, force and pose may be a tick and two intervals of the poses apart beside that.
+constexpr double kTime_s = 0.03;
+/// A time of capture may be wrong by 50 ms (one sigma) where nobody knows, and is found from the motion itself, with a
+/// memory of 5 s; 80 ms is the largest in the worlds that ship.
+constexpr double kLateMemory_s = 5.0, kLate_s = 0.05, kMostLate_s = 0.12;
+/// What the observer was unsure of is made good by its next poses and by the time of capture that is found: an error
+/// that comes and goes within a second or two.
+constexpr double kUnsureMemory_s = 1.0;
+constexpr double kForever_s = 100.0;
+constexpr double kMadeGood_s = 0.3;  ///< the observer's after a gap
+constexpr double kFollows_s = 0.25;  ///< twice the allowed for a quarter of a second
+constexpr double kMostWeight = 4.0;
+/// Under a healthy pose |e|^2 / 2 sigma^2 of two axes is exponentially distributed with mean 1; less 2 a time of
+/// correlation, the sum reaches h with exp(-0.797 h) from each of its beginnings: exp(-12.8) at 16, once in 15 000
+/// flights of half a minute.
+constexpr double kNats = 16.0;
+constexpr double kDrift_nats = 2.0;
+constexpr double kMostNats = 20.0;  ///< in a time of correlation: one gross moment is never enough
+
+}  // namespace
+
+/// As if the present speed and acceleration had always been: neither is a motion then.
+template <typename T>
+void MotionCheck<T>::begin(const Motion& motion) {
+  shift_m_.setZero();
+  bridges_s_ = T(0);
+  since_gap_s_ = T(0);
+  unsure_m_ = T(0);
+  begun_ = true;
+  for (std::size_t scale = 0; scale < kScales; ++scale) {
+    const T time_s = static_cast<T>(1.0 / est::kScales[scale].a_per_s);
+    paths_[scale] = {};
+    paths_[scale].slow_m[0] = motion.place_m - motion.speed_m_s * time_s;
+    paths_[scale].slow_m[1] = motion.speed_m_s * time_s;
+  }
+}
+
+/// What is left of the difference of the two paths once a time of capture that is wrong is taken away, by least squares
+/// over the last seconds; a path that stands, or that is another one, has no such time.
+template <typename T>
+typename MotionCheck<T>::Vector2 MotionCheck<T>::timed(std::size_t scale, const Vector2& seen_m, T step_s) {
+  const Scale& s = est::kScales[scale];
+  Path& path = paths_[scale];
+  const Vector2 velocity_m_s = velocity_of(scale);
+  const Vector2 apart_m = seen_m - path.felt_m;
+  const T fades = step_s * static_cast<T>(1.0 / kLateMemory_s);
+  path.late_m2_s += apart_m.dot(velocity_m_s) * step_s - path.late_m2_s * fades;
+  path.moved_m2_s += velocity_m_s.squaredNorm() * step_s - path.moved_m2_s * fades;
+  const T known_m2_s = static_cast<T>(s.sigma_m * s.sigma_m / (s.a_per_s * kLate_s * kLate_s));
+  const T late_s = core::clamp(path.late_m2_s / (path.moved_m2_s + known_m2_s), static_cast<T>(-kMostLate_s),
+                               static_cast<T>(kMostLate_s));
+  return apart_m - velocity_m_s * late_s;
+}
+
+template <typename T>
+void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s, T step_s) {
+  const Scale& s = est::kScales[scale];
+  Path& path = paths_[scale];
+  const T apart2_m2 = timed(scale, seen_m, step_s).squaredNorm();
+  const T settled = core::clamp(since_gap_s_ * static_cast<T>(s.a_per_s / kSettles), T(0), T(1));
+  const T noise_m = static_cast<T>(kTwoAxes * s.sigma_m) +
+                    static_cast<T>(s.unsettled_m) * (T(1) - settled) * (T(1) + speed_m_s) +
+                    static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) + unsure_m_;
+  const T allowed_m = noise_m + static_cast<T>(kShare) * core::sqrt(path.felt_m.squaredNorm());
+  const T weight = core::clamp((apart2_m2 / (allowed_m * allowed_m) - T(1)) * static_cast<T>(1.0 / 3.0), T(-1),
+                               static_cast<T>(kMostWeight));
+  const bool bridges = bridges_s_ > T(0);  // then what was evidence stays, and nothing is added to it
+  path.follows_s =
+      core::clamp(path.follows_s + (bridges ? T(0) : weight * step_s), T(0), static_cast<T>(2.0 * kFollows_s));
+  const T moved_m2 = seen_m.squaredNorm();
+  path.seen_m2 += (moved_m2 - path.seen_m2) * static_cast<T>(0.5 * s.a_per_s) * step_s;
+  path.seen_m2 = moved_m2 > path.seen_m2 ? moved_m2 : path.seen_m2;  // a path that turns back stands for a moment
+  if (settled >= T(1)) {
+    const T per_sigma2 = static_cast<T>(0.5 * kTwoAxes * kTwoAxes) / (noise_m * noise_m);
+    const T nats = core::clamp((apart2_m2 - path.seen_m2) * per_sigma2 - static_cast<T>(kDrift_nats),
+                               static_cast<T>(-kMostNats), static_cast<T>(kMostNats));
+    path.answers =
+        core::clamp(path.answers + nats * static_cast<T>(s.a_per_s) * step_s, T(0), static_cast<T>(1.5 * kNats));
+  }
+  const T follows = path.follows_s * static_cast<T>(1.0 / kFollows_s);
+  const T answers = path.answers * static_cast<T>(1.0 / kNats);
+  const T evidence = follows > answers ? follows : answers;
+  if (evidence >= evidence_) {
+    evidence_ = evidence;
+    apart_m_ = core::sqrt(apart2_m2);
+    allowed_m_ = follows > answers ? allowed_m : noise_m;
+  }
+}
+
+template <typename T>
+typename MotionCheck<T>::Vector2 MotionCheck<T>::velocity_of(std::size_t scale) const {
+  return paths_[scale].felt_m_s - paths_[scale].felt_m * static_cast<T>(est::kScales[scale].a_per_s);
+}
+
+/// @returns the place, continued by the force over a gap of the poses and over what the observer then makes good.
+template <typename T>
+typename MotionCheck<T>::Vector2 MotionCheck<T>::bridged(const Motion& motion, bool sees, T step_s) {
+  if (!sees && bridges_s_ <= T(0)) {
+    speed_m_s_ = motion.speed_m_s;
+    place_m_ = motion.place_m + shift_m_;
+  }
+  bridges_s_ = sees ? bridges_s_ - step_s : static_cast<T>(kMadeGood_s);
+  if (bridges_s_ > T(0)) {
+    speed_m_s_ += motion.force_m_s2 * step_s;
+    place_m_ += speed_m_s_ * step_s;
+    shift_m_ = place_m_ - motion.place_m;
+    since_gap_s_ = T(0);
+  }
+  since_gap_s_ = core::clamp(since_gap_s_ + step_s, T(0), static_cast<T>(kForever_s));
+  return motion.place_m + shift_m_;
+}
+
+template <typename T>
+void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
+  if (!begun_) {
+    begin(motion);
+  }
+  const Vector2 place_m = bridged(motion, sees, step_s);
+  const T speed_m_s = core::sqrt(motion.speed_m_s.squaredNorm());
+  unsure_m_ -= unsure_m_ * (step_s * static_cast<T>(1.0 / kUnsureMemory_s));
+  unsure_m_ = motion.unsure_m > unsure_m_ ? motion.unsure_m : unsure_m_;
+  evidence_ = T(0);
+  for (std::size_t scale = 0; scale < kScales; ++scale) {
+    Path& path = paths_[scale];
+    const T a_per_s = static_cast<T>(est::kScales[scale].a_per_s);
+    const T share = a_per_s * step_s;
+    path.mean_m_s2 += (motion.force_m_s2 - path.mean_m_s2) * share;
+    path.felt_m_s += (motion.force_m_s2 - path.mean_m_s2 - path.felt_m_s * a_per_s) * step_s;
+    path.felt_m += (path.felt_m_s - path.felt_m * a_per_s) * step_s;
+    Vector2 seen_m = place_m;
+    for (Vector2& slow_m : path.slow_m) {
+      slow_m += (seen_m - slow_m) * share;
+      seen_m -= slow_m;
+    }
+    judge(scale, seen_m, speed_m_s, step_s);
+  }
+}
+
+template class MotionCheck<float>;
+template class MotionCheck<double>;
+
+}  // namespace m100::est

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/motion_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+namespace m100::est {
+namespace {
+
+constexpr double kTick_s = 0.01;
+using Vector2 = core::Vector<double, 2>;
+
+/// An aircraft that is pushed about, and what its pose makes of that.
+class MotionCheckTest : public ::testing::Test {
+ protected:
+  struct Seen {
+    Vector2 place_m;
+    Vector2 speed_m_s;
+    bool is_new = true;
+  };
+  using Tell = std::function<Seen(const Vector2& place_m, const Vector2& speed_m_s, double t_s)>;
+
+  static Seen truly(const Vector2& place_m, const Vector2& speed_m_s, double) { return {place_m, speed_m_s}; }
+
+  /// Flies on; @returns after how many seconds it speaks, or the time flown. @param push m/s^2 at a time.
+  double fly(double seconds, const std::function<Vector2(double t_s)>& push, const Tell& tell) {
+    for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
+      const Vector2 acceleration = push(now_s_);
+      place_m_ += speed_m_s_ * kTick_s + 0.5 * kTick_s * kTick_s * acceleration;
+      speed_m_s_ += acceleration * kTick_s;
+      const Seen seen = tell(place_m_, speed_m_s_, t_s);
+      check_.update({.force_m_s2 = acceleration + offset_m_s2_ + 0.1 * noise(),
+                     .place_m = seen.place_m + 0.001 * noise(),
+                     .speed_m_s = seen.speed_m_s},
+                    seen.is_new, kTick_s);
+      now_s_ += kTick_s;
+      if (check_.evidence() >= 1.0) {
+        return t_s;
+      }
+    }
+    return seconds;
+  }
+  Vector2 noise() { return {normal_(random_), normal_(random_)}; }
+
+  /// A hover that is kept within centimetres, at the frequencies of a loop.
+  static Vector2 hovers(double t_s) {
+    return {0.05 * std::sin(1.3 * t_s) + 0.03 * std::sin(2.9 * t_s), 0.05 * std::sin(1.7 * t_s + 1.0)};
+  }
+  /// To and fro by metres at 2 m/s.
+  static Vector2 travels(double t_s) { return {3.0 * std::sin(1.5 * t_s), 0.0}; }
+
+  MotionCheck<double> check_;
+  Vector2 offset_m_s2_{0.04, -0.03};  ///< what the learned one lacks
+  Vector2 place_m_ = Vector2::Zero();
+  Vector2 speed_m_s_ = Vector2::Zero();
+  double now_s_ = 0.0;
+  std::mt19937 random_{1};
+  std::normal_distribution<double> normal_;
+};
+
+TEST_F(MotionCheckTest, IsSilentForTenMinutesOfHoverAndOfTravel) {
+  RecordProperty("promise", "R17");
+  EXPECT_EQ(fly(300.0, hovers, truly), 300.0);
+  EXPECT_EQ(fly(300.0, travels, truly), 300.0);
+}
+
+// Attitude that wanders by a tenth of a degree in two seconds is felt as a force that is none.
+TEST_F(MotionCheckTest, IsSilentUnderAWanderingAttitude) {
+  RecordProperty("promise", "R17");
+  double wander_m_s2 = 0.0;
+  EXPECT_EQ(fly(120.0, hovers,
+                [&](const Vector2& place_m, const Vector2& speed_m_s, double) {
+                  wander_m_s2 += -0.5 * kTick_s * wander_m_s2 + 0.017 * std::sqrt(kTick_s) * noise().x();
+                  offset_m_s2_.x() = 0.04 + wander_m_s2;
+                  return Seen{place_m, speed_m_s};
+                }),
+            120.0);
+}
+
+TEST_F(MotionCheckTest, NamesAStandingBody) {
+  RecordProperty("promise", "R14");
+  ASSERT_EQ(fly(20.0, hovers, truly), 20.0);
+  const Vector2 stands = place_m_;
+  const auto pushed = [](double t_s) -> Vector2 {
+    return hovers(t_s) + Vector2(0.1, 0.0);
+  };  // nothing holds it against the air
+  EXPECT_LT(fly(30.0, pushed,
+                [&](const Vector2&, const Vector2&, double) {
+                  return Seen{stands, Vector2::Zero()};
+                }),
+            4.0);
+}
+
+TEST_F(MotionCheckTest, NamesADriftAsItBegins) {
+  RecordProperty("promise", "R14");
+  ASSERT_EQ(fly(20.0, hovers, truly), 20.0);
+  const double seen_s = fly(10.0, hovers, [](const Vector2& place_m, const Vector2& speed_m_s, double t_s) {
+    return Seen{place_m + Vector2(0.3 * t_s, 0.0), speed_m_s + Vector2(0.3, 0.0)};
+  });
+  EXPECT_LT(seen_s, 0.5);
+}
+
+TEST_F(MotionCheckTest, NamesAFrameThatIsTurnedOnceSomethingMoves) {
+  RecordProperty("promise", "R14");
+  const Tell turned = [](const Vector2& p, const Vector2& v, double) {
+    const double c = std::cos(0.35), s = std::sin(0.35);
+    return Seen{{c * p.x() - s * p.y(), s * p.x() + c * p.y()}, {c * v.x() - s * v.y(), s * v.x() + c * v.y()}};
+  };
+  EXPECT_LT(fly(10.0, travels, turned), 5.0);
+}
+
+// A pose whose time is told wrong by 80 ms shows the same path, a little beside it: found, and no lie.
+TEST_F(MotionCheckTest, AWrongTimeIsNoLie) {
+  RecordProperty("promise", "R17");
+  const Tell late = [](const Vector2& p, const Vector2& v, double) { return Seen{p - 0.08 * v, v}; };
+  EXPECT_EQ(fly(60.0, hovers, late), 60.0);
+  EXPECT_EQ(fly(60.0, travels, late), 60.0);
+}
+
+// Half a second without a pose, every four seconds, after which the observer was wrong by 10 cm and 0.2 m/s.
+TEST_F(MotionCheckTest, IsSilentOverGaps) {
+  RecordProperty("promise", "R17");
+  const Tell gaps = [](const Vector2& p, const Vector2& v, double t_s) {
+    const double phase_s = std::fmod(t_s, 4.0);
+    const bool gap = phase_s < 0.5;
+    const double wrong_m_s = gap ? 0.2 : 0.2 * std::exp(-(phase_s - 0.5) / 0.1);
+    const double wrong_m = gap ? 0.2 * phase_s : 0.1 * std::exp(-(phase_s - 0.5) / 0.1);
+    return Seen{p + Vector2(wrong_m, 0.0), v + Vector2(wrong_m_s, 0.0), phase_s < 0.14 || !gap};
+  };
+  EXPECT_EQ(fly(100.0, travels, gaps), 100.0);
+}
+
+}  // namespace
+}  // namespace m100::est
