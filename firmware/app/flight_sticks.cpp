@@ -33,13 +33,16 @@ ctl::Command<T> FlightController<T, S>::pilots_command(const protocol::Telemetry
 template <typename T, typename S>
 vrc::Stick FlightController<T, S>::excited_stick() const {
   const vrc::StickMap& map = commands_.map(static_cast<std::size_t>(excitation_.axis()));
-  const int counts = static_cast<int>(map.neutral_vrc + 0.5F) + excitation_.counts();
+  const int counts = static_cast<int>(map.neutral_vrc + 0.5F) + excitation_.holding_counts() + excitation_.counts();
   return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
 }
 
 template <typename T, typename S>
 void FlightController<T, S>::excite(core::TimePoint now) {
   const bool may = supervisor_.rung() == safety::Rung::kNominal && link_.authority().in_control;
+  if (excitation_.returns()) {
+    excitation_.rest_at(trim_.holding(estimate_));
+  }
   excitation_.update(estimate_, reference_, may, fence_.brakes(), now);
   if (excitation_.moves()) {
     const auto axis = static_cast<std::size_t>(excitation_.axis());

@@ -11,6 +11,7 @@ namespace {
 constexpr double kNear_m = 0.3;
 constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;
+constexpr double kMostHolding_counts = 200.0;  // a tilt of 10 degrees: more is no trim, and no wind to excite in
 
 template <typename T>
 T absolute(T value) {
@@ -109,6 +110,22 @@ bool Excitation<T>::at_rest(const est::Estimate<T>& estimate, const ref::Window<
          near(estimate.height_m, reference.height.position_m) && still(estimate.x.velocity_m_s) &&
          still(estimate.y.velocity_m_s) && still(estimate.climb_m_s) &&
          absolute(core::wrap_pi(estimate.yaw_rad - reference.yaw_rad)) < static_cast<T>(kNear_rad);
+}
+
+template <typename T>
+void Excitation<T>::rest_at(const est::TrimCounts<T>& holding) {
+  rested_ =
+      restless_ == ended_ ? T(1) : rested_ + T(1);  // restless in the last tick: what was felt then was a movement
+  holding_.roll += (holding.roll - holding_.roll) / rested_;
+  holding_.pitch += (holding.pitch - holding_.pitch) / rested_;
+}
+
+template <typename T>
+int Excitation<T>::holding_counts() const {
+  constexpr T kMost = static_cast<T>(kMostHolding_counts);
+  const T counts = axis() == StickAxis::kRoll ? holding_.roll : axis() == StickAxis::kPitch ? holding_.pitch : T(0);
+  const T within = core::clamp(counts, -kMost, kMost);
+  return moves() ? static_cast<int>(within < T(0) ? within - T(0.5) : within + T(0.5)) : 0;
 }
 
 template <typename T>

@@ -9,6 +9,7 @@
 
 #include "firmware/core/time.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/trim_watch.h"
 #include "firmware/ref/window.h"
 
 namespace m100::ctl {
@@ -75,6 +76,10 @@ class Excitation {
   /// The ladder reached its top: from the first piece on, if there is one.
   void start(core::TimePoint now);
 
+  /// Once per tick, before update(): the counts beside the balancing point at which a roll and a pitch stick would hold
+  /// the place now, as the observer has wind and trim. Their mean while the aircraft rests is where the next piece
+  /// begins: a push that nobody takes away would carry the aircraft off for as long as the piece lasts.
+  void rest_at(const est::TrimCounts<T>& holding);
   /// Once per tick, before a command is chosen.
   /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the way to stop ends at a side.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
@@ -84,6 +89,10 @@ class Excitation {
   Abort abort() const { return abort_; }
   bool moves() const { return state_ == State::kMoving; }
   StickAxis axis() const { return moves_piece() ? plan_.pieces[piece_].axis : StickAxis::kRoll; }
+  /// Before a piece: rest_at() is of use.
+  bool returns() const { return state_ == State::kReturning; }
+  /// Added to counts() on the stick of axis(): what holds the place in the wind and with the trim of now.
+  int holding_counts() const;
   /// Of the stick of axis(), from its balancing point; 0 where it does not move.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
   std::size_t piece() const { return piece_; }
@@ -112,6 +121,8 @@ class Excitation {
   core::TimePoint ended_{};
   core::TimePoint since_{};     ///< of the state
   core::TimePoint restless_{};  ///< when it was last not at rest
+  est::TrimCounts<T> holding_;
+  T rested_{0};  ///< ticks in the mean of holding_
   T distance_{0};
   T speed_{0};
 };

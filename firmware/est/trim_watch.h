@@ -43,7 +43,7 @@ class TrimWatch {
 
   /// Once per tick. @param holds the reference stands still and the commands are ours.
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
-    now_ = counts(estimate);
+    now_ = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
@@ -57,16 +57,23 @@ class TrimWatch {
   }
 
   const TrimReport<T>& report() const { return report_; }
+  /// The sticks, in counts beside the vehicle file's balancing points, that hold the place: against the input offset,
+  /// and leaning against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
+  TrimCounts<T> holding(const Estimate<T>& estimate) const {
+    constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
+    return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
+                  estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
+  }
   /// The input offset of this tick, hover or not, as counts on the sticks.
   const TrimCounts<T>& now() const { return now_; }
 
  private:
   // Offsets of the yaw-free frame, turned into the body's: a = g (x, -y) forward and left of the world.
-  TrimCounts<T> counts(const Estimate<T>& estimate) const {
+  TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
     const T sine = core::sin(estimate.yaw_rad);
     const T cosine = core::cos(estimate.yaw_rad);
-    const T pitch_rad = cosine * estimate.x.input_offset_rad - sine * estimate.y.input_offset_rad;
-    const T roll_rad = sine * estimate.x.input_offset_rad + cosine * estimate.y.input_offset_rad;
+    const T pitch_rad = cosine * x_rad - sine * y_rad;
+    const T roll_rad = sine * x_rad + cosine * y_rad;
     return {.roll = -roll_rad * roll_counts_per_rad_, .pitch = -pitch_rad * pitch_counts_per_rad_};
   }
   static bool still(T speed_m_s) { return speed_m_s > -kStill_m_s && speed_m_s < kStill_m_s; }

@@ -42,6 +42,23 @@ TEST(TrimWatch, FindsTheBalancingPointsOfThePaperUnderAnyHeading) {
   }
 }
 
+// Catches a wind that is leant with instead of against, and one that does not turn with the heading.
+TEST(TrimWatch, KnowsTheSticksThatHoldThePlaceInWind) {
+  const model::Vehicle vehicle = model::paper_vehicle();
+  const TrimWatch<double> trim(vehicle);
+  constexpr double kPush_m_s2 = 0.5;
+  const double lean = kPush_m_s2 / model::kGravity_m_s2;
+  Estimate<double> estimate = hovering(26.0 * vehicle.pitch.scale_per_count, 0.0, 0.0);
+  estimate.x.disturbance_m_s2 = kPush_m_s2;  // from behind: nose up, stick back
+  estimate.y.disturbance_m_s2 = kPush_m_s2;  // from the right to the left: stick to the right
+  EXPECT_NEAR(trim.holding(estimate).pitch, -26.0 - lean / vehicle.pitch.scale_per_count, 0.01);
+  EXPECT_NEAR(trim.holding(estimate).roll, lean / vehicle.roll.scale_per_count, 0.01);
+  Estimate<double> turned = hovering(0.0, 0.0, 0.5 * core::kPi);
+  turned.x.disturbance_m_s2 = kPush_m_s2;  // the nose looks to the left of the world: it comes from the left
+  EXPECT_NEAR(trim.holding(turned).pitch, 0.0, 0.01);
+  EXPECT_NEAR(trim.holding(turned).roll, -lean / vehicle.roll.scale_per_count, 0.01);
+}
+
 TEST(TrimWatch, SaysNothingBeforeItHasSeenEnoughHover) {
   const model::Vehicle vehicle = model::paper_vehicle();
   TrimWatch<double> trim(vehicle);
