@@ -33,6 +33,9 @@ struct Options {
 // What air and autopilot leave with a resting stick; the climb's from the measured flight.
 constexpr double kAirClimb_m_s = 0.06;
 constexpr double kAirYaw_rad_s = 0.02;
+// Twice that: what may push through a whole piece.
+constexpr double kPushClimb_m_s = 0.12;
+constexpr double kPushYaw_rad_s = 0.04;
 
 /// One axis, made.
 struct Made {
@@ -48,7 +51,6 @@ const char* stick_of(const std::string& axis) {
 
 /// What the flight is aborted by: room for a forecast that is not quite right, below what the aircraft may do.
 double speed_limit(const Made& one) {
-  constexpr double kUnknownTilt_m_s2 = 0.3;  // of a balancing point that is 30 counts off: a piece goes on for seconds
   double longest_s = 0.0;
   double piece_s = 0.0;
   for (std::size_t k = 0; k < one.manoeuvre.piece.size(); ++k) {
@@ -56,7 +58,7 @@ double speed_limit(const Made& one) {
     piece_s = goes_on ? piece_s + one.manoeuvre.period_s : 0.0;
     longest_s = std::max(longest_s, piece_s);
   }
-  return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.wish.rate ? 0.0 : kUnknownTilt_m_s2 * longest_s);
+  return 1.5 * one.manoeuvre.fastest_m_s + 0.5 + (one.wish.rate ? 0.0 : one.wish.push * longest_s);
 }
 double tilt_limit(const Made& one) {
   constexpr double kOthers_rad = 0.35;  // the law's own tilts while another stick moves
@@ -114,6 +116,14 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
   std::printf("%s on %s: %.1f s, %.0f counts, at most %.1f %s from the start, %zu returns\n", wish.kind.c_str(),
               wish.axis.c_str(), static_cast<double>(manoeuvre.stick_counts.size()) * manoeuvre.period_s,
               manoeuvre.amplitude_counts, manoeuvre.farthest_m, unit, manoeuvre.returns);
+  if (manoeuvre.least_amplitude_counts < wish.amplitude_counts || manoeuvre.in_parts + manoeuvre.left_out > 0) {
+    std::printf(
+        "made to fit into %.1f %s, %.2g %s that nobody foresees included: amplitudes of %.0f to %.0f counts instead of "
+        "%.0f, %d of the movements in parts, %d left out\n",
+        wish.fence_m, unit, wish.push, wish.rate ? (wish.axis == "climb" ? "m/s" : "rad/s") : "m/s^2",
+        manoeuvre.least_amplitude_counts, manoeuvre.amplitude_counts, wish.amplitude_counts, manoeuvre.in_parts,
+        manoeuvre.left_out);
+  }
   std::printf("abort: sticks neutral and fly back when |x| + v^2 / %.1f %s/s^2 > %.1f %s, v outwards\n",
               2 * wish.brake_m_s2, unit, wish.fence_m, unit);
   std::printf("%-16s %9s %8s  %-16s %9s %8s\n", "effect", "size", "sigma", "most alike", "likeness", "apart");
@@ -129,6 +139,7 @@ Made make(const std::string& axis, const Options& options, const model::Vehicle&
   wish.axis = axis;
   wish.rate = axis == "climb" || axis == "yaw_rate";
   wish.air = axis == "climb" ? kAirClimb_m_s : axis == "yaw_rate" ? kAirYaw_rad_s : wish.air;
+  wish.push = axis == "climb" ? kPushClimb_m_s : axis == "yaw_rate" ? kPushYaw_rad_s : wish.push;
   wish.fence_m = wish.fence_m > 0.0 ? wish.fence_m : axis == "climb" ? 2.0 : wish.rate ? 3.0 : 8.0;
   out.axis = axis == "roll"    ? vehicle.roll
              : axis == "pitch" ? vehicle.pitch
@@ -146,6 +157,9 @@ Made make(const std::string& axis, const Options& options, const model::Vehicle&
 nlohmann::json to_json(const Made& one) {
   nlohmann::json json{{"axis", one.wish.axis},
                       {"amplitude_counts", one.manoeuvre.amplitude_counts},
+                      {"least_amplitude_counts", one.manoeuvre.least_amplitude_counts},
+                      {"in_parts", one.manoeuvre.in_parts},
+                      {"left_out", one.manoeuvre.left_out},
                       {"farthest_m", one.manoeuvre.farthest_m},
                       {"fence_m", one.wish.fence_m},
                       {"abort_brake_m_s2", one.wish.brake_m_s2}};

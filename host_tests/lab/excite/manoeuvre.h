@@ -22,6 +22,10 @@ struct Wish {
   /// The response is a speed (climb [m/s], yaw rate [rad/s]) and its integral is what the fence is about: height [m] or
   /// heading [rad]. Otherwise it is a tilt, and the vehicle runs away with its tangent.
   bool rate = false;
+  /// What pushes along the axis though nobody foresees it, all the time: 0.3 m/s^2 is a balancing point that is 30
+  /// counts off, or a wind of the class of 3 m/s that rises by a third of its speed at a drag of 0.3 1/s. Of a rate
+  /// axis a speed [m/s, rad/s].
+  double push = 0.3;
   double air = 0.0045;  ///< root mean square of the response with a resting stick, in its unit; memory 0.3 s
 };
 
@@ -33,15 +37,20 @@ struct Manoeuvre {
   std::vector<double> speed_m_s;
   double farthest_m = 0.0;
   double fastest_m_s = 0.0;
-  double amplitude_counts = 0.0;  ///< after it was made to fit into the fence
-  std::size_t returns = 0;        ///< stretches in which the pilot flies back to the middle
+  double amplitude_counts = 0.0;          ///< of the largest movement, after it was made to fit into the fence
+  double least_amplitude_counts = 660.0;  ///< of the smallest
+  int in_parts = 0;                       ///< movements that are flown in parts, with a return between them
+  int left_out = 0;         ///< movements of the kind that do not fit at any amplitude that shows something
+  std::size_t returns = 0;  ///< stretches in which the pilot flies back to the middle
 };
 
 /// Leave the manoeuvre when the way to stop would end beyond the fence: |x| + v^2 / (2 a) > fence, v outwards.
 bool must_abort(double position_m, double speed_m_s, const Wish& wish);
 
-/// Strings manoeuvres together; where the forecast would trip the abort, flies back to the middle first, and makes all
-/// amplitudes smaller until the whole stays inside. @throws std::invalid_argument naming the field that makes no sense.
+/// Strings movements together, each from rest at the place. A movement fits if it keeps within the fence, way to stop
+/// included, though Wish::push acts on it to either side, it begins 0.2 m off the place and the axis answers a fifth
+/// more than the vehicle file says; what does not is flown in parts, or smaller, or left out.
+/// @throws std::invalid_argument naming the field that makes no sense, and the fence that would be enough.
 Manoeuvre make(const Wish& wish, const model::StickAxis& axis);
 
 /// How an effect of medium size will show: sigma is the length of its signature after the parameters that are fitted

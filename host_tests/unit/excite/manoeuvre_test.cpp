@@ -29,6 +29,45 @@ TEST_P(Kind, StaysInsideTheFence) {
 INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp", "mixed"),
                          [](const auto& tested) { return "k" + tested.param; });
 
+// Catches a piece that goes on for seconds with nothing in hand: a trim that is a little off carries it over the fence.
+TEST(Fit, HoldsThoughSomethingPushesThroughEveryPiece) {
+  constexpr double kPush_m_s2 = 0.25;
+  for (const double fence_m : {1.5, 3.0, 6.0}) {
+    const Wish wish{.amplitude_counts = 150.0, .duration_s = 60.0, .fence_m = fence_m};
+    const Manoeuvre made = make(wish, kAxis);
+    double into_s = 0.0;
+    for (std::size_t k = 1; k < made.piece.size(); ++k) {
+      const bool goes_on = made.piece[k] != 0 && made.piece[k] == made.piece[k - 1];
+      into_s = goes_on ? into_s + made.period_s : 0.0;
+      for (const double push : {-kPush_m_s2, kPush_m_s2}) {
+        EXPECT_FALSE(goes_on && must_abort(made.position_m[k] + 0.5 * push * into_s * into_s,
+                                           made.speed_m_s[k] + push * into_s, wish))
+            << fence_m << " m, piece " << made.piece[k] << " after " << into_s << " s";
+      }
+    }
+  }
+}
+
+// Catches a small room in which the slow movements, which show dead zone and trim, are dropped and not flown in parts.
+TEST(Fit, FliesInPartsWhatIsTooLongForASmallRoom) {
+  const Manoeuvre wide = make({.amplitude_counts = 150.0, .fence_m = 20.0}, kAxis);
+  EXPECT_EQ(wide.in_parts, 0);
+  EXPECT_DOUBLE_EQ(wide.least_amplitude_counts, 150.0);
+  const Manoeuvre small = make({.amplitude_counts = 150.0, .fence_m = 3.0}, kAxis);
+  EXPECT_EQ(small.in_parts, 2) << "sweep and chirp";
+  EXPECT_EQ(small.left_out, 0);
+  EXPECT_DOUBLE_EQ(small.least_amplitude_counts, 150.0);
+}
+
+TEST(Fit, NamesTheFenceThatWouldBeEnough) {
+  try {
+    make({.amplitude_counts = 150.0, .fence_m = 0.2}, kAxis);
+    FAIL() << "nothing fits into 0.2 m";
+  } catch (const std::invalid_argument& refused) {
+    EXPECT_STREQ(refused.what(), "--fence: 0.2 is too small for any manoeuvre of this vehicle; 0.5 is enough");
+  }
+}
+
 TEST(Abort, LeavesRoomToBrake) {
   const Wish wish{.fence_m = 8.0, .brake_m_s2 = 2.0};
   EXPECT_FALSE(must_abort(7.0, 1.9, wish));

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "firmware/core/eigen.h"
+#include "firmware/model/axis_effects.h"
+#include "host_tests/lab/excite/manoeuvre.h"
+#include "host_tests/lab/excite/stick_flight.h"
+
+namespace m100::lab::excite {
+namespace {
+
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
+
+constexpr double kAirMemory_s = 0.3;
+
+std::vector<double> respond(const Manoeuvre& manoeuvre, StickFlight flight) {
+  std::vector<double> out;
+  for (std::size_t k = 0; k < manoeuvre.stick_counts.size(); ++k) {
+    flight.step(manoeuvre.stick_counts[k], other_stick(static_cast<double>(k) * manoeuvre.period_s),
+                manoeuvre.period_s);
+    out.push_back(flight.angle());
+  }
+  return out;
+}
+
+Vector difference(const std::vector<double>& a, const std::vector<double>& b) {
+  Vector out(static_cast<Eigen::Index>(a.size()));
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    out(static_cast<Eigen::Index>(k)) = a[k] - b[k];
+  }
+  return out;
+}
+
+}  // namespace
+
+double other_stick(double t_s) { return 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * t_s); }
+
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish,
+                             const std::string& effect, double size) {
+  model::StickAxis with = flyable(axis);
+  if (!effect.empty()) {
+    with.*model::axis_effect(effect)->numbers[0].member = size;
+  }
+  return respond(manoeuvre, StickFlight(with, wish.rate));
+}
+
+/// The effects that a forecast is made of, each with its size.
+std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
+                                                         const Wish& wish, const std::vector<double>& plain) {
+  using Of = model::Typical::Of;
+  double largest = 0.0;
+  double fastest = 0.0;
+  for (std::size_t k = 0; k < plain.size(); ++k) {
+    largest = std::max(largest, std::abs(plain[k]));
+    fastest = k > 0 ? std::max(fastest, std::abs(plain[k] - plain[k - 1]) / manoeuvre.period_s) : fastest;
+  }
+  std::vector<std::pair<std::string, double>> sizes;
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    if (effect.typical.size == 0.0 || (wish.rate && effect.needs_other_stick)) {
+      continue;
+    }
+    const double own = axis.*effect.numbers[0].member;
+    const double size = effect.typical.size;
+    sizes.emplace_back(effect.name, effect.typical.of == Of::kBesideOwn         ? own + size
+                                    : effect.typical.of == Of::kLargestResponse ? size * largest
+                                    : effect.typical.of == Of::kFastestResponse ? size * fastest
+                                                                                : size);
+  }
+  return sizes;
+}
+
+std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish) {
+  const std::vector<double> plain = response(manoeuvre, axis, wish, "", 0.0);
+  const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, wish, plain);
+  // Gain, frequency, damping and delay are fitted anyway; a signature counts by what they cannot imitate.
+  Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
+  fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
+  model::StickAxis faster = flyable(axis);
+  faster.natural_frequency_rad_s *= 1.02;
+  faster.time_constant_s /= 1.02;
+  model::StickAxis stiffer = flyable(axis);
+  stiffer.damping_ratio *= 1.02;
+  model::StickAxis later = flyable(axis);
+  later.transport_delay_s += 0.004;
+  fitted.col(1) = difference(respond(manoeuvre, StickFlight(faster, wish.rate)), plain);
+  fitted.col(2) = difference(respond(manoeuvre, StickFlight(stiffer, wish.rate)), plain);
+  fitted.col(3) = difference(respond(manoeuvre, StickFlight(later, wish.rate)), plain);
+  const auto without = [](const Matrix& basis, const Vector& v) -> Vector {
+    Matrix normal = basis.transpose() * basis;
+    normal.diagonal().array() += 1e-12 * normal.trace() + 1e-300;
+    return v - basis * normal.ldlt().solve(basis.transpose() * v);
+  };
+  std::vector<Vector> signatures;
+  for (const auto& [name, size] : sizes) {
+    const bool delay = name == "transport_delay";
+    const Vector raw = difference(response(manoeuvre, axis, wish, name, size), plain);
+    signatures.push_back(without(delay ? Matrix(fitted.leftCols(3)) : fitted, raw));
+  }
+  // 2 memory / period samples of the air are worth one.
+  const double spread = wish.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
+  std::vector<Forecast> out;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    Forecast one{.effect = sizes[i].first,
+                 .size = sizes[i].second,
+                 .sigma = signatures[i].norm() / spread,
+                 .nearest = "",
+                 .likeness = 0.0,
+                 .apart_sigma = 0.0};
+    for (std::size_t j = 0; j < sizes.size(); ++j) {
+      const double norms = signatures[i].norm() * signatures[j].norm();
+      const double likeness = i != j && norms > 0.0 ? std::abs(signatures[i].dot(signatures[j])) / norms : 0.0;
+      if (likeness > one.likeness) {
+        one.likeness = std::min(1.0, likeness);
+        one.nearest = sizes[j].first;
+      }
+    }
+    one.apart_sigma = one.sigma * std::sqrt(1.0 - one.likeness * one.likeness);
+    out.push_back(one);
+  }
+  return out;
+}
+
+}  // namespace m100::lab::excite
