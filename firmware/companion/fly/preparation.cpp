@@ -50,6 +50,27 @@ void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start)
   }
 }
 
+/// What is excited may go so far from the place, to any side, whatever the heading: a distance beyond the fence would
+/// be broken off in flight.
+void expect_room_for(const Orders& orders) {
+  if (!orders.flight) {
+    return;
+  }
+  const FlightFile& flight = *orders.flight;
+  const double side_m =
+      std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
+  for (const ctl::StickAxis axis : {ctl::StickAxis::kRoll, ctl::StickAxis::kPitch}) {
+    const double distance_m = orders.excitation->limits[static_cast<std::size_t>(axis)].distance;
+    if (orders.excitation->moves(axis) && distance_m > side_m) {
+      std::ostringstream said;
+      said << orders.excitation_name << ": its " << name(axis) << " may go " << distance_m << " m from the start, and "
+           << orders.flight_name << "'s fence ends after " << side_m
+           << " m: make it with m100-lab excite --fence, a metre or two below that";
+      throw ExcitationFileError(said.str());
+    }
+  }
+}
+
 /// A course that was named is meant: one without a piece would be a hover that nobody asked for.
 std::vector<CoursePiece> lay(const Orders& orders, const ref::Waypoint<double>& start,
                              ref::Trajectory<double>& course) {
@@ -75,6 +96,7 @@ Orders::Orders(const FlyOptions& options) : flight_name(options.flight), course_
   if (!options.excite.empty()) {
     excitation_name = options.excite;
     excitation = parse_excitation(read_file(options.excite), options.excite);
+    expect_room_for(*this);
   }
 }
 
