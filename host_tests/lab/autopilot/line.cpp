@@ -60,7 +60,8 @@ class OwnWorld {
   void carry(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
   void keep_time() {
     constexpr double kLong_s = 86400.0;
-    host_.wait_for([this] { return host_.attendants() >= 2; }, kLong_s);
+    // A signal to end sets time going without a client: the autopilot sleeps in it, and sees the signal when it wakes.
+    host_.wait_for([this] { return host_.attendants() >= 2 || stop_asked(); }, kLong_s);
     while (!host_.stopped()) {
       host_.advance(host_.now() + std::chrono::seconds(1));
       carry(client_, ours_);

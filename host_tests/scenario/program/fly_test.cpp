@@ -192,5 +192,21 @@ TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
   EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
 }
 
+// Catches an emulated autopilot that can only be killed while nobody has come: time stands still then, and it sleeps.
+TEST_F(ProgramTest, AnAutopilotInSimulatedTimeEndsByASignalThoughNobodyCame) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const fs::path world = folder / ("world" + std::to_string(signal));
+    Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", world.string(), "--events", events.string()});
+    for (int i = 0; i < 3000 && (!fs::exists(world) || !fs::exists(events)); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    autopilot.send(signal);
+    EXPECT_EQ(autopilot.wait(kPatience), 0) << "signal " << signal;
+    EXPECT_NE(text_of(events).find("client_in_control"), std::string::npos) << "it sums up";
+    EXPECT_FALSE(fs::exists(world)) << "it takes its sockets along";
+    fs::remove(events);
+  }
+}
+
 }  // namespace
 }  // namespace m100::scenario
