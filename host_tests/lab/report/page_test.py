@@ -9,6 +9,7 @@ and opened in a frame of 400 px, because a window of a browser may refuse to be 
 import html
 import json
 import pathlib
+import random
 import re
 import shutil
 import subprocess
@@ -16,6 +17,7 @@ import sys
 import tempfile
 
 WIDTH_PX, LEAST_TEXT_PX, SKIPPED = 400, 12.0, 77
+PLANTED_MISSES = 3  # a cell of the paper, a flight that became worse, a loop that is not stable
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 MEASURE = """<script>addEventListener('load',()=>{
@@ -66,18 +68,22 @@ def offences(browser, page):
 
 
 def write_log(path):
-    """A minute of roll: second order with a dead zone, moved by pairs of kicks."""
-    roll, rate, noise = 0.0, 0.0, 12345
+    """A minute of roll: second order with a dead zone, moved by pairs of kicks.
+
+    A row has the stick and the roll of its time: what the stick does is in the rows after it. Written the other way
+    round the response is a sample early, and identify rightly names clocks that disagree.
+    """
+    roll, rate, chance = 0.0, 0.0, random.Random(12345)
     lines = ["t,stick,roll"]
     for k in range(6000):
         t = 0.01 * k
         phase = t % 6.0
         stick = 0.0 if phase > 3.0 else (1 if phase < 1.0 else -1 if phase < 2.0 else 0.4) * (60 + 20 * (int(t / 6) % 5))
+        lines.append(f"{t:.2f},{stick:.1f},{roll + chance.gauss(0.0, 3e-4):.6f}")
         felt = 0.0 if abs(stick) < 30 else stick
-        rate += 0.01 * (49.0 * (9e-4 * felt - roll) - 2 * 0.7 * 7.0 * rate)
-        roll += 0.01 * rate
-        noise = (1103515245 * noise + 12345) % 2**31
-        lines.append(f"{t:.2f},{stick:.1f},{roll + 1e-3 * (noise / 2**31 - 0.5):.6f}")
+        for _ in range(20):  # in steps of half a millisecond, so that nothing but the noise is left over
+            rate += 0.0005 * (49.0 * (9e-4 * felt - roll) - 2 * 0.7 * 7.0 * rate)
+            roll += 0.0005 * rate
     path.write_text("\n".join(lines) + "\n")
     path.with_suffix(".toml").write_text('time = "t"\n[signals]\nstick_roll = "stick"\nattitude_roll = "roll"\n')
 
@@ -115,10 +121,17 @@ def summary_of(folder):
     return options
 
 
-def first_screen(page):
-    """What the summary must say; catches a result that is read from the wrong place and silently missing."""
+def first_screen(page, identified):
+    """What the summary must say; catches a result that is read from the wrong place and silently missing.
+
+    `identified` is identify's answer: a log of which it leaves a part unexplained is one thing more that was not reached.
+    """
     said = page.split("In detail", 1)[0]
-    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors are at or below", " things were not reached",
+    unexplained = identified["verdict"] == "unexplained"
+    missed = PLANTED_MISSES + int(unexplained)
+    if unexplained != ("roll: a part of the log's error is explained by no effect that is known here" in said):
+        yield f"identify's verdict is '{identified['verdict']}', and the first screen says otherwise"
+    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors are at or below", f" {missed} things were not reached",
                  "roll: second order, dead zone", '<td>log: roll [rad]</td><td class="n">',
                  '<td>loop: roll [rad]</td><td class="n">0.100</td><td class="n">0.0100</td>',
                  '<td>flown: step, calm [m]</td><td class="n">0.300</td><td class="n missed">0.400</td>',
@@ -151,7 +164,7 @@ def main():
         for page in pages:
             found += [f"{page.name}: {offence}" for offence in offences(browser, page.read_text())]
             if ours and page.name == "report.html":
-                found += list(first_screen(page.read_text()))
+                found += list(first_screen(page.read_text(), json.loads((pathlib.Path(folder) / "roll.json").read_text())))
     for one in found:
         print(one)
     print(f"{len(pages)} pages, {len(found)} offences")
