@@ -12,6 +12,7 @@ namespace m100::lab::plot {
 namespace {
 
 constexpr double kGlyph_px = 7.0;
+constexpr double kBoldGlyph_px = 7.5;
 constexpr double kCellHeight_px = 24.0;
 
 /// From orange over nearly white to blue.
@@ -52,7 +53,8 @@ std::string svg(const HeatMap& map) {
   const double cell = 12.0 + kGlyph_px * static_cast<double>(widest);
   const double left = 20.0 + kGlyph_px * static_cast<double>(longest(map.rows, 4));
   const double top = 48.0;
-  const double width = left + cell * static_cast<double>(map.columns.size()) + 12.0;
+  const double titled = 24.0 + kBoldGlyph_px * static_cast<double>(map.title.size());
+  const double width = std::max(titled, left + cell * static_cast<double>(map.columns.size()) + 12.0);
   const double height = top + kCellHeight_px * static_cast<double>(map.rows.size()) + 12.0;
   std::ostringstream out;
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width

@@ -13,17 +13,21 @@ namespace m100::lab::plot {
 namespace {
 
 constexpr const char* kStyle = R"(<style>
-body{font-family:sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:#222;line-height:1.45}
+body{font-family:sans-serif;max-width:960px;margin:2em auto;padding:0 1em;color:#222;background:#fff;line-height:1.45}
 h1{font-size:1.5em;border-bottom:2px solid #0072b2;padding-bottom:.25em}h2{font-size:1.2em;margin-top:1.8em}
 table{border-collapse:collapse;margin:.8em 0;display:block;overflow-x:auto;font-size:.9em}th,td{padding:.25em .6em;border-bottom:1px solid #ddd;text-align:left}
-th{background:#f3f6f9}td.n{text-align:right;font-variant-numeric:tabular-nums}
+th{background:#f3f6f9}td.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 td.missed{background:#fbeee5;color:#a33c00;font-weight:bold;white-space:nowrap}td.missed::before{content:"\25B2  "}
 .box{padding:.7em 1em;border-left:6px solid;margin:1em 0;font-size:1.05em}
 .good{border-color:#009e73;background:#eaf7f2}.warn{border-color:#e69f00;background:#fdf5e4}
 .bad{border-color:#d55e00;background:#fbeee5}
 figure{margin:1.2em 0}figure svg{max-width:100%;height:auto}figcaption{color:#555;font-size:.92em}
 p,li,h1,h2,.box{overflow-wrap:anywhere}
-@media(max-width:900px){body{margin:1em auto}figure{overflow-x:auto}figure svg{max-width:none}}
+@media(max-width:900px){body{margin:1em auto}figure{overflow-x:auto}figure svg{max-width:none}
+table,figure{background:linear-gradient(to right,#fff 1.2em,transparent 2.4em) local,
+linear-gradient(to left,#fff 1.2em,transparent 2.4em) right local,linear-gradient(to right,#9aa,transparent .8em),
+linear-gradient(to left,#9aa,transparent .8em) right;background-repeat:no-repeat;background-size:2.4em 100%,2.4em 100%,.8em 100%,.8em 100%}
+th{background:none;border-bottom:2px solid #9aa}}
 @media(max-width:500px){th,td{padding:.25em .3em}}
 </style>)";
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab report: joins the pages that other subcommands wrote into one self-contained page.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -38,6 +39,14 @@ std::string between(const std::string& page, const std::string& html, const std:
   return html.substr(begin + from.size(), end - begin - from.size());
 }
 
+/// The way to a page from the folder of the page that is written: the reader's, not that of who wrote it.
+std::string seen_from(const std::string& out, const std::string& page) {
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::absolute(out, none).parent_path();
+  const std::filesystem::path way = std::filesystem::absolute(page, none).lexically_normal();
+  return way.lexically_relative(folder.lexically_normal()).generic_string();
+}
+
 void run(const Options& options) {
   companion::FileUse()
       .reads("pages", options.pages)
@@ -67,7 +76,7 @@ void run(const Options& options) {
     const std::string html = whole_file(options.pages[i]);
     const std::string anchor = "part" + std::to_string(i + 1);
     contents += "<li><a href=\"#" + anchor + "\">" + between(options.pages[i], html, "<title>", "</title>") + "</a> (" +
-                plot::escape(options.pages[i]) + ")</li>\n";
+                plot::escape(seen_from(options.out, options.pages[i])) + ")</li>\n";
     bodies += "<section id=\"" + anchor + "\">" + between(options.pages[i], html, "<body>", "</body>") + "</section>\n";
   }
   whole.heading("In detail");

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pages of m100-lab in a browser, 400 px wide: no console error, no sideways scroll, no text below 12 px.
+"""The pages of m100-lab in a browser, 400 px wide: no console error, no sideways scroll, no text below 12 px, no words
+of a figure cut off.
 
-Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task, and both joined.
+Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task, a campaign, and all
+joined.
 Ends with 77 (skipped) where no Chromium is installed. Each page is copied with a few lines of script that measure it,
 and opened in a frame of 400 px, because a window of a browser may refuse to be that narrow.
 """
@@ -21,17 +23,19 @@ PLANTED_MISSES = 3  # a cell of the paper, a flight that became worse, a loop th
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 MEASURE = """<script>addEventListener('load',()=>{
- let least=1e9,words='';
+ let least=1e9,words='',cut='';
  const walk=document.createTreeWalker(document.body,NodeFilter.SHOW_TEXT);
  for(let node;node=walk.nextNode();){
   const at=node.parentElement;
   if(!node.textContent.trim()||/^(script|style|title)$/i.test(at.tagName))continue;
   let px=parseFloat(getComputedStyle(at).fontSize);
-  if(at.ownerSVGElement){const m=at.getScreenCTM();px*=Math.hypot(m.a,m.b);}
+  if(at.ownerSVGElement){const m=at.getScreenCTM();px*=Math.hypot(m.a,m.b);
+   const box=at.getBBox(),view=at.ownerSVGElement.viewBox.baseVal;
+   if(!at.hasAttribute('transform')&&(box.x<-1||box.x+box.width>view.width+1))cut=node.textContent.trim().slice(0,60);}
   if(px<least){least=px;words=node.textContent.trim().slice(0,60);}
  }
  parent.postMessage({scroll:document.documentElement.scrollWidth,width:document.documentElement.clientWidth,
-                     least,words},'*');
+                     least,words,cut},'*');
 });</script>"""
 FRAME = """<!DOCTYPE html><html><body style="margin:0"><iframe width="{width}" height="1200" style="border:0"
 src="page.html"></iframe><script>addEventListener('message',e=>document.body.setAttribute('data-measured',
@@ -63,6 +67,8 @@ def offences(browser, page):
         yield f"scrolls sideways: {numbers['scroll']} px in {numbers['width']} px"
     if numbers["least"] < LEAST_TEXT_PX - 0.01:
         yield f"text of {numbers['least']:.1f} px: '{numbers['words']}'"
+    if numbers["cut"]:
+        yield f"a figure cuts '{numbers['cut']}' off"
     if 'name="viewport"' not in page:
         yield "no viewport: a telephone would shrink it"
 
@@ -90,10 +96,12 @@ def write_log(path):
 
 def make_pages(lab, folder):
     write_log(folder / "roll.csv")
+    (folder / "still.toml").write_text("# the measured aircraft\n")
     for code, arguments in (
             (1, ["identify", "--log", "roll.csv", "--columns", "roll.toml", "--axis", "roll", "--declare", "first_order",
                  "--train", "0:40", "--validate", "40:60", "--draws", "20", "--report", "pages", "--json", "roll.json"]),
-            (0, ["experiments", "--only", "hover", "--report", "pages"])):
+            (0, ["experiments", "--only", "hover", "--report", "pages"]),
+            (1, ["campaign", "still.toml", "--flights", "1", "--tasks", "hover", "--report", "pages"])):
         run = subprocess.run([lab, *arguments], cwd=folder, capture_output=True, text=True, check=False)
         if run.returncode > code:
             raise SystemExit(f"{arguments[0]} ended with {run.returncode}: {run.stderr}")
@@ -146,9 +154,10 @@ def first_screen(page, identified):
 def self_test(browser):
     """Each of these must be found on one bad page, or the browser looked at nothing."""
     bad = ("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script>"
-           '<div style="width:900px;font-size:9px">words</div></body></html>')
+           '<div style="width:900px;font-size:9px">words</div><svg viewBox="0 0 40 20" width="40">'
+           '<text x="2" y="14">a title that is wider</text></svg></body></html>')
     found = list(offences(browser, bad))
-    return [f"self-test: '{what}' was not found" for what in ("console", "scrolls", "text of", "no viewport")
+    return [f"self-test: '{what}' was not found" for what in ("console", "scrolls", "text of", "cuts", "no viewport")
             if not any(what in one for one in found)]
 
 

@@ -172,7 +172,9 @@ class Summary {
             " errors are at or below those that the paper measured. ";
     }
     return out + (missed_.empty() ? "Everything that was asked was reached."
-                                  : std::to_string(missed_.size()) + " things were not reached; they stand below.");
+                  : missed_.size() == 1
+                      ? "1 thing was not reached; it stands below."
+                      : std::to_string(missed_.size()) + " things were not reached; they stand below.");
   }
 
   bool measured_;
