@@ -131,10 +131,34 @@ std::vector<std::pair<std::size_t, std::size_t>> equal_runs(const std::vector<do
   return out;
 }
 
+/// The usual smallest step of a signal that is counted in steps.
+double quantum_of(const std::vector<double>& values) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] != values[i - 1]) {
+      steps.push_back(std::abs(values[i] - values[i - 1]));
+    }
+  }
+  return quantile(std::move(steps), 0.01);
+}
+
+/// Whether a signal that moved from row to row stands still at `begin` from one row to the next: what comes to rest has
+/// smaller and smaller steps before.
+bool stops_at_once(const std::vector<double>& values, std::size_t begin, double usual) {
+  constexpr std::size_t kBefore = 3;
+  double step = 0.0;
+  for (std::size_t i = begin > kBefore ? begin - kBefore : 1; i <= begin && i > 0; ++i) {
+    step = std::max(step, std::abs(values[i] - values[i - 1]));
+  }
+  return begin > 0 && step > 0.5 * usual;
+}
+
 Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used) {
   constexpr double kLeastRows = 5.0;
   constexpr double kCadences = 4.0;
-  constexpr double kJump = 3.0;  // of the usual step from row to row
+  constexpr double kJump = 3.0;       // of the usual step from row to row
+  constexpr double kNever = 10.0;     // times as long as nearly all other runs: not of this signal's own
+  constexpr double kFineSteps = 3.0;  // of the smallest step: a signal counted in steps may well repeat itself
   const auto runs = equal_runs(values, used);
   std::vector<double> lengths;
   std::vector<double> steps;
@@ -144,12 +168,16 @@ Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used
       steps.push_back(std::abs(values[end] - values[begin]));
     }
   }
+  const double unheard = kNever * quantile(lengths, 0.99);
   const double least = std::max(kLeastRows, kCadences * quantile(std::move(lengths), 0.9));
   const double usual = quantile(std::move(steps), 0.5);
+  const bool fine = usual > kFineSteps * quantum_of(values);
   Found out;
   for (const auto& [begin, end] : runs) {
     const bool jumps = end < values.size() && used[end] != 0 && std::abs(values[end] - values[begin]) > kJump * usual;
-    if (static_cast<double>(end - begin) > least && jumps) {
+    const auto length = static_cast<double>(end - begin);
+    const bool alien = fine && length > unheard && stops_at_once(values, begin, usual);
+    if (length > least && (jumps || alien)) {
       std::fill(used.begin() + static_cast<std::ptrdiff_t>(begin), used.begin() + static_cast<std::ptrdiff_t>(end),
                 static_cast<char>(0));
       out.add(begin, end);
@@ -170,17 +198,6 @@ double sigma_of(const std::vector<double>& values, const std::vector<char>& used
   return std::max(1.4826 * quantile(bends, 0.5), quantile(bends, 0.9) / 1.645) / std::sqrt(6.0);
 }
 
-/// The usual smallest step of a signal that is counted in steps.
-double quantum_of(const std::vector<double>& values) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    if (values[i] != values[i - 1]) {
-      steps.push_back(std::abs(values[i] - values[i - 1]));
-    }
-  }
-  return quantile(std::move(steps), 0.01);
-}
-
 /// @param row  samples between the rows in which the signal was logged
 /// @param least  by which a value must jump away from its neighbours in both directions
 /// @param back  whether the neighbours must agree with each other, to a quarter of the jump
@@ -194,7 +211,12 @@ Found replace_outliers(std::vector<double>& values, const std::vector<char>& use
     // A sharp turn is foretold by straight lines from one of its sides.
     const double from_left = std::abs(old[i] - (2.0 * old[i - row] - old[i - 2 * row]));
     const double from_right = std::abs(old[i] - (2.0 * old[i + row] - old[i + 2 * row]));
-    const double off = std::min({std::abs(old[i] - five[2]), from_left, from_right});
+    // A smooth bend, which slow rows make sharp, is foretold by the cubic through its four neighbours.
+    const double bend = (4.0 * (old[i - row] + old[i + row]) - old[i - 2 * row] - old[i + 2 * row]) / 6.0;
+    double off = std::min({std::abs(old[i] - five[2]), from_left, from_right, std::abs(old[i] - bend)});
+    if (back) {  // the sharpest turn of a hand has a neighbour on its way; a spoilt row has none
+      off = std::min({off, std::abs(old[i] - old[i - row]), std::abs(old[i] - old[i + row])});
+    }
     const bool returns = !back || std::abs(old[i + row] - old[i - row]) < 0.25 * off;
     if (used[i] != 0 && off > least && returns) {
       values[i] = five[2];
