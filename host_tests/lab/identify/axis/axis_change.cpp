@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "host_tests/lab/identify/axis/axis_structure.h"
 #include "host_tests/lab/identify/remainder/change_scan.h"
@@ -95,7 +96,61 @@ struct Tried {
   const Candidate* candidate;
   ScanHit hit;
   WhitenedFit fit;
+  bool turned_round = false;  ///< the scan's date is that of dynamics which mean nothing: every date is asked again
 };
+
+/// A response that turns round leaves the fit of the whole run hardly any gain, and so dynamics that mean nothing. The
+/// fits start from half of the change on either side instead, at the speeds that an aircraft may have.
+WhitenedFit fit_turned_round(const FreeRun& run, const StickAxis& axis, const std::vector<Knob>& knobs,
+                             const Break& change) {
+  constexpr std::array<double, 3> kSpeeds_rad_s{3.0, 7.0, 14.0};
+  constexpr double kDelay_s = 0.05;
+  WhitenedFit best;
+  best.score = std::numeric_limits<double>::infinity();
+  for (const double speed_rad_s : kSpeeds_rad_s) {
+    for (const double side : {-0.5, 0.5}) {
+      StickAxis start = axis;
+      Break turn = change;
+      start.scale_per_count = side * std::abs(change.size);
+      turn.size = -2.0 * start.scale_per_count;
+      start.transport_delay_s = kDelay_s;
+      if (start.is_first_order()) {
+        start.time_constant_s = 1.0 / speed_rad_s;
+      } else {
+        start.natural_frequency_rad_s = speed_rad_s;
+        start.damping_ratio = 0.7;
+      }
+      WhitenedFit fit = fit_whitened(run, start, knobs, &turn);
+      best = fit.score < best.score ? std::move(fit) : std::move(best);
+    }
+  }
+  return best;
+}
+
+/// The best of the candidate's fits with a break where the scan saw it.
+Tried fit_with_break(const FreeRun& run, const StickAxis& axis, const std::vector<Knob>& knobs, Candidate& candidate,
+                     const ScanHit& hit) {
+  const double size = hit.size(0);
+  const Break change{candidate.knob, hit.at_s, size};
+  Tried out{&candidate, hit, fit_whitened(run, axis, knobs, &change)};
+  const double gain = axis.scale_per_count;
+  if (candidate.knob.member != &StickAxis::scale_per_count || std::abs(size) < std::abs(gain)) {
+    return out;
+  }
+  constexpr double kWide = 8.0;
+  Knob wide = candidate.knob;
+  wide.step = 0.02 * std::abs(size);
+  wide.low = -kWide * std::abs(size);
+  wide.high = kWide * std::abs(size);
+  WhitenedFit again = fit_turned_round(run, axis, knobs, {wide, hit.at_s, size});
+  if (again.score < out.fit.score && again.before.scale_per_count * again.after.scale_per_count < 0.0) {
+    candidate.knob = wide;
+    candidate.least = 0.03 * std::abs(again.before.scale_per_count);
+    out.fit = std::move(again);
+    out.turned_round = true;
+  }
+  return out;
+}
 
 /// Whether it is part of the stick's law, before the delay.
 bool at_the_stick(const Knob& knob) {
@@ -105,6 +160,7 @@ bool at_the_stick(const Knob& knob) {
 
 /// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
 /// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
+/// What changes at the stick may change before the delay, as simulated, or behind it: the interval holds both.
 /// @param row_s  of the stick: when in between it changed is not known
 void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s, Tried& tried) {
   constexpr double kBefore_s = 2.0;
@@ -114,10 +170,12 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
   constexpr double kDateDrop = 7.35;  // as in the scan
   constexpr double kMostDates = 120.0;
   const double count = whitened_rows(run.segments());
-  double from_s = std::max(run.time_s().front(), tried.hit.low_s - kBefore_s);
-  double to_s = std::min(run.time_s().back(), tried.hit.high_s + kAfter_s);
-  for (int pass = 0; pass < 2; ++pass) {
-    const double step_s = std::max(pass == 0 ? kStep_s : kFineStep_s, (to_s - from_s) / kMostDates);
+  const double first_s = run.time_s().front();
+  const double last_s = run.time_s().back();
+  double from_s = tried.turned_round ? first_s : std::max(first_s, tried.hit.low_s - kBefore_s);
+  double to_s = tried.turned_round ? last_s : std::min(last_s, tried.hit.high_s + kAfter_s);
+  for (int pass = tried.turned_round ? -1 : 0; pass < 2; ++pass) {
+    const double step_s = std::max(pass <= 0 ? kStep_s : kFineStep_s, (to_s - from_s) / kMostDates);
     const auto error_at = [&](double date_s) -> Rows {
       return run.error(tried.fit.before, tried.fit.after, date_s).array() - tried.fit.offset;
     };
@@ -148,6 +206,9 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
   }
   tried.hit.low_s -= 0.5 * row_s;
   tried.hit.high_s += 0.5 * row_s;
+  if (at_the_stick(tried.candidate->knob)) {  // on which side of the delay it changed, no response can tell
+    tried.hit.high_s += tried.fit.after.transport_delay_s;
+  }
 }
 
 /// Of the whole log's innovations over those of its noisier side, at most one. Air that grows makes every break look
@@ -192,7 +253,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
     return out;
   }
   const std::vector<Knob> knobs = knobs_of(family, fit);
-  const std::vector<Candidate> candidates = candidates_of(family, fit);
+  std::vector<Candidate> candidates = candidates_of(family, fit);
   // The structure fits the whole run as well as it can before anything is said to change.
   const WhitenedFit steady = fit_whitened(run, family.model(fit), knobs);
   const StickAxis& axis = steady.before;
@@ -204,14 +265,13 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   rows.base << own, Columns::Ones(own.rows(), 1);
 
   std::vector<Tried> tried;
-  for (const Candidate& candidate : candidates) {
+  for (Candidate& candidate : candidates) {
     ScanHit hit = scan_change(rows, slopes(run, axis, error, {candidate.knob}));
     if (hit.likelihood_ratio < kWorthRefitting) {
       continue;
     }
     hit.at_s -= at_the_stick(candidate.knob) ? axis.transport_delay_s : 0.0;
-    const Break change{candidate.knob, hit.at_s, hit.size(0)};
-    tried.push_back({&candidate, hit, fit_whitened(run, axis, knobs, &change)});
+    tried.push_back(fit_with_break(run, axis, knobs, candidate, hit));
   }
   const auto best = std::min_element(tried.begin(), tried.end(),
                                      [](const Tried& a, const Tried& b) { return a.fit.score < b.fit.score; });

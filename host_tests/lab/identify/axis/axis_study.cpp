@@ -287,7 +287,11 @@ bool AxisStudy::follows_the_other() const {
 void AxisStudy::misreadings(double gain, IdentifyResult& result) const {
   const AxisSignals& signals = training_.signals;
   // The yaw stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
-  if (signals.stick_name == "stick_yaw" ? gain > 0.0 : gain < 0.0) {
+  // Where it turns round in mid-flight, that is what is said: no sign of the map is right for both sides.
+  const bool turns_round = std::any_of(result.changes.begin(), result.changes.end(), [](const Change& change) {
+    return change.name == "gain" && change.parameters.front().value * change.parameters.back().value < 0.0;
+  });
+  if (!turns_round && (signals.stick_name == "stick_yaw" ? gain > 0.0 : gain < 0.0)) {
     result.findings.push_back({.what = "sign_reversed",
                                .signal = signals.stick_name,
                                .text = signals.response_name + " moves against " + signals.stick_name +
