@@ -13,7 +13,9 @@ constexpr core::Duration kStall = 2 * core::kTickPeriod;  // promise R9
 /// From the tick that sends a stick to the autopilot's using it: half a tick, in which a frame passes at 115200 baud.
 constexpr core::Duration kUplink = core::kTickPeriod / 2;
 constexpr double kErrorSigmas = 3.0;
-constexpr int kBacklogReads = 32;  ///< of PoseLink::kBytesPerTick: more than a driver holds
+template <typename T>
+constexpr T kNotToBeUsed = T(1e6);  ///< variance [m^2/s^2] of a velocity that nothing may be computed from
+constexpr int kBacklogReads = 32;   ///< of PoseLink::kBytesPerTick: more than a driver holds
 /// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
 /// after which the autopilot ends Virtual RC by itself.
 constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
@@ -36,6 +38,7 @@ FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mp
       braking_(ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
       fence_(config.fence, braking_),
       place_(braking_),
+      swing_(braking_, config.answers_swings),
       excitation_(config.excitation),
       supervisor_(config.limits, config.envelope),
       commands_(vehicle),
@@ -64,6 +67,8 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   excite(now);                                                        // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
   place_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
+  swing_.update(estimate_, reference_, safety::passes_law(before), excitation_.moves(), core::seconds<T>(elapsed_),
+                law_);
   observed_ = observation(now);
   grant_ = supervisor_.review(wanted_, settled(), observed_, core::seconds<T>(elapsed_));  // takes away
   start_when_nominal(before, now);
@@ -175,12 +180,25 @@ core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
   return came ? *came : core::Pose<double>{};
 }
 
+/// What brakes by feedback might swing on: trim and wind alone are held, and nobody waits for a speed that nothing
+/// takes away.
+template <typename T, typename S>
+bool FlightController<T, S>::levels_a_swing() const {
+  const bool settles = supervisor_.rung() == safety::Rung::kLevel || supervisor_.rung() == safety::Rung::kRelease;
+  return swing_.goes_on() || (settles && supervisor_.descent().cause == safety::Cause::kSwinging);
+}
+
+/// What brakes by an estimate that is contradicted would fly the lie.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::settled() const {
   if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground nothing is to be braked
     return {};
   }
-  return ctl::settle(trust_.motion(estimate_), braking_);
+  est::Estimate<T> motion = trust_.motion(estimate_);
+  if (levels_a_swing()) {
+    motion.x.velocity_variance_m2_s2 = motion.y.velocity_variance_m2_s2 = kNotToBeUsed<T>;
+  }
+  return ctl::settle(motion, braking_);
 }
 
 template <typename T, typename S>
@@ -198,6 +216,10 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
       .outside_m = static_cast<double>(fence_.outside_m()),
       .place_lost_for = core::Duration(static_cast<core::Duration::rep>(place_.lost_s() * T(1e6))),
       .push_m_s2 = static_cast<double>(place_.push_m_s2()),
+      .swing_rad = static_cast<double>(swing_.seen().height_rad),
+      .swing_hz = static_cast<double>(swing_.seen().frequency_hz),
+      .swings = law_.calm(),
+      .swings_on = swing_.goes_on(),
       .estimate_healthy = estimate_.healthy,
       .authority = link_.authority().in_control,
       .mode_f = link_.authority().mode_f,
@@ -210,6 +232,7 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
                      residual_.report(sysid::Channel::kClimb).departed},
       .trim_drifted = trim_.report().drifted};
   trust_.tell(observed, estimate_, config_.limits.gate_shut);
+  observed.speed_m_s = levels_a_swing() ? 0.0 : observed.speed_m_s;
   return observed;
 }
 

@@ -11,6 +11,7 @@
 #include "firmware/ctl/fence_keeper.h"
 #include "firmware/ctl/flight_law.h"
 #include "firmware/ctl/place_watch.h"
+#include "firmware/ctl/swing_answer.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/pose_timing.h"
 #include "firmware/est/trim_watch.h"
@@ -123,6 +124,7 @@ class FlightController {
   /// known only after the law has computed the command that then leaves.
   void stand_ready(core::TimePoint now);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
+  bool levels_a_swing() const;
   void excite(core::TimePoint now);
   vrc::Stick excited_stick() const;
   vrc::Sticks excited(vrc::Sticks mapped) const;
@@ -147,6 +149,7 @@ class FlightController {
   ctl::Braking braking_;
   ctl::FenceKeeper<T> fence_;
   ctl::PlaceWatch<T> place_;
+  ctl::SwingAnswer<T> swing_;
   ctl::Excitation<T> excitation_;
   safety::Supervisor<T> supervisor_;
   vrc::CommandMap commands_;

@@ -129,7 +129,12 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
   T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y), ticks);
-  report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes};
+  report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes, .calm = calm()};
+  if (calm()) {
+    const T step_s = core::seconds<T>(elapsed);
+    slope_x = x_.calm.slope(estimate.x, reference.x[0], x_.mpc.table(), calm_per_s_, step_s);
+    slope_y = y_.calm.slope(estimate.y, reference.y[0], y_.mpc.table(), calm_per_s_, step_s);
+  }
 
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);
   if (size > combined_tangent_) {
@@ -168,6 +173,9 @@ template <typename T>
 void FlightLaw<T>::reset() {
   x_.mpc.reset();
   y_.mpc.reset();
+  x_.calm.reset();
+  y_.calm.reset();
+  calm_per_s_ = T(0);
   height_.reset();
 }
 

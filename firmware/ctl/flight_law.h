@@ -7,6 +7,7 @@
 #include "firmware/core/tilt.h"
 #include "firmware/core/time.h"
 #include "firmware/ctl/altitude_pid.h"
+#include "firmware/ctl/calm_law.h"
 #include "firmware/ctl/command.h"
 #include "firmware/ctl/yaw_p.h"
 #include "firmware/est/estimate.h"
@@ -42,6 +43,7 @@ struct LawReport {
   mpc::Path path_y = mpc::Path::kTable;
   unsigned changes = 0;       ///< of the active sets of both axes
   bool tilt_limited = false;  ///< by the combined limit
+  bool calm = false;          ///< by the calm law
 };
 
 /// The control law: MPC (or its baseline) in x and y, PID in height, P in yaw.
@@ -72,7 +74,11 @@ class FlightLaw {
   /// The largest slope that one axis surely gets, whatever the other one wants: of the tables' boxes and a half of the
   /// combined limit (in the square).
   T slope_limit() const;
-  /// For a start in the air: integral and active sets forgotten. The pipes keep what the autopilot was told.
+  /// From now on, and until reset(), the horizontal axes are flown by the calm law (calm_law.h), this quick [rad/s].
+  void calm_down(T rate_per_s) { calm_per_s_ = rate_per_s; }
+  bool calm() const { return calm_per_s_ > T(0); }
+  /// For a start in the air: integral, active sets and the calm law forgotten. The pipes keep what the autopilot was
+  /// told.
   void reset();
 
  private:
@@ -80,6 +86,7 @@ class FlightLaw {
   struct Axis {
     mpc::HorizontalMpc<T> mpc;
     mpc::DelayPredictor<T> predictor;
+    CalmLaw<T> calm{};
     T first_lag_s{0};    ///< T1
     T second_lag_s2{0};  ///< T2
     mpc::Path path = mpc::Path::kTable;
@@ -96,6 +103,7 @@ class FlightLaw {
   core::StandingSlope<T> told_;
   core::TickCount time_;  ///< of the pipes
   T climb_lag_s_{0};
+  T calm_per_s_{0};  ///< 0: the tables' law flies
   T combined_tangent_{0};
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;

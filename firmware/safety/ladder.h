@@ -46,6 +46,8 @@ enum class LadderSign : std::uint32_t {
   kOutside = 1U << 17U,       ///< the aircraft is beyond a side of its fence
   kPlaceLost = 1U << 18U,     ///< for 3 s the wind has been stronger than the aircraft
   kTaskFlies = 1U << 19U,     ///< the autopilot takes off or lands by a task of its own, by the operator's order
+  kSwings = 1U << 20U,        ///< told: the tilt swung by itself, and a calm law flies (ctl::SwingWatch)
+  kSwingsOn = 1U << 21U,      ///< acted upon: under the calm law it swings on
 };
 template <>
 inline constexpr bool kIsSign<LadderSign> = true;
@@ -71,8 +73,9 @@ enum class Cause : std::uint8_t {
   kFenceLeft,
   kPlaceLost,  ///< the wind is stronger than the aircraft
   kTask,       ///< the autopilot takes off or lands, by the operator's order
+  kSwinging,   ///< the tilt swings by itself, under the calm law too
 };
-inline constexpr std::size_t kCauseCount = 18;
+inline constexpr std::size_t kCauseCount = 19;
 
 std::string_view name(Rung rung);
 std::string_view name(Cause cause);
@@ -119,6 +122,7 @@ inline constexpr std::array kLadder{
     LadderRow{Rung::kNominal, LadderSign::kOutside, LadderSign::kNone, Rung::kLevel, Cause::kFenceLeft},
     LadderRow{Rung::kCoast, LadderSign::kOutside, LadderSign::kNone, Rung::kLevel, Cause::kFenceLeft},
     LadderRow{Rung::kNominal, LadderSign::kPlaceLost, LadderSign::kNone, Rung::kLevel, Cause::kPlaceLost},
+    LadderRow{Rung::kNominal, LadderSign::kSwingsOn, LadderSign::kNone, Rung::kLevel, Cause::kSwinging},
     LadderRow{Rung::kCoast, LadderSign::kReserveSpent, LadderSign::kFresh, Rung::kLevel, Cause::kReserveSpent},
     LadderRow{Rung::kCoast, LadderSign::kCoastOver, LadderSign::kFresh, Rung::kLevel, Cause::kCoastOver},
     LadderRow{Rung::kNominal, LadderSign::kNone, LadderSign::kFresh, Rung::kCoast, Cause::kPoseOld},

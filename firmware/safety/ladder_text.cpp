@@ -8,10 +8,11 @@ namespace {
 
 constexpr std::array<std::string_view, 5> kRungNames{"silent", "nominal", "coast", "level", "release"};
 constexpr std::array<std::string_view, kCauseCount> kCauseNames{
-    "none",          "control_gone", "given_back",    "telemetry_silent", "command_unsound", "pose_refused",
-    "estimate_lost", "pose_old",     "telemetry_old", "coast_over",       "level_over",      "neutral_over",
-    "recovered",     "engaged",      "reserve_spent", "fence_left",       "place_lost",      "task"};
-static_assert(static_cast<std::size_t>(Cause::kTask) + 1 == kCauseCount);
+    "none",         "control_gone",  "given_back", "telemetry_silent", "command_unsound",
+    "pose_refused", "estimate_lost", "pose_old",   "telemetry_old",    "coast_over",
+    "level_over",   "neutral_over",  "recovered",  "engaged",          "reserve_spent",
+    "fence_left",   "place_lost",    "task",       "swinging"};
+static_assert(static_cast<std::size_t>(Cause::kSwinging) + 1 == kCauseCount);
 
 }  // namespace
 

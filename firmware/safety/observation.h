@@ -25,6 +25,10 @@ struct Observation {
   double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 where it is worth nothing
   core::Duration place_lost_for{0};  ///< since when the wind has kept the aircraft from its place
   double push_m_s2 = 0.0;            ///< of that wind, averaged over 2 s
+  double swing_rad = 0.0;            ///< of the tilt by itself, from trough to crest, when it was last noticed
+  double swing_hz = 0.0;             ///< its frequency
+  bool swings = false;               ///< it was noticed in this flight, and a calm law flies since
+  bool swings_on = false;            ///< under the calm law, too
   double refused_turn_rad = 0.0;     ///< from the heading that it had to have
   /// The check (est::Check; 0: none) by which the autopilot's telemetry contradicts the poses, which are then refused:
   /// refused_for is at least Limits::gate_shut. By how much, and what is allowed, in its own unit.

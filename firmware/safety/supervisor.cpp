@@ -72,6 +72,8 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   add(seen.left_model[2], LadderSign::kYawRateLeftModel);
   add(seen.left_model[3], LadderSign::kClimbLeftModel);
   add(seen.trim_drifted, LadderSign::kTrimDrifted);
+  add(seen.swings, LadderSign::kSwings);
+  add(seen.swings_on, LadderSign::kSwingsOn);
   return set;
 }
 

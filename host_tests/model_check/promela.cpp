@@ -119,7 +119,8 @@ void ladder_signs() {
                                     std::pair{"OPERATOR_ENGAGES", LadderSign::kOperatorEngages},
                                     std::pair{"OUTSIDE", LadderSign::kOutside},
                                     std::pair{"PLACE_LOST", LadderSign::kPlaceLost},
-                                    std::pair{"TASK_FLIES", LadderSign::kTaskFlies}};
+                                    std::pair{"TASK_FLIES", LadderSign::kTaskFlies},
+                                    std::pair{"SWINGS_ON", LadderSign::kSwingsOn}};
   for (const auto& [name, sign] : kLadderSigns) {
     define("L_" + std::string(name), bits_of(sign));
   }

@@ -193,6 +193,7 @@ active proctype world() {
      :: alive && !task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control) -> event = 25
      :: task -> event = 26
      :: task -> event = 27
+     :: alive && rung == rung_nominal -> event = 28
      fi;
      d_step {
      since_obtain = (since_obtain < SPACING -> since_obtain + 1 : SPACING);
@@ -225,6 +226,7 @@ active proctype world() {
      :: event == 25 -> task = 1                   /* the operator orders a take-off, or a landing */
      :: event == 26 -> task = 0; release_next = 1 /* it has failed, or the aircraft has landed */
      :: event == 27 -> task = 0                   /* the aircraft has taken off: the course begins */
+     :: event == 28 -> ladder_signs = L_SWINGS_ON
      :: else
      fi;
      if

@@ -45,6 +45,11 @@ nlohmann::json flight_result(const FlyOptions& options, const Orders& orders, co
                      {"stalls", stalls},
                      {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
                      {"health", companion::to_json(controller.link().health())}};
+  if (pilotage.swing()) {
+    out["swinging"] = {{"t_s", core::seconds<double>(pilotage.swing()->now.time_since_epoch())},
+                       {"height_rad", pilotage.swing()->swing_rad},
+                       {"frequency_hz", pilotage.swing()->swing_hz}};
+  }
   if (orders.excitation) {
     out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
   }

@@ -25,6 +25,7 @@ bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   tell_stage(now, view);
   tell_ladder(now);
   tell_excitation(now);
+  tell_swing(now);
   back_.watch(now, view);
   led_ = input.led;
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kAsking || phase_ == Phase::kHandingBack)) {

@@ -71,6 +71,8 @@ class Pilotage {
   bool landed() const { return landed_; }
   /// Control was had, its end was the operator's, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
+  /// What was seen when the first swing was noticed (safety::Observation::swings); empty: none was.
+  const std::optional<safety::Observation>& swing() const { return swing_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
 
  private:
@@ -100,6 +102,7 @@ class Pilotage {
   void tell_stage(core::TimePoint now, const View& view);
   void tell_ladder(core::TimePoint now);
   void tell_excitation(core::TimePoint now);
+  void tell_swing(core::TimePoint now);
   void tell_end(core::TimePoint now, const View& view);
   void tell_what_is_awaited(core::TimePoint now, const View& view);
   void tell(core::TimePoint now, std::string_view what) { listener_.hear(now, what); }
@@ -128,6 +131,8 @@ class Pilotage {
   safety::Cause told_obstacle_ = safety::Cause::kNone;
   bool told_stage_ = false;
   ctl::Excitation<double>::State told_excitation_ = ctl::Excitation<double>::State::kIdle;
+  bool told_swing_ = false;
+  std::optional<safety::Observation> swing_;
   safety::Stage last_stage_ = safety::Stage::kListening;
   safety::Reason last_reason_ = safety::Reason::kNone;
   std::uint32_t told_steps_ = 0;

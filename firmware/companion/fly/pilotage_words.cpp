@@ -105,6 +105,17 @@ void Pilotage::tell_ladder(core::TimePoint now) {
   tell(now, line.text());
 }
 
+void Pilotage::tell_swing(core::TimePoint now) {
+  const safety::Observation& seen = controller_.observed();
+  if (seen.swings && !told_swing_) {
+    swing_ = swing_ ? swing_ : seen;
+    TextLine line;
+    describe_swing(line, seen);
+    tell(now, line.text());
+  }
+  told_swing_ = seen.swings;
+}
+
 void Pilotage::tell_excitation(core::TimePoint now) {
   const Excitation& excitation = controller_.excitation();
   if (excitation.state() == told_excitation_) {

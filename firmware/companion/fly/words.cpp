@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 
+#include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 #include "firmware/est/cross_check.h"
 
@@ -38,6 +39,14 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
     return;
   }
   line.add(seen.refused_by_m, 2).add(" m from where it must be, allowed ").add(seen.refused_allowed_m, 2).add(" m");
+}
+
+/// Degrees from trough to crest, as somebody sees it who stands beside the aircraft.
+void add_swing(TextLine& line, const safety::Observation& seen) {
+  line.add("the aircraft swings by itself, by ")
+      .add(seen.swing_rad * 180.0 / core::kPi, 0)
+      .add(" degrees to and fro, ");
+  line.add(seen.swing_hz, 1).add(" times a second");
 }
 
 }  // namespace
@@ -88,6 +97,10 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       line.add("the wind pushes with ").add(seen.push_m_s2, 1).add(" m/s^2, and for ");
       line.add(core::seconds<double>(seen.place_lost_for), 1).add(" s the place has not been held");
       return;
+    case Cause::kSwinging:
+      add_swing(line, seen);
+      line.add(", under the calm law too: it is no fault of the law alone");
+      return;
     case Cause::kTask:
       line.add("the autopilot flies a task of its own, by the operator's word");
       return;
@@ -108,6 +121,15 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       line.add("nothing stands in the way");
       return;
   }
+}
+
+void describe_swing(TextLine& line, const safety::Observation& seen) {
+  line.add("swinging: ");
+  add_swing(line, seen);
+  line.add(
+      "; a calm law flies from here on, slower and less exact. Stop and land; poses or commands may be later than "
+      "known, or the aircraft stronger than its vehicle file: m100 doctor and m100-lab identify tell, m100-lab "
+      "gains --tune makes the loop calmer");
 }
 
 void describe(TextLine& line, const ctl::Excitation<double>& excitation) {

@@ -18,6 +18,9 @@ void describe(TextLine& line, const link::AuthorityView& authority);
 /// What was seen: "pose refused: 0.31 m from where it must be, allowed 0.02 m".
 void describe(TextLine& line, safety::Cause cause, const safety::Observation& seen, const safety::Limits& limits);
 
+/// A swing that was noticed, what is done about it, and what to do; Observation::swings.
+void describe_swing(TextLine& line, const safety::Observation& seen);
+
 /// Where an excitation stands; why it was aborted, with numbers. Nothing where there is none.
 void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 

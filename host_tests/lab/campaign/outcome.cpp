@@ -114,6 +114,7 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
     return out;
   }
   judge(flight, *plan.flight_file, out);
+  out.swing_noticed_s = flight.swing_noticed_s;
   out.stayed = out.why.empty();
   const double until_s = out.stayed ? task.duration_s : out.failed_at_s;
   const experiments::Cell cell = experiments::score(flight.trace, 0.0, until_s);
@@ -128,6 +129,8 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
     const FlightResult reference = experiments::fly(plan_of(kind_world(world), task, seed, settings));
     out.oscillated = oscillates(flown, swing_of(until(reference.trace, until_s)), task.hovers);
   }
+  // What was noticed in flight, another law has ended: the trace alone would call it calm.
+  out.oscillated = out.oscillated || flight.swing_noticed_s >= 0.0;
   return out;
 }
 

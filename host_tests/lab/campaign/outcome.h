@@ -17,8 +17,9 @@ struct Outcome {
   bool released = false;  ///< control went back before the task was over
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
-  double worst_tilt_deg = 0.0;  ///< of the thrust axis, from the start of the course to the end of the task
-  double pose_rms_m = 0.0;      ///< distance from the reference, until the task was over or the flight failed
+  double swing_noticed_s = -1.0;  ///< as FlightResult
+  double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
+  double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
   double tilt_rms_deg = 0.0;
   double command_deg_s = 0.0;  ///< summed change of both tilt commands per second
   double nees_sum = 0.0;       ///< over the ticks that count, each expected 4

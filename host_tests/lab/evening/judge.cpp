@@ -203,7 +203,7 @@ std::string judge_hover(Folder& folder, const std::string& name) {
   const double most_deg = std::max(swing.roll_deviation_deg, swing.pitch_deviation_deg);
   folder.note("swing_deg." + name, most_deg);
   note_balance(folder, flight, flown);
-  if (!swing.periodic) {
+  if (!swing.periodic && !result_of(folder, result).contains("swinging")) {
     return "";
   }
   return calmer(folder, "the aircraft swings by itself, " + rounded(most_deg) + " degrees root mean square");

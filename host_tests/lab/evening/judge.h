@@ -18,8 +18,9 @@ std::string judge_identification(Folder& folder, const std::vector<std::string>&
 std::string judge_margins(const Folder& folder, const std::string& result);
 std::string judge_handshake(const Folder& folder, const std::string& result);
 std::string judge_flight(const Folder& folder, const std::string& result);
-/// The same for NAME.json and NAME.ulg; a loop that swings (campaign::Swing) does not pass. Then kCalmer counts up and
-/// `gains` is to be done again, with calmer weights; after the second time nothing is changed any more.
+/// The same for NAME.json and NAME.ulg; a loop that swings (campaign::Swing, or noticed in flight) does not pass. Then
+/// kCalmer counts up and `gains` is to be done again, with calmer weights; after the second time nothing is changed any
+/// more.
 std::string judge_hover(Folder& folder, const std::string& name);
 /// The same for NAME.json and NAME.ulg, and notes "pose_m.NAME": the root mean square of the distance between the pose
 /// and where the course was when the pose was captured; "horizontal_m.NAME" and "height_m.NAME" are its parts.

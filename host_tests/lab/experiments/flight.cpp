@@ -26,6 +26,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.link.channel.paper_100_hz = plan.paper_100_hz;
   config.link.app_id = 1;
   config.law = plan.law;
+  config.answers_swings = plan.answers_swings;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
   if (plan.flight_file) {
     config.limits = companion::limits_of(*plan.flight_file);
@@ -194,6 +195,8 @@ class Flight {
                      grant.command.yaw_rate_rad_s};
     point.disturbance_m_s2 = {controller_->estimate().x.disturbance_m_s2, controller_->estimate().y.disturbance_m_s2};
     point.rung = static_cast<int>(grant.rung);
+    const bool noticed = controller_->observed().swings && result_.swing_noticed_s < 0.0;
+    result_.swing_noticed_s = noticed ? t_s : result_.swing_noticed_s;
     const auto& estimate = controller_->estimate();
     const double x = normalised_square(estimate.x, point.position_m[0], point.velocity_m_s[0]);
     const double y = normalised_square(estimate.y, point.position_m[1], point.velocity_m_s[1]);

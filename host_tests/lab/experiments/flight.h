@@ -28,7 +28,8 @@ struct FlightPlan {
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
-  bool keep_log = false;  ///< ULog bytes in the result
+  bool answers_swings = true;  ///< as app::FlightConfig: false flies the law alone, swing or not
+  bool keep_log = false;       ///< ULog bytes in the result
   /// The pilot holds the aircraft at its place until control is taken, and the course begins where it is then; else his
   /// sticks rest, and it drifts with the wind. Not beside keep_log: the log's notes stand before the flight.
   bool pilot_holds_place = false;
@@ -42,9 +43,10 @@ struct FlightPlan {
 struct FlightResult {
   bool flew = false;                                                    ///< control was obtained and the course begun
   core::Vector<double, 3> start_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins
-  std::string descent;    ///< why the ladder left its top for good, in words
-  std::string authority;  ///< what the link last said about control, in words
-  Trace trace;            ///< one point a tick, t_s from the start of the course
+  std::string descent;            ///< why the ladder left its top for good, in words
+  double swing_noticed_s = -1.0;  ///< from the start of the course; negative: no swing was (ctl::SwingWatch)
+  std::string authority;          ///< what the link last said about control, in words
+  Trace trace;                    ///< one point a tick, t_s from the start of the course
   /// Of the poses that the observer used while the course was flown: see est::EkfCounters; 2 for each is right.
   double nis_sum = 0.0;
   std::uint32_t nis_count = 0;

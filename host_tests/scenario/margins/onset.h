@@ -56,6 +56,7 @@ inline double hover_tilt_deg(sim::Plant plant, gains::Axis axis, link::Channel c
   plan.course = "step 0 0 0 0 45\n";
   plan.duration_s = 40.0;
   plan.channel = channel;
+  plan.answers_swings = false;
   const FlightResult flight = fly(plan);
   double sum = 0.0;
   double squares = 0.0;

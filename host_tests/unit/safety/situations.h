@@ -69,6 +69,8 @@ inline constexpr auto kLadderSituations = [] {
       L{"TheFenceIsLeftWithThePose", R::kNominal, kBlind | kOutside, R::kLevel, C::kFenceLeft},
       L{"TheFenceIsLeftWhileCoasting", R::kCoast, kWell | kOutside, R::kLevel, C::kFenceLeft},
       L{"TheWindIsStrongerThanTheAircraft", R::kNominal, kWell | kPlaceLost, R::kLevel, C::kPlaceLost},
+      L{"ItSwingsOnUnderTheCalmLaw", R::kNominal, kWell | kSwings | kSwingsOn, R::kLevel, C::kSwinging},
+      L{"ItSwings", R::kNominal, kWell | kSwings, R::kNominal},
       L{"TheReserveToTheFenceIsSpent", R::kCoast, kBlind | kReserveSpent, R::kLevel, C::kReserveSpent},
       L{"AFreshPoseRenewsTheReserve", R::kCoast, kBlind | kFresh | kReserveSpent, R::kCoast},
       L{"CoastWasLongEnough", R::kCoast, kBlind | kCoastOver, R::kLevel, C::kCoastOver},

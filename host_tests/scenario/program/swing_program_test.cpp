@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// An aircraft that swings by itself, with both programs in simulated time: what the operator reads, what stands in the
+// result and in the log, and how the flight goes on.
+#include "firmware/companion/files/recorded_flight.h"
+#include "firmware/safety/ladder.h"
+#include "host_tests/scenario/program/program_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+class Swinging : public ProgramTest {
+ protected:
+  const fs::path said = folder / "said.txt";
+  const fs::path plant = folder / "plant.toml";
+
+  /// A hover in the world of this plant file. @returns the exit code.
+  int hover(const std::string& world, const std::string& hold_s = "20") {
+    std::ofstream(plant) << world;
+    const std::string sim = "sim:" + (folder / "world").string();
+    Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", (folder / "world").string(), "--events", events.string(),
+                                         "--plant", plant.string()});
+    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    const std::string line = std::string(M100_PROGRAM) + " fly --port " + sim + " --pose-port " + sim +
+                             ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
+                             flight_file.string() + " --log " + log.string() + " --json " + result.string() +
+                             " --once --take-control --hold " + hold_s + " > " + said.string() + " 2> " +
+                             errors.string();
+    const int code = Process("/bin/sh", {"-c", line}).wait(kPatience);
+    (void)examined(autopilot);
+    return code;
+  }
+  /// Tick numbers with this sign in the log.
+  std::size_t ticks_with(safety::LadderSign sign) const {
+    std::size_t count = 0;
+    for (const auto& tick : companion::read_flight(log.string()).ticks) {
+      count += any(static_cast<safety::LadderSign>(tick.record.facts), sign) ? 1U : 0U;
+    }
+    return count;
+  }
+  std::string all_said() const { return text_of(said) + error(); }
+};
+
+// 40 % more gain and 100 ms more delay than the vehicle file knows.
+TEST_F(Swinging, IsSaidByNameAndFlownOnByTheCalmLaw) {
+  RecordProperty("promise", "R17");
+  ASSERT_EQ(hover("[axis.roll]\nscale_rad_per_count = 1.292e-3\ntransport_delay_s = 0.1104\n"
+                  "[axis.pitch]\nscale_rad_per_count = 1.291e-3\ntransport_delay_s = 0.1\n"),
+            0)
+      << error();
+  EXPECT_NE(all_said().find("swinging: the aircraft swings by itself, by "), std::string::npos) << all_said();
+  EXPECT_NE(all_said().find("Stop and land"), std::string::npos);
+  const json flown = json::parse(text_of(result));
+  ASSERT_TRUE(flown.contains("swinging")) << flown.dump(1);
+  EXPECT_GT(flown["swinging"]["height_rad"].get<double>(), 0.1);
+  EXPECT_NEAR(flown["swinging"]["frequency_hz"].get<double>(), 1.4, 0.6);
+  EXPECT_EQ(flown["ladder"].back()["cause"], "neutral_over") << "control went back because --hold was over";
+  EXPECT_GT(ticks_with(safety::LadderSign::kSwings), 500U);
+  EXPECT_EQ(ticks_with(safety::LadderSign::kSwingsOn), 0U);
+}
+
+// Under the calm law the aircraft becomes twice as strong and a fifth of a second later.
+TEST_F(Swinging, ThatGoesOnEndsTheFlightByName) {
+  RecordProperty("promise", "R12");
+  EXPECT_EQ(hover("[axis.roll]\nscale_rad_per_count = 1.292e-3\ntransport_delay_s = 0.1104\n"
+                  "[axis.pitch]\nscale_rad_per_count = 1.291e-3\ntransport_delay_s = 0.1\n"
+                  "[change]\nat_s = 20.0\n"
+                  "\"axis.roll.scale_rad_per_count\" = 2.45e-3\n\"axis.pitch.scale_rad_per_count\" = 2.45e-3\n"
+                  "\"axis.roll.transport_delay_s\" = 0.29\n\"axis.pitch.transport_delay_s\" = 0.28\n",
+                  "60"),
+            1);
+  EXPECT_NE(all_said().find("ladder: nominal to level, swinging: "), std::string::npos) << all_said();
+  EXPECT_GT(ticks_with(safety::LadderSign::kSwingsOn), 0U);
+}
+
+TEST_F(Swinging, IsNotSaidOfAHealthyHover) {
+  RecordProperty("promise", "R17");
+  ASSERT_EQ(hover("[air]\nlinear_drag_per_s = 0.3\nwind_m_s = [3.0, 4.0, 0.0]\nturbulence_m_s = 0.8\n"), 0) << error();
+  EXPECT_EQ(all_said().find("swing"), std::string::npos) << all_said();
+  EXPECT_FALSE(json::parse(text_of(result)).contains("swinging"));
+  EXPECT_EQ(ticks_with(safety::LadderSign::kSwings), 0U);
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/ctl/calm_law.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+
+#include "firmware/model/vehicle.h"
+
+namespace m100::ctl {
+namespace {
+
+constexpr double kStep_s = 0.01;
+constexpr Braking kBraking{.acceleration_m_s2 = 3.8, .holds_m_s2 = 3.8, .reaction_s = 0.35};
+
+mpc::GainTable<double> table() {
+  mpc::GainTable<double> out;
+  out.input_min_rad = -0.46;
+  out.input_max_rad = 0.46;
+  out.tilt_sign = -1.0;
+  out.acceleration_per_tilt = model::kGravity_m_s2;
+  out.input_gain = 1.0;
+  return out;
+}
+
+struct Flown {
+  double worst_m = 0.0;  ///< in the second half of the time
+  double far_m = 0.0;    ///< in all of it, beyond the place
+};
+
+/// An aircraft along y that is lag_s late altogether and answers gain times as much, from `from_m`, in a steady push.
+Flown fly(double lag_s, double gain, double from_m, double push_m_s2) {
+  const mpc::GainTable<double> limits = table();
+  CalmLaw<double> law;
+  std::deque<double> pipe(static_cast<std::size_t>(lag_s / kStep_s), 0.0);
+  est::AxisEstimate<double> y{.position_m = from_m, .disturbance_m_s2 = push_m_s2};
+  Flown out;
+  constexpr int kTicks = 4000;
+  for (int k = 0; k < kTicks; ++k) {
+    pipe.push_back(law.slope(y, {}, limits, calm_rate_per_s<double>(kBraking), kStep_s));
+    y.velocity_m_s += kStep_s * (push_m_s2 - model::kGravity_m_s2 * gain * pipe.front());
+    y.position_m += kStep_s * y.velocity_m_s;
+    pipe.pop_front();
+    out.worst_m = k > kTicks / 2 ? std::max(out.worst_m, std::abs(y.position_m)) : out.worst_m;
+    out.far_m = std::max(out.far_m, -y.position_m);
+  }
+  return out;
+}
+
+TEST(CalmLaw, IsAsQuickAsTheVehicleAllows) { EXPECT_NEAR(calm_rate_per_s<double>(kBraking), 0.463 / 0.55, 1e-12); }
+
+// Its reason for being: all of the vehicle's lag, 0.2 s more, and half more gain.
+TEST(CalmLaw, StandsHalfMoreGainAndTwoTenthsOfASecond) {
+  const double whole_s = kBraking.reaction_s + 0.18;  // it dies out, slowly
+  EXPECT_LT(fly(whole_s, 1.5, 0.3, 0.0).worst_m, 0.05);
+  EXPECT_LT(fly(whole_s, 1.0, 0.3, 0.0).worst_m, 0.001);
+  EXPECT_GT(fly(whole_s + 0.35, 1.5, 0.3, 0.0).worst_m, 0.3) << "nor is it slower than it says";
+}
+
+TEST(CalmLaw, GoesFarAtAMetrePerSecondAndStopsThere) {
+  const Flown far = fly(kBraking.reaction_s, 1.0, 10.0, 0.0);
+  EXPECT_LT(far.far_m, 0.05);
+  EXPECT_LT(far.worst_m, 0.02);
+}
+
+TEST(CalmLaw, HoldsAgainstTheWindThatIsEstimated) { EXPECT_LT(fly(kBraking.reaction_s, 1.0, 0.0, 2.0).worst_m, 0.01); }
+
+TEST(CalmLaw, KeepsTheLimitsOfTheTableBesideATrim) {
+  CalmLaw<double> law;
+  const est::AxisEstimate<double> flees{.velocity_m_s = -8.0, .input_offset_rad = 0.05};
+  EXPECT_DOUBLE_EQ(law.slope(flees, {}, table(), 0.84, kStep_s), -0.46 - 0.05);
+}
+
+// Wind and trim as they swing beneath a swinging aircraft go through a low-pass; as they are at first, they are taken.
+TEST(CalmLaw, TakesWindAndTrimSlowly) {
+  CalmLaw<double> law;
+  est::AxisEstimate<double> y{.disturbance_m_s2 = model::kGravity_m_s2 * 0.1};
+  EXPECT_NEAR(law.slope(y, {}, table(), 0.84, kStep_s), 0.1, 1e-12);
+  y.disturbance_m_s2 = 0.0;
+  EXPECT_NEAR(law.slope(y, {}, table(), 0.84, kStep_s), 0.1 * (1.0 - 0.0084), 1e-12);
+  law.reset();
+  EXPECT_NEAR(law.slope(y, {}, table(), 0.84, kStep_s), 0.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace m100::ctl
