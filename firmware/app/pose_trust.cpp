@@ -17,7 +17,7 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& esti
   const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
   lied_to_ = contradicted || refused || (lied_to_ && settles);
   const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate.refused_poses == 0;
-  reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, elapsed);
+  reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, rung == safety::Rung::kSilent, elapsed);
 }
 
 template <typename T>

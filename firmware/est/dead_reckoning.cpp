@@ -12,6 +12,8 @@ namespace {
 /// Longer than a lie flies before it is contradicted, and short enough to forget what the attitude's error of a
 /// tenth of a degree, 0.02 m/s^2, adds up to.
 constexpr double kVelocityMemory_s = 4.0;
+/// Who is about to hand over hovers, within a few tenths of a m/s.
+constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kPushMemory_s = 10.0;
 constexpr double kFirstMean_s = 0.5;
 constexpr double kMost_m_s = 20.0;  ///< untrusted for minutes, on the ground, it would run away
@@ -29,7 +31,8 @@ T median(T a, T b, T c) {
 
 template <typename T>
 void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
-                              const std::optional<Vector2>& felt_h_m_s2, bool trusted, core::Duration elapsed) {
+                              const std::optional<Vector2>& felt_h_m_s2, bool trusted, bool pilots,
+                              core::Duration elapsed) {
   if (!estimate.predicts) {
     seen_s_ = T(0);
     return;
@@ -41,7 +44,7 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
     slope_ = core::heading_slope_of(core::turn_of(felt.roll_rad), core::turn_of(felt.pitch_rad));
   }
   if (seen_s_ == T(0)) {
-    velocity_w_m_s_ = seen_m_s;
+    velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;
     push_w_m_s2_ = told_m_s2;
     offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
   }
@@ -54,8 +57,12 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
                      median(told_m_s2.y(), felt_push.y(), push_w_m_s2_.y()));
   velocity_w_m_s_ += (core::rotate<T>(tilted_h, yaw) + push) * step_s;
   velocity_w_m_s_ = velocity_w_m_s_.cwiseMax(T(-kMost_m_s)).cwiseMin(T(kMost_m_s));
-  if (trusted) {
+  if (pilots && seen_m_s.squaredNorm() < static_cast<T>(kHovers_m_s * kHovers_m_s)) {
+    velocity_w_m_s_ -= velocity_w_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
+  } else if (trusted) {
     velocity_w_m_s_ += (seen_m_s - velocity_w_m_s_) * (step_s * static_cast<T>(1.0 / kVelocityMemory_s));
+  }
+  if (trusted) {
     const T share = step_s / (seen_s_ > static_cast<T>(kFirstMean_s) ? seen_s_ : static_cast<T>(kFirstMean_s));
     push_w_m_s2_ += (push - push_w_m_s2_) * share;
     offset_rad_ += (Vector2(estimate.x.input_offset_rad, estimate.y.input_offset_rad) - offset_rad_) * share;

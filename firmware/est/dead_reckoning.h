@@ -22,6 +22,9 @@ namespace m100::est {
 /// seen by pose and force. What a lie tells of the velocity enters by a quarter of itself in a second, and no longer
 /// enters at all once it is contradicted or refused; then an error of the push of 0.1 m/s^2 is 0.1 m/s after a second.
 ///
+/// While the pilot flies, it stands: a pose that lies before control is taken has nobody to contradict its speed, and
+/// who hands over hovers. A pose faster than 1 m/s is believed: then he does not.
+///
 /// Ten numbers; no heap. Cost: a sine and a cosine of yaw and about 40 products a tick. T is float or double.
 template <typename T>
 class DeadReckoning {
@@ -29,9 +32,9 @@ class DeadReckoning {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick. @param felt_h_m_s2 as CrossCheck tells it; without it the past counts twice. @param trusted nothing
-  /// contradicts the poses.
+  /// contradicts the poses. @param pilots the pilot flies.
   void update(const Felt<T>& felt, const Estimate<T>& estimate, const std::optional<Vector2>& felt_h_m_s2, bool trusted,
-              core::Duration elapsed);
+              bool pilots, core::Duration elapsed);
 
   /// The estimate with its horizontal velocity, disturbance and input offset replaced by those that are known beside
   /// the poses. The position stays what it was: nothing but the poses tells it.

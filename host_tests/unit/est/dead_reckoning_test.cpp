@@ -40,7 +40,7 @@ class DeadReckoningTest : public ::testing::Test {
       }
       const double force_m_s2 = total_m_s2 + force_lies_m_s2_;
       felt_h_m_s2_ += (Vector2(cosine, -sine) * force_m_s2 - felt_h_m_s2_) * (kTick_s / kFeltMean_s);
-      reckoning_.update(felt_, estimate_, felt_h_m_s2_, trusted_, core::kTickPeriod);
+      reckoning_.update(felt_, estimate_, felt_h_m_s2_, trusted_, pilots_, core::kTickPeriod);
     }
   }
   double error_m_s() const { return (reckoning_.velocity_w_m_s() - Vector2(speed_m_s_, 0.0)).norm(); }
@@ -52,8 +52,22 @@ class DeadReckoningTest : public ::testing::Test {
   double speed_m_s_ = 0.0;
   bool pose_tells_ = true;
   bool trusted_ = true;
+  bool pilots_ = false;
   double force_lies_m_s2_ = 0.0;
 };
+
+// The speed of another body, which the pose told before control was taken, is not what is braked afterwards.
+TEST_F(DeadReckoningTest, WhileThePilotFliesItStands) {
+  RecordProperty("promise", "R14");
+  pilots_ = true;
+  pose_tells_ = false;
+  estimate_.x.velocity_m_s = 0.5;
+  fly(3.0, 0.0, 0.0);
+  EXPECT_NEAR(reckoning_.velocity_w_m_s().norm(), 0.0, 0.01);
+  estimate_.x.velocity_m_s = 1.5;  // he does not hover
+  fly(20.0, 0.0, 0.0);
+  EXPECT_NEAR(reckoning_.velocity_w_m_s().x(), 1.5, 0.05);
+}
 
 TEST_F(DeadReckoningTest, KnowsTheSpeedThatAnHonestFlightHas) {
   fly(5.0, -0.5, 0.5);
