@@ -42,6 +42,7 @@ struct FlightLog {
   std::vector<std::uint8_t> gap;  ///< 1: some mapped signal was not sampled here; its value is interpolated or held
   std::map<Signal, std::vector<std::uint8_t>> signal_gap;  ///< the same of each signal that has any
   std::map<Signal, double> row_s;                          ///< between a signal's own rows, where it was resampled
+  double velocity_mean_s = 0.0;  ///< the horizontal velocity is its own mean over so long; 0: as it was measured
   Alignment alignment;
   std::vector<std::string> notes;  ///< findings of the reader: repeated stamps, dropouts, shifts
   std::vector<Flight> flights;     ///< of a joined log: two or more; else empty

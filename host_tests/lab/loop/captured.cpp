@@ -74,8 +74,11 @@ double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_he
 }
 
 logs::FlightLog with_captured_velocity(logs::FlightLog log, double lag_s) {
+  constexpr std::size_t kHalf = 5;
+  log.velocity_mean_s = 2.0 * static_cast<double>(kHalf) * log.period_s;
   for (int c = 0; c < 3; ++c) {
-    const std::size_t half = c == 2 ? 2 : 5;  // a climb is fitted to its velocity, whose detail is the fast dynamics
+    const std::size_t half =
+        c == 2 ? 2 : kHalf;  // a climb is fitted to its velocity, whose detail is the fast dynamics
     std::vector<double>& position = log.of(logs::offset(Signal::kPositionX, c));
     position = moved_later(position, -lag_s / log.period_s);
     log.of(logs::offset(Signal::kVelocityX, c)) = slope(position, half, log.period_s);

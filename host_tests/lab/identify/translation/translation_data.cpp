@@ -33,6 +33,16 @@ std::vector<double> slopes(const std::vector<double>& values, std::size_t half, 
   return out;
 }
 
+/// What a mean over 2 half samples (a trapezoidal integral over its time) does; half of zero: nothing.
+std::vector<double> mean_weights(std::size_t half) {
+  std::vector<double> out(2 * half + 1, 1.0 / static_cast<double>(std::max<std::size_t>(1, 2 * half)));
+  if (half > 0) {
+    out.front() *= 0.5;
+    out.back() *= 0.5;
+  }
+  return out;
+}
+
 std::vector<double> convolved(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> out(a.size() + b.size() - 1, 0.0);
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -132,6 +142,11 @@ void take_motion(const FlightLog& log, TranslationData& data) {
     data.weights = convolved(data.weights, data.weights);
     data.margin = 2 * half;
   }
+  const auto mean = static_cast<std::size_t>(std::lround(0.5 * log.velocity_mean_s / data.period_s));
+  if (data.source == "velocity" && mean > 0) {
+    data.weights = convolved(data.weights, mean_weights(mean));
+    data.margin += mean;
+  }
   if (data.source == "force") {
     for (std::size_t c = 0; c < 3; ++c) {
       data.measured[c].assign(log.size, 0.0);
@@ -142,9 +157,23 @@ void take_motion(const FlightLog& log, TranslationData& data) {
   }
 }
 
+/// The vertical acceleration from neighbours, not filtered: the thrust is multiplied by the tilt, and the product
+/// passes the filter. Filtered before as well, it would lose twice what the measured acceleration loses once.
+std::vector<double> vertical_acceleration(const FlightLog& log, const TranslationData& data) {
+  std::vector<double> out(log.size, 0.0);
+  const bool velocity = log.has(Signal::kVelocityZ);
+  const std::vector<double>& z = log.of(velocity ? Signal::kVelocityZ : Signal::kPositionZ);
+  for (std::size_t i = 1; i + 1 < z.size(); ++i) {
+    out[i] = velocity ? (z[i + 1] - z[i - 1]) / (2.0 * data.period_s)
+                      : (z[i + 1] - 2.0 * z[i] + z[i - 1]) / (data.period_s * data.period_s);
+  }
+  return out;
+}
+
 void take_thrust(const FlightLog& log, Thrust thrust_from, TranslationData& data) {
   const bool force = has_force(log);
   data.thrust.assign(log.size, kStandardGravity_m_s2);
+  const std::vector<double> upward = force ? std::vector<double>{} : vertical_acceleration(log, data);
   constexpr double kSteepest = 0.3;  // cosine of a tilt at which the vertical says nothing any more
   for (std::size_t i = 0; i < log.size; ++i) {
     const double upright = std::max(kSteepest, data.direction[2][i]);
@@ -153,7 +182,7 @@ void take_thrust(const FlightLog& log, Thrust thrust_from, TranslationData& data
     } else if (thrust_from == Thrust::kWeight) {
       data.thrust[i] = kStandardGravity_m_s2 / upright;
     } else {
-      data.thrust[i] = force ? log.of(Signal::kForceZ)[i] : (data.measured[2][i] + kStandardGravity_m_s2) / upright;
+      data.thrust[i] = force ? log.of(Signal::kForceZ)[i] : (upward[i] + kStandardGravity_m_s2) / upright;
     }
   }
   if (thrust_from == Thrust::kTangents) {
