@@ -61,8 +61,9 @@ void SwingWatch<T>::turn(Axis& axis) {
                    height_rad > static_cast<T>(kTimes) * pushed_rad + axis.asked_rad.size();
   const bool alike = height_rad > static_cast<T>(kKept) * axis.height_rad && length_s < kRatio * axis.length_s &&
                      axis.length_s < kRatio * length_s;
-  axis.count = !(own && long_enough) ? 0U : alike ? axis.count + 1U : 1U;
-  axis.height_rad = height_rad;
+  const bool one_more = own && long_enough && alike;
+  axis.count = one_more ? axis.count + 1U : own && long_enough ? 1U : 0U;
+  axis.height_rad = one_more && axis.count > 1 ? larger(height_rad, axis.height_rad) : height_rad;
   axis.length_s = length_s;
   axis.turned_rad = axis.extreme_rad;
   axis.age_s = axis.extreme_age_s;

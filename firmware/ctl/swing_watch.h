@@ -12,7 +12,7 @@ namespace m100::ctl {
 template <typename T>
 struct SwingReport {
   bool swings = false;
-  T height_rad{0};    ///< of the last half-wave, from trough to crest
+  T height_rad{0};    ///< of the highest half-wave in the row, from trough to crest
   T frequency_hz{0};  ///< of the last half-wave
 };
 
@@ -27,7 +27,7 @@ struct SwingReport {
 ///     own swing;
 ///   - between kShortest_s and kLongest_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of
 ///     a loop for such an aircraft. Outside, the loop has no gain, or no lag, to swing with;
-///   - at least kKept as high as the one before, and as long within a factor of kRegular.
+///   - at least kKept as high as the highest of the row, and as long as the one before within a factor of kRegular.
 /// The answer to a step dies out; and where the reference jumps, counting begins anew. Turbulence excites the same
 /// band, and tilts the aircraft as far. What tells the two apart is who moves whom. With x'' = g t + d,
 ///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
@@ -95,7 +95,7 @@ class SwingWatch {
     T age_s{0};              ///< since then
     T extreme_rad{0};        ///< the highest tilt since then, or lowest
     T extreme_age_s{0};      ///< since that
-    T height_rad{0};         ///< of the last half-wave
+    T height_rad{0};         ///< of the last half-wave, or the highest in the row
     T length_s{0};           ///< of the last half-wave
     std::uint32_t count{0};  ///< half-waves in a row
     T ref_position_m{0};     ///< of the tick before
