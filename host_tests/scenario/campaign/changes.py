@@ -4,7 +4,7 @@
 
 Usage: changes.py M100_LAB [--mode field|calm_room] [--vehicles N] [--flights N]
 Every change is one of the measured plant, on both tilt axes; all six tasks. Prints how many flights swing (a limit cycle, as
-m100-lab campaign judges it) and how many did not stay: of each single change, 3 seeds (--flights); of pairs, one seed of hover
+m100-lab campaign judges it), in how many it was noticed in flight, and how many did not stay: of each single change, 3 seeds (--flights); of pairs, one seed of hover
 and a step of 3 m; of N (default 40) drawn vehicles that differ in everything at once, one seed of each task. Exit 1 if a flight
 of a single change swings or does not stay.
 """
@@ -65,14 +65,18 @@ def fly(program, worlds, *options):
         code = subprocess.run(words, stdout=subprocess.DEVNULL, check=False).returncode
         if code > 1:
             raise RuntimeError(f"m100-lab campaign ended with {code}")
-        report = json.loads(answer.read_text())["worlds"]
-    return {name: report[path.stem] for name, path in paths.items()}
+        report = json.loads(answer.read_text())
+    for world_name, counts in report["worlds"].items():
+        counts["noticed"] = sum(flown["swing_noticed_s"] >= 0.0 for flown in report["flown"] if flown["world"] == world_name)
+    return {name: report["worlds"][path.stem] for name, path in paths.items()}
 
 
 def row(name, reports):
-    flights, stayed, swings = (sum(report[key] for report in reports) for key in ("flights", "stayed", "oscillating"))
+    reports = list(reports)
+    flights, stayed, swings, noticed = (sum(report[key] for report in reports)
+                                        for key in ("flights", "stayed", "oscillating", "noticed"))
     tilt_deg = max(report["worst_tilt_deg"] for report in reports)
-    return [name, str(flights), str(flights - stayed), str(swings), f"{tilt_deg:.1f}"]
+    return [name, str(flights), str(flights - stayed), str(swings), str(noticed), f"{tilt_deg:.1f}"]
 
 
 def value(words, option, otherwise):
@@ -83,7 +87,7 @@ def main():
     words = sys.argv[1:]
     common = ("--mode", value(words, "--mode", "field"))
     single = fly(words[0], SINGLE, "--flights", value(words, "--flights", "3"), *common)
-    rows = [["change", "flights", "did not stay", "swing", "worst tilt [deg]"]]
+    rows = [["change", "flights", "did not stay", "swing", "noticed", "worst tilt [deg]"]]
     rows += [row(name, [report]) for name, report in single.items()]
     both = fly(words[0], pairs(), "--flights", "1", "--tasks", "hover,step_3m", *common)
     rows += [row(name, [report]) for name, report in both.items()]
