@@ -54,6 +54,18 @@ TEST(Guard, RefusesACleanBillWhereValidationIsMuchWorse) {
   EXPECT_GT(result.validation_over_training, 2.0);
 }
 
+// The finding: the loop's own plant was "unexplained" for an error 1.06 times that of training, in two minutes of log.
+TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
+  PartsCompared parts{
+      .ratio = 1.06 * 1.06, .probability = 1e-4, .training_degrees = 900.0, .validation_degrees = 900.0};
+  IdentifyResult result = fine();
+  guard(parts, {}, result);
+  EXPECT_EQ(verdict_of(result), "nothing_missing");
+  parts.ratio = 1.2 * 1.2;
+  guard(parts, {}, result);
+  EXPECT_EQ(verdict_of(result), "unexplained");
+}
+
 // The finding: a position-mode flight with 48 % fit was "nothing_missing".
 TEST(Guard, RefusesACleanBillToAModelThatExplainsHalf) {
   IdentifyResult result = fine();

@@ -125,7 +125,8 @@ void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult
   }
   // What was named has passed the validation part already: there only the ratio counts.
   const bool by_chance = !result.effects.empty() || parts.probability >= limits.least_probability;
-  if (rms_ratio > limits.most_ratio || !by_chance) {
+  const bool little = rms_ratio < limits.least_ratio;
+  if (rms_ratio > limits.most_ratio || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)", rms_ratio,
                   parts.probability);

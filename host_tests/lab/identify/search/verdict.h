@@ -29,7 +29,8 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 
 /// What the guard asks beside the result itself.
 struct GuardLimits {
-  double least_probability = 0.003;  ///< nominal, and asked only where nothing was named
+  double least_probability = 0.003;  ///< nominal, and asked only where nothing was named,
+  double least_ratio = 1.1;          ///< of root mean squares: less is no other vehicle, however certain it is;
   double most_ratio = 1.5;           ///< of root mean squares: more forbids a clean bill whatever the F test says
   double least_fit_percent = 50.0;   ///< a model that explains half of what is seen is not the whole truth,
   double floor_factor = 2.0;         ///< unless what is left is at the declared or measured floor
