@@ -106,6 +106,25 @@ model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle
   return out;
 }
 
+bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const Unseen& flight,
+                     const std::string& channel) {
+  const double most = (1.0 - kLeastGain);
+  const double ahead = one_second(found, flight, channel);
+  if (channel == "translation") {
+    return ahead < most * one_second(believed, flight, channel);
+  }
+  const double likely = innovations(found, flight, channel) + kLeastLikelier;
+  for (const double later_s : {0.0, -kTickPhase_s, -0.5 * kTickPhase_s, 0.5 * kTickPhase_s, kTickPhase_s}) {
+    model::Vehicle shifted = believed;
+    double& delay_s = (shifted.*axis_of(channel)).transport_delay_s;
+    delay_s = std::max(0.0, delay_s + later_s);
+    if (!(ahead < most * one_second(shifted, flight, channel)) || !(likely < innovations(shifted, flight, channel))) {
+      return false;
+    }
+  }
+  return true;
+}
+
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,
                                                    const Unseen& flight, model::Vehicle& found) {
@@ -113,7 +132,7 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
   constexpr double kUndetermined = 1e-4;
   std::vector<identify::Refitted> out = identify::refitted(believed, result);
   const double best = one_second(found, flight, channel);
-  const bool better = best < (1.0 - kLeastGain) * one_second(believed, flight, channel);
+  const bool better = predicts_better(believed, found, flight, channel);
   for (identify::Refitted& one : out) {
     if (number_of(found, channel, one.parameter) == one.believed) {
       one.matters = false;

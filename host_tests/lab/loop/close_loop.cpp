@@ -161,7 +161,7 @@ class Loop {
   bool judge(const std::string& channel, const Unseen& flight, const model::Vehicle& candidate) {
     const double before = one_second(believed_, flight, channel);
     const double after = one_second(candidate, flight, channel);
-    const bool better = after < (1.0 - kLeastGain) * before;
+    const bool better = predicts_better(believed_, candidate, flight, channel);
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
                                 two_numbers("1 s ahead on the second flight %.4f before, %.4f after", before, after));

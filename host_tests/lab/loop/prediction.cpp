@@ -6,6 +6,8 @@
 
 #include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+#include "host_tests/lab/identify/remainder/whitening.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -172,25 +174,33 @@ Errors velocity_ahead(const model::Vehicle& vehicle, const Unseen& flight) {
   return velocity_errors(vehicle.translation, log, roll, pitch, climb, flight.from_s, flight.to_s);
 }
 
-Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
-  const auto of = [&](Signal stick, Signal other, Signal measured, const model::StickAxis& axis) {
-    return errors(axis_data(*flight.log, stick, other, measured), flight.from_s, flight.to_s, axis);
-  };
-  if (channel == "translation") {
-    return velocity_ahead(vehicle, flight);
-  }
+/// What a log shows of a stick axis, and what the vehicle file says of it.
+struct Channel {
+  AxisData data;
+  model::StickAxis axis;
+};
+
+Channel channel_of(const model::Vehicle& vehicle, const logs::FlightLog& log, const std::string& channel) {
   if (channel == "roll") {
-    return of(Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll, vehicle.roll);
+    return {axis_data(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll), vehicle.roll};
   }
   if (channel == "pitch") {
-    return of(Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch, vehicle.pitch);
+    return {axis_data(log, Signal::kStickPitch, Signal::kStickRoll, Signal::kAttitudePitch), vehicle.pitch};
   }
   if (channel == "climb") {
-    return of(Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ, vehicle.climb);
+    return {axis_data(log, Signal::kStickThrottle, Signal::kStickYaw, Signal::kVelocityZ), vehicle.climb};
   }
   model::StickAxis yaw = vehicle.yaw_rate;  // its stick is positive to the right, the rate to the left
   yaw.scale_per_count = -yaw.scale_per_count;
-  return of(Signal::kStickYaw, Signal::kStickThrottle, Signal::kRateZ, yaw);
+  return {axis_data(log, Signal::kStickYaw, Signal::kStickThrottle, Signal::kRateZ), yaw};
+}
+
+Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+  if (channel == "translation") {
+    return velocity_ahead(vehicle, flight);
+  }
+  const Channel one = channel_of(vehicle, *flight.log, channel);
+  return errors(one.data, flight.from_s, flight.to_s, one.axis);
 }
 
 }  // namespace
@@ -209,6 +219,12 @@ Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, do
 double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
   static_assert(kHorizons_s[2] == 1.0);
   return ahead(vehicle, flight, channel)[2];
+}
+
+double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
+  const Channel one = channel_of(vehicle, *flight.log, channel);
+  const identify::FreeRun run(one.data, {{flight.from_s, flight.to_s}});
+  return identify::whitened_score(run.error(one.axis), run.segments());
 }
 
 }  // namespace m100::lab::loop

@@ -47,4 +47,8 @@ struct Unseen {
 /// The error 1 s ahead of one channel alone: "roll", "pitch", "climb", "yaw_rate", or "translation" for the velocity.
 double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
 
+/// n ln(mean square) of what no past foretells of a stick axis over the flight: minus twice its log likelihood, but for
+/// a constant. Smallest for the vehicle that flew, in a closed loop too. Precondition: not "translation".
+double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
+
 }  // namespace m100::lab::loop

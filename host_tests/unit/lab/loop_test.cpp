@@ -9,7 +9,9 @@
 #include <numbers>
 #include <sstream>
 
+#include "firmware/model/stick_axis.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/experiments/tasks.h"
 #include "host_tests/lab/loop/believed.h"
 #include "host_tests/lab/loop/captured.h"
@@ -177,6 +179,49 @@ TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
   EXPECT_NE(page.str().find("not flown"), std::string::npos);
   EXPECT_EQ(page.str().find("0 m before"), std::string::npos);
   EXPECT_TRUE(to_json(result).at("before").at("experiments").at("cells_above_paper").is_null());
+}
+
+/// A minute of roll in which the stick jumps every half second, with a little white noise.
+logs::FlightLog rolled(const model::StickAxis& axis) {
+  logs::FlightLog log;
+  log.size = 6000;
+  sim::Random random(11, "rolled");
+  model::StickLaw<double> law(axis, log.period_s);
+  sysid::AxisDynamics<double> dynamics(axis, log.period_s);
+  dynamics.start(0.0, 0.0);
+  const auto delay = static_cast<std::size_t>(std::lround(axis.transport_delay_s / log.period_s));
+  std::vector<double> command(delay, 0.0);
+  double stick = 0.0;
+  for (std::size_t k = 0; k < log.size; ++k) {
+    stick = k % 50 == 0 ? 300.0 * (2.0 * random.uniform() - 1.0) : stick;
+    command.push_back(law.command(stick, 0.0, log.time_s(k)));
+    log.of(logs::Signal::kStickRoll).push_back(stick);
+    log.of(logs::Signal::kStickPitch).push_back(0.0);
+    log.of(logs::Signal::kAttitudeRoll).push_back(dynamics.value() + 0.002 * random.normal());
+    dynamics.step(command[k]);
+  }
+  return log;
+}
+
+// Catches a channel that is taken over for a delay of which the log knows no more than half a tick, and a rule that
+// never takes one over.
+TEST(PredictsBetter, IsWhatHalfATickOfDelayDoesNotExplain) {
+  model::Vehicle truth = mpc::generated::kVehicle;
+  truth.roll = {
+      .scale_per_count = 9e-4, .natural_frequency_rad_s = 8.0, .damping_ratio = 0.7, .transport_delay_s = 0.05};
+  const logs::FlightLog log = rolled(truth.roll);
+  const Unseen flight{&log, 2.0, 58.0};
+  model::Vehicle believed = truth;
+  EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
+  believed.roll.transport_delay_s = 0.055;
+  EXPECT_LT(one_second(truth, flight, "roll"), (1.0 - kLeastGain) * one_second(believed, flight, "roll"));
+  EXPECT_FALSE(predicts_better(believed, truth, flight, "roll"));
+  believed.roll.transport_delay_s = 0.08;
+  EXPECT_TRUE(predicts_better(believed, truth, flight, "roll"));
+  EXPECT_FALSE(predicts_better(truth, believed, flight, "roll"));
+  believed = truth;
+  believed.roll.scale_per_count *= 0.8;
+  EXPECT_TRUE(predicts_better(believed, truth, flight, "roll"));
 }
 
 TEST(Prediction, ThatIsWorseIsNamed) {
