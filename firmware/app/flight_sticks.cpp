@@ -41,7 +41,8 @@ template <typename T, typename S>
 void FlightController<T, S>::excite(core::TimePoint now) {
   const bool may = supervisor_.rung() == safety::Rung::kNominal && link_.authority().in_control;
   if (excitation_.returns()) {
-    excitation_.rest_at(trim_.holding(estimate_));
+    const est::TrimCounts<T> holding = trim_.holding(estimate_);
+    excitation_.rest_at({.roll_counts = holding.roll, .pitch_counts = holding.pitch});
   }
   excitation_.update(estimate_, reference_, may, fence_.brakes(), now);
   if (excitation_.moves()) {

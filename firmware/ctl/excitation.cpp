@@ -113,17 +113,19 @@ bool Excitation<T>::at_rest(const est::Estimate<T>& estimate, const ref::Window<
 }
 
 template <typename T>
-void Excitation<T>::rest_at(const est::TrimCounts<T>& holding) {
+void Excitation<T>::rest_at(const HoldingSticks<T>& holding) {
   rested_ =
       restless_ == ended_ ? T(1) : rested_ + T(1);  // restless in the last tick: what was felt then was a movement
-  holding_.roll += (holding.roll - holding_.roll) / rested_;
-  holding_.pitch += (holding.pitch - holding_.pitch) / rested_;
+  holding_.roll_counts += (holding.roll_counts - holding_.roll_counts) / rested_;
+  holding_.pitch_counts += (holding.pitch_counts - holding_.pitch_counts) / rested_;
 }
 
 template <typename T>
 int Excitation<T>::holding_counts() const {
   constexpr T kMost = static_cast<T>(kMostHolding_counts);
-  const T counts = axis() == StickAxis::kRoll ? holding_.roll : axis() == StickAxis::kPitch ? holding_.pitch : T(0);
+  const T counts = axis() == StickAxis::kRoll    ? holding_.roll_counts
+                   : axis() == StickAxis::kPitch ? holding_.pitch_counts
+                                                 : T(0);
   const T within = core::clamp(counts, -kMost, kMost);
   return moves() ? static_cast<int>(within < T(0) ? within - T(0.5) : within + T(0.5)) : 0;
 }

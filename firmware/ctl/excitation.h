@@ -9,7 +9,6 @@
 
 #include "firmware/core/time.h"
 #include "firmware/est/estimate.h"
-#include "firmware/est/trim_watch.h"
 #include "firmware/ref/window.h"
 
 namespace m100::ctl {
@@ -50,6 +49,13 @@ struct ExcitationPlan {
   std::array<ExcitationLimits, kStickAxes> limits{};
 };
 
+/// The tilt sticks that hold the place now, in counts beside their balancing points.
+template <typename T>
+struct HoldingSticks {
+  T roll_counts{0};
+  T pitch_counts{0};
+};
+
 /// Flies a plan piece by piece: one stick by the plan, the others by the law. Before each piece the law has to bring
 /// the aircraft to rest at the place; after the last one, and after an abort, the law has all sticks again.
 ///
@@ -79,7 +85,7 @@ class Excitation {
   /// Once per tick, before update(): the counts beside the balancing point at which a roll and a pitch stick would hold
   /// the place now, as the observer has wind and trim. Their mean while the aircraft rests is where the next piece
   /// begins: a push that nobody takes away would carry the aircraft off for as long as the piece lasts.
-  void rest_at(const est::TrimCounts<T>& holding);
+  void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
   /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the way to stop ends at a side.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
@@ -121,7 +127,7 @@ class Excitation {
   core::TimePoint ended_{};
   core::TimePoint since_{};     ///< of the state
   core::TimePoint restless_{};  ///< when it was last not at rest
-  est::TrimCounts<T> holding_;
+  HoldingSticks<T> holding_;
   T rested_{0};  ///< ticks in the mean of holding_
   T distance_{0};
   T speed_{0};

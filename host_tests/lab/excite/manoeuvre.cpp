@@ -97,9 +97,9 @@ std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::St
   return {};
 }
 
-/// Strings the pieces that fit together; a pilot flies back to the middle between them.
-Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitude_counts) {
-  Manoeuvre out;
+/// The movements of the kind that fit, each as its parts; `out` counts what was done to them.
+std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& axis, double amplitude_counts,
+                                      Manoeuvre& out) {
   std::vector<std::vector<Part>> all;
   for (const Piece& piece : pieces(wish.kind)) {
     const std::vector<Part> parts = parts_of(piece, wish, axis, amplitude_counts);
@@ -112,6 +112,13 @@ Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitud
       all.push_back(parts);
     }
   }
+  return all;
+}
+
+/// Strings the pieces that fit together; a pilot flies back to the middle between them.
+Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitude_counts) {
+  Manoeuvre out;
+  const std::vector<std::vector<Part>> all = fitted(wish, axis, amplitude_counts, out);
   if (all.empty()) {
     out.farthest_m = std::numeric_limits<double>::infinity();
     return out;

@@ -58,13 +58,13 @@ TEST_F(ExcitationTest, MovesOneStickAfterTheOtherAndThenNone) {
 TEST_F(ExcitationTest, SwingsAboutTheSticksThatHeldThePlace) {
   estimate.x.velocity_m_s = 1.0;
   for (int tick = 0; tick < 100; ++tick) {  // what is felt while it moves is of no use
-    excitation.rest_at({.roll = -500.0, .pitch = -500.0});
+    excitation.rest_at({.roll_counts = -500.0, .pitch_counts = -500.0});
     fly(0.01);
   }
   estimate.x.velocity_m_s = 0.0;
   EXPECT_EQ(excitation.holding_counts(), 0) << "the law flies";
   for (int tick = 0; excitation.returns() && tick < 1000; ++tick) {
-    excitation.rest_at({.roll = tick % 2 == 0 ? 24.3 : 36.3, .pitch = 70.0});
+    excitation.rest_at({.roll_counts = tick % 2 == 0 ? 24.3 : 36.3, .pitch_counts = 70.0});
     fly(0.01);
   }
   EXPECT_EQ(excitation.axis(), StickAxis::kRoll);
