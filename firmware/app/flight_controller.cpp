@@ -57,6 +57,7 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
     in_force_ = pilots_command(telemetry);
   }
   est::Measurement<T> measured = measure_.update<T>(telemetry, config_.attitude_age, pose(now), now);
+  measured.push = trust_.push();                                // what was felt beside the tilt
   timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
   estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
   trust_.update(Measure::felt<T>(telemetry, measured), estimate_, supervisor_.rung(), elapsed_);  // against autopilot

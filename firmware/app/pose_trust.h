@@ -27,6 +27,8 @@ class PoseTrust {
 
   bool lied_to() const { return lied_to_; }
   const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
+  /// What the specific force shows beside the tilt, for the observer.
+  const est::Push<T>& push() const { return cross_check_.push(); }
   /// What is braked by: an estimate that is contradicted would fly the lie.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const {
     return lied_to_ ? reckoning_.instead_of(estimate) : estimate;

@@ -2,6 +2,7 @@
 #include "firmware/est/axis_filter.h"
 
 #include "firmware/core/maths.h"
+#include "firmware/est/measurement.h"
 #include "firmware/est/units.h"
 
 namespace m100::est {
@@ -103,6 +104,26 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   x_[kRate] = rate;
   clamp_states();
   set_tangent();
+}
+
+template <typename S>
+void AxisFilter<S>::feel(S push, Felt felt) {
+  if (felt == Felt::kKept) {
+    return;
+  }
+  auto& a = covariance_.arithmetic();
+  const S v = x_[kV];
+  const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
+  const S quadratic = a.narrow(a.product(c_.quadratic_drag, speed));
+  const S now = a.narrow(a.widen(push) + a.product(c_.drag, v) + a.product(quadratic, v));
+  if (felt == Felt::kFollowed) {
+    const S offset = core::Arithmetic<S>::template number<double>(kForceOffset_m_s2 / kAccelerationUnit_m_s2);
+    const S least = a.narrow(a.widen(now) - a.widen(offset));
+    const S most = a.narrow(a.widen(now) + a.widen(offset));
+    const S moved = a.narrow(a.widen(x_[kD]) + a.widen(now) - a.widen(felt_));
+    x_[kD] = limited(moved < least ? least : moved > most ? most : moved, kDisturbanceLimit);
+  }
+  felt_ = now;
 }
 
 template <typename S>

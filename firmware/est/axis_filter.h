@@ -55,6 +55,12 @@ class AxisFilter {
   void start(S position, S velocity, S tilt);
   /// One tick on; commands in rad.
   void predict(const ActingInputs<S>& input);
+  /// How the disturbance is told beside the poses.
+  enum class Felt : std::uint8_t { kNoted, kKept, kFollowed };
+  /// What a force shows to push (m per unit squared). kNoted: at a pose, as what its disturbance stands for; kKept: as
+  /// it was noted; kFollowed: no pose comes, and d moves as the push does, less the drag that this filter reckons
+  /// itself, and is no farther from it than the force's offset (kForceOffset_m_s2): in motion d lags.
+  void feel(S push, Felt felt);
   /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
   Verdict correct_attitude(S tilt, S rate, const Age<S>& age);
 
@@ -99,6 +105,7 @@ class AxisFilter {
   void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
 
   std::array<S, kStates> x_{};
+  S felt_{};            ///< push of the air as last noted, less its own drag
   S tangent_{};         ///< of the tilt estimate
   S secant_squared_{};  ///< 1 + tangent^2
   S angular_acceleration_{};

@@ -3,6 +3,7 @@
 
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::est {
@@ -98,7 +99,8 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
     return force_size_ > static_cast<T>(kLeast_g * unit) && force_size_ < static_cast<T>(kMost_g * unit);
   };
   const T scale = about(1.0) ? static_cast<T>(model::kGravity_m_s2) : about(model::kGravity_m_s2) ? T(1) : T(0);
-  if (scale == T(0)) {
+  force_known_ = scale > T(0);
+  if (!force_known_) {
     force_seen_s_ = T(0);
     return;
   }
@@ -106,6 +108,7 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
   const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
   const T upright = roll.sine * f.y() + roll.cosine * f.z();
   force_h_m_s2_ = Vector2(pitch.cosine * f.x() + pitch.sine * upright, roll.cosine * f.y() - roll.sine * f.z()) * scale;
+  tilted_h_m_s2_ = core::heading_slope_of(roll, pitch) * static_cast<T>(model::kGravity_m_s2);
 }
 
 template <typename T>
@@ -119,9 +122,18 @@ T CrossCheck<T>::allowed_m_s(const Vector2& push_w_m_s2) const {
   return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s);
 }
 
+/// Goes on without a pose: then it is what the prediction needs.
+template <typename T>
+void CrossCheck<T>::note_push(const core::Turn<T>& yaw, bool is_known, T step_s) {
+  const T averages = push_.is_known ? step_s * static_cast<T>(1.0 / kFeltMean_s) : T(1);
+  push_.is_known = is_known;
+  push_.now_w_m_s2 = core::rotate<T>(force_h_m_s2_ + offset_h_m_s2_ - tilted_h_m_s2_, yaw);
+  push_.mean_w_m_s2 += (push_.now_w_m_s2 - push_.mean_w_m_s2) * averages;
+}
+
 /// @returns horizontal velocity that the pose has gained lately and the force has not.
 template <typename T>
-T CrossCheck<T>::gained(const Estimate<T>& estimate, T step_s) {
+T CrossCheck<T>::gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s) {
   const Vector2 velocity(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
   const Vector2 step_w = velocity - velocity_w_m_s_;
   velocity_w_m_s_ = velocity;
@@ -129,7 +141,6 @@ T CrossCheck<T>::gained(const Estimate<T>& estimate, T step_s) {
     knows_velocity_ = true;
     return T(0);
   }
-  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
   const Vector2 step_h = core::rotate<T>(step_w, {.sine = -yaw.sine, .cosine = yaw.cosine});
   const Vector2 unfelt_h = step_h - (force_h_m_s2_ + offset_h_m_s2_) * step_s;
   force_seen_s_ = core::clamp(force_seen_s_ + step_s, T(0), static_cast<T>(kOffsetMemory_s));
@@ -211,14 +222,18 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
   if (felt.force_is_new) {
     feel(felt);
   }
+  const T step_s = core::seconds<T>(elapsed);
+  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
+  const bool force_counts = force_known_ && force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
+                            (off_ & set_of(Check::kForce)) == 0;
+  note_push(yaw, force_counts && estimate.predicts && elapsed <= kGap, step_s);
   if (!estimate.healthy || elapsed > kGap) {
     knows_velocity_ = false;
     doubts_ = false;
     motion_.restart();
     return;
   }
-  const T step_s = core::seconds<T>(elapsed);
-  const T gained_m_s = gained(estimate, step_s);
+  const T gained_m_s = gained(estimate, yaw, step_s);
   const T allowed = allowed_m_s(push_w_m_s2);
   doubts_ = (off_ & set_of(Check::kForce)) == 0 && gained_m_s > allowed;
   follow(estimate, step_s);

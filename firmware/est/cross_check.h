@@ -8,8 +8,10 @@
 #include <string_view>
 
 #include "firmware/core/eigen.h"
+#include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/measurement.h"
 #include "firmware/est/motion_check.h"
 
 namespace m100::est {
@@ -101,23 +103,29 @@ class CrossCheck {
   std::optional<core::Vector<T, 2>> felt_h_m_s2() const {
     return force_seen_s_ > T(0) ? std::optional<core::Vector<T, 2>>(felt_h_m_s2_) : std::nullopt;
   }
+  /// Not known where the force does not come or the operator has switched its check off.
+  const Push<T>& push() const { return push_; }
 
  private:
   using Vector2 = core::Vector<T, 2>;
   void feel(const Felt<T>& felt);
-  T gained(const Estimate<T>& estimate, T step_s);
+  void note_push(const core::Turn<T>& yaw, bool is_known, T step_s);
+  T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   void follow(const Estimate<T>& estimate, T step_s);
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;
+  bool force_known_ = false;  ///< of the newest one, what it is
   bool knows_velocity_ = false;
   bool knows_heading_ = false;
-  bool doubts_ = false;                     ///< more than is allowed: what a lie does may not be learned as an offset
-  T force_seen_s_{0};                       ///< how long the offset has been learned; at most its memory
-  T force_size_{0};                         ///< mean length of the acceleration, as sent
-  Vector2 force_h_m_s2_ = Vector2::Zero();  ///< newest specific force, forward and left, horizontal
+  bool doubts_ = false;                      ///< more than is allowed: what a lie does may not be learned as an offset
+  T force_seen_s_{0};                        ///< how long the offset has been learned; at most its memory
+  T force_size_{0};                          ///< mean length of the acceleration, as sent
+  Vector2 force_h_m_s2_ = Vector2::Zero();   ///< newest specific force, forward and left, horizontal
+  Vector2 tilted_h_m_s2_ = Vector2::Zero();  ///< what the tilt accelerates with, of the same moment
+  Push<T> push_;
   Vector2 offset_h_m_s2_ = Vector2::Zero();
   Vector2 felt_h_m_s2_ = Vector2::Zero();     ///< the same without its offset and the rotors' shaking
   T moved_m_s2_{0};                           ///< the largest of it in the last second, fading

@@ -20,6 +20,7 @@ constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may chang
 constexpr double kLearns_s = 0.15;                // one over the bandwidth by which poses teach the observer a push
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
+constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than sources pause
 constexpr core::Duration kAttitudeDoubted = milliseconds(100);
 // Longer than telemetry may be old in coast, the model tilting on by the commands; shorter than a silence that ends it.
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
@@ -129,6 +130,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
   if (measured.pose.is_new && time_.behind() <= core::kTickPeriod) {
     use_pose(measured.pose);
   }
+  feel(measured.push);
   if (started_ && !(x_.is_sane() && y_.is_sane() && height_.is_sane() && yaw_.is_sane())) {
     recover(Recovery::kNotFinite);
     restart();
@@ -281,8 +283,8 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
   if (x.inside && y.inside && z.inside && turned <= yaw_gate && turned >= minus_yaw_gate) {
     counters_.nis_sum += x.normalised_square() + y.normalised_square();
-    x_.correct_pose(x);
-    y_.correct_pose(y);
+    correct(x_, lag_x_, x);
+    correct(y_, lag_y_, y);
     height_.correct_pose(z);
     yaw_.correct(turned, age);
     ++counters_.poses_used;
@@ -300,29 +302,23 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
 }
 
 template <typename S, typename Real>
-AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f) const {
-  using Filter = AxisFilter<S>;
-  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
-  constexpr Real kPerUnitSquared = static_cast<Real>(1.0 / (kTimeUnit_s * kTimeUnit_s));
-  const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
-  const auto covariance = [&](int row, int col) {
-    const int scale = f.scales()[static_cast<std::size_t>(row)] + f.scales()[static_cast<std::size_t>(col)];
-    return real(f.scaled_covariance(row, col)) * static_cast<Real>(power_of_two(scale));
+void DisturbanceEkf<S, Real>::feel(const Push<Real>& push) {
+  using Felt = typename AxisFilter<S>::Felt;
+  if (!push.is_known) {
+    push_noted_ = false;
+    return;
+  }
+  const bool missed = since_pose_ > kPoseMissed;
+  const bool notes = !push_noted_ || since_pose_ == core::Duration(0);
+  const Felt felt = notes ? Felt::kNoted : missed ? Felt::kFollowed : Felt::kKept;
+  constexpr Real kUnits = static_cast<Real>(kTimeUnit_s * kTimeUnit_s);
+  const auto limit = static_cast<Real>(20.0) * kUnits;
+  const auto number = [=](Real m_s2) {
+    return core::Arithmetic<S>::template number<Real>(core::clamp(m_s2 * kUnits, -limit, limit));
   };
-  const Real tilt_rad = real(f.state(Filter::kTilt));
-  const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
-  // The poses' time is wrong by the same amount for long: position by velocity times that, velocity by acceleration.
-  const Real way_m = velocity_m_s * time_sigma_s_;
-  const Real gained_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
-  return {.position_m = real(f.state(Filter::kP)),
-          .velocity_m_s = velocity_m_s,
-          .tilt_rad = tilt_rad,
-          .tilt_rate_rad_s = real(f.state(Filter::kRate)) * kPerUnit,
-          .disturbance_m_s2 = real(f.state(Filter::kD)) * kPerUnitSquared,
-          .input_offset_rad = real(f.state(Filter::kM)),
-          .position_variance_m2 = covariance(Filter::kP, Filter::kP) + way_m * way_m,
-          .position_velocity_m2_s = covariance(Filter::kV, Filter::kP) * kPerUnit,
-          .velocity_variance_m2_s2 = covariance(Filter::kV, Filter::kV) * kPerUnitSquared + gained_m_s * gained_m_s};
+  x_.feel(number(push.mean_w_m_s2.x()), felt);
+  y_.feel(number(push.mean_w_m_s2.y()), felt);
+  push_noted_ = true;
 }
 
 template <typename S, typename Real>
@@ -330,8 +326,8 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
   const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
   Estimate<Real> e;
-  e.x = estimate_of(x_);
-  e.y = estimate_of(y_);
+  e.x = estimate_of(x_, lag_x_);
+  e.y = estimate_of(y_, lag_y_);
   e.height_m = real(height_.state(HeightFilter<S>::kZ));
   e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
   e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;

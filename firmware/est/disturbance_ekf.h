@@ -15,6 +15,7 @@
 #include "firmware/est/axis_filter.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/height_filter.h"
+#include "firmware/est/lag_watch.h"
 #include "firmware/est/measurement.h"
 #include "firmware/est/yaw_filter.h"
 #include "firmware/model/vehicle.h"
@@ -55,11 +56,12 @@ struct EkfCounters {
 ///
 /// Gate: a pose beyond 6 sigmas in x, y or z, or 0.35 rad in yaw, is refused; the sigmas have in them how far the
 /// aircraft flies in the uncertainty of the time of capture. After a dropout of t < 0.5 s what wind can have done
-/// meanwhile (1.5 m/s^2 t^2) is let through. Way back: refused poses that follow from each other for 0.5 s (at most
-/// once in 2 s), or 3 of them after a dropout of more than 0.5 s, are taken as position and, by their difference over
-/// at least 0.1 s, as velocity; disturbance and offset stay. The reason is in the counters. S: double, float or
-/// core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; after a stall at most kMaxTicks ticks
-/// are caught up in a call, and no pose is used until the state is of the present.
+/// meanwhile (1.5 m/s^2 t^2) is let through. From 0.1 s without a pose on, the disturbance follows what the force shows
+/// (Measurement::push): the drag of the speed, which braking takes away, and gusts. Way back: refused poses that follow
+/// from each other for 0.5 s (at most once in 2 s), or 3 of them after a dropout of more than 0.5 s, are taken as
+/// position and, by their difference over at least 0.1 s, as velocity; disturbance and offset stay. The reason is in
+/// the counters. S: double, float or core::Fixed; inputs and outputs are of type Real. Cost: firmware/README.md; after
+/// a stall at most kMaxTicks ticks are caught up in a call, and no pose is used until the state is of the present.
 template <typename S, typename Real>
 class DisturbanceEkf {
  public:
@@ -94,6 +96,7 @@ class DisturbanceEkf {
   void predict_tick();
   void use_attitude(const typename Measurement<Real>::Attitude& attitude);
   void use_pose(const core::Pose<Real>& pose);
+  void feel(const Push<Real>& push);
   /// Variance of a pose on one axis: the larger of what the vehicle file and the sender say, and the way in the
   /// uncertainty of its time.
   float pose_variance_m2(Real told_m2, Real time_sigma_s, Real speed_m_s) const;
@@ -106,10 +109,13 @@ class DisturbanceEkf {
   void recover(Recovery reason);
   void restart();
   Estimate<Real> estimate() const;
-  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter) const;
+  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const LagWatch<Real>& lag) const;
+  /// A pose that passed the gate, on one axis.
+  void correct(AxisFilter<S>& filter, LagWatch<Real>& lag, const typename AxisFilter<S>::PoseTest& test);
 
   AxisFilter<S> x_;
   AxisFilter<S> y_;
+  LagWatch<Real> lag_x_, lag_y_;
   HeightFilter<S> height_;
   YawFilter<S> yaw_;
   Delay delay_x_, delay_y_, delay_climb_;
@@ -120,6 +126,7 @@ class DisturbanceEkf {
   core::StandingSlope<Real> told_;
   Real pose_variance_m2_;  ///< of the vehicle file
   S gyro_yaw_rate_{};
+  bool push_noted_ = false;  ///< at the newest pose that was used, or since
   bool attitude_known_ = false;
   bool attitude_refused_ = false;  ///< the newest one, for whatever reason
   bool started_ = false;

@@ -8,6 +8,18 @@
 
 namespace m100::est {
 
+/// The most of the force's offset that is not yet known after its first seconds (measured logs: a few tenths).
+inline constexpr double kForceOffset_m_s2 = 0.2;
+
+/// What the specific force shows beside that which the tilt accelerates with: wind and drag (world, horizontal, m/s^2),
+/// without the force's own offset.
+template <typename T>
+struct Push {
+  bool is_known = false;                                        ///< the force comes, and is one
+  core::Vector<T, 2> now_w_m_s2 = core::Vector<T, 2>::Zero();   ///< of the newest message, with the rotors' shaking
+  core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< over a tenth of a second
+};
+
 /// What the sensors say in one tick, already in our frames (world NWU, body FLU), SI. Each part says whether it is new.
 /// T is float or double.
 template <typename T>
@@ -24,6 +36,7 @@ struct Measurement {
   core::TimePoint now{};  ///< of this tick: what ages count to
   core::Pose<T> pose;     ///< from motion capture or another source of pose
   Attitude attitude;
+  Push<T> push;  ///< by CrossCheck, of the tick before
 };
 
 }  // namespace m100::est

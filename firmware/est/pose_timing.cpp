@@ -33,7 +33,9 @@ void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
   const core::Slope<T> slope = core::slope_of(core::turns_of(
       core::Euler<T>{.roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = yaw_rad}));
   constexpr T kGravity = static_cast<T>(model::kGravity_m_s2);
-  latency_.note_acceleration(measured.now - attitude.age, {kGravity * slope.x, -kGravity * slope.y});
+  const core::Vector<T, 2> tilted_m_s2(kGravity * slope.x, -kGravity * slope.y);
+  latency_.note_acceleration(measured.now - attitude.age,
+                             measured.push.is_known ? tilted_m_s2 + measured.push.now_w_m_s2 : tilted_m_s2);
 }
 
 /// Where the way of the poses becomes worse for good, what counts as fresh must follow within the time of a coast.

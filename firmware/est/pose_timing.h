@@ -28,6 +28,8 @@ template <typename T>
 class PoseTiming {
  public:
   /// Before the observer, once per tick. Sets the capture of a new pose and the uncertainty of its time.
+  /// What the force shows beside the tilt (Measurement::push) counts as acceleration, where it is known: without it a
+  /// tilt that only answers a gust or drag looks like a motion that came 10 to 30 ms earlier or later.
   /// @param yaw_rad as estimated in the tick before
   void update(Measurement<T>& measured, T yaw_rad);
   const PoseTimingReport<T>& report() const { return report_; }

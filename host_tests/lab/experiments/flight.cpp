@@ -208,6 +208,7 @@ class Flight {
     result_.start_w_m = start_.position_w_m;
     result_.descent = safety::name(controller_->supervisor().descent().cause);
     result_.authority = safety::name(controller_->link().authority().reason);
+    result_.pose_timing = controller_->pose_timing();
     result_.hardest_touch_m_s = world_.vehicle().hardest_touch_m_s();
     result_.ticks = controller_->stats();
     result_.autopilot = world_.autopilot().record();

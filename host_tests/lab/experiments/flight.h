@@ -50,6 +50,7 @@ struct FlightResult {
   /// Of the poses that the observer used while the course was flown: see est::EkfCounters; 2 for each is right.
   double nis_sum = 0.0;
   std::uint32_t nis_count = 0;
+  est::PoseTimingReport<double> pose_timing;  ///< as found at the end
   double hardest_touch_m_s = 0.0;
   double largest_tilt_deg = 0.0;
   sim::N1Record autopilot;   ///< the examiner's notes

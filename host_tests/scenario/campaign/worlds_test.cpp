@@ -29,7 +29,40 @@ TEST_P(ShippedWorld, IsStayedInWithAStepOfThreeMetres) {
   EXPECT_TRUE(flown.stayed) << flown.why << " at " << flown.failed_at_s << " s";
   EXPECT_FALSE(flown.breached);
   EXPECT_LT(flown.worst_tilt_deg, 35.0);  // promise R12
+  // Catches an observer that trusts itself in wind (it was 8 to 15 there), and one that claims to know nothing.
+  const double nees = flown.nees_sum / flown.nees_count / 4.0;
+  EXPECT_GT(nees, 0.2);
+  EXPECT_LT(nees, 2.5);
 }
+// Catches a latency that the tilt alone tells: gusts and drag tilt the aircraft too, which was 8 to 30 ms wrong.
+TEST(PoseTimingOfAFlight, LatencyIsFoundInTwentySecondsOfStepsInCalmAirAndInWind) {
+  struct Way {
+    const char* source;
+    double latency_s;
+    double allowed_s;
+  };
+  constexpr double kLine_s = 0.0038;  // a pose of 44 bytes passes the line in that time, and counts
+  for (const Way& way : {Way{"latency_s = 0.02\n", 0.02, 0.008},
+                         Way{"latency_s = 0.06\njitter_s = 0.01\nreported_age = \"none\"\n", 0.06, 0.008},
+                         Way{"latency_s = 0.09\nreported_age = \"constant\"\nreported_age_s = 0.05\n", 0.09, 0.01}}) {
+    for (const char* const air : {"",
+                                  "[air]\nlinear_drag_per_s = 0.3\nwind_m_s = [6, 5, 0]\ngust_m_s = 2.4\n"
+                                  "turbulence_m_s = 1.2\n"}) {
+      experiments::FlightPlan plan;
+      plan.plant = sim::parse_plant(std::string(air) + "[pose]\n" + way.source, "world.toml");
+      plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+      plan.course = "step 1 0 0 0 5\nstep 0 0 0 0 5\nstep 0 1 0 0 5\nstep 0 0 0 0 5\n";
+      plan.duration_s = 20.0;
+      plan.pilot_holds_place = true;
+      const experiments::FlightResult flown = experiments::fly(plan);
+      ASSERT_TRUE(flown.flew);
+      EXPECT_TRUE(flown.pose_timing.observable);
+      EXPECT_NEAR(core::seconds<double>(flown.pose_timing.least), way.latency_s + kLine_s, way.allowed_s)
+          << way.source << air;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Campaign, ShippedWorld, ::testing::ValuesIn(worlds()),
                          [](const auto& tested) { return std::filesystem::path(tested.param).stem().string(); });
 

@@ -18,8 +18,6 @@ using lab::experiments::FlightResult;
 using lab::experiments::TracePoint;
 
 constexpr double kHalf_m = 5.0;
-// Braking without a pose counts on the disturbance as it was last estimated. Where the vehicle file believes no drag,
-// that has the drag of the speed in it, and a stop from speed comes late: an open limit, see firmware/ctl/README.md.
 constexpr double kMeasuredDrag_per_s = sim::Air::kMeasuredDrag_per_s;
 constexpr const char* kFlight = "[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n[wind]\nclass_m_s = 5\n";
 
@@ -103,6 +101,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"Braking", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 0.0, kMeasuredDrag_per_s},
                       Case{"AtSpeedDownwind", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 5.7, 5.0},
                       Case{"BrakingDownwind", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 5.0, kMeasuredDrag_per_s},
+                      Case{"AtSpeedInDrag", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 5.7, 0.0},
+                      Case{"BrakingInDrag", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 0.0},
+                      Case{"Across", "step -4 -4 0 0 4\nstep 100 100 0 0 60\n", 5.7, 0.0},
+                      Case{"AcrossDiagonal", "step -4 -4 0 0.785 4\nstep 100 100 0 0.785 60\n", 6.0, 3.0},
                       Case{"HoveringInWind", "step 0 0 0 0 60\n", 4.0, 5.0}),
     [](const auto& one) { return std::string(one.param.name); });
 

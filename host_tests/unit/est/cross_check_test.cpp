@@ -77,6 +77,37 @@ TEST_F(CrossCheckTest, TakesGravityOutOfATiltedForce) {
   EXPECT_EQ(reported(), Check::kNone);
 }
 
+// Catches a push of the wind that is turned the wrong way, and one with the tilt or the force's offset in it.
+TEST_F(CrossCheckTest, TellsWhatPushesBesideTheTilt) {
+  felt_.force_b.x() = 0.4;
+  fly(60.0);
+  EXPECT_NEAR(check_.push().now_w_m_s2.norm(), 0.0, 0.02) << "an offset is no push";
+  EXPECT_FALSE(check_.push().is_known) << "no prediction to be mended";
+  estimate_.predicts = true;
+  estimate_.yaw_rad = felt_.yaw_rad = M_PI / 2.0;
+  felt_.pitch_rad = 0.2;  // tilted along the world's +y, and the air holds against it by 0.5 m/s^2
+  const double accelerates_m_s2 = kGravity_m_s2 * std::tan(0.2) - 0.5;
+  felt_.force_b = {accelerates_m_s2 * std::cos(0.2) - kGravity_m_s2 * std::sin(0.2) + 0.4, 0.0,
+                   kGravity_m_s2 * std::cos(0.2) + accelerates_m_s2 * std::sin(0.2)};
+  fly(kTick_s);
+  EXPECT_NEAR(check_.push().now_w_m_s2.x(), 0.0, 0.03);
+  EXPECT_NEAR(check_.push().now_w_m_s2.y(), -0.5, 0.03);
+  EXPECT_TRUE(check_.push().is_known);
+  fly(0.5);
+  EXPECT_NEAR(check_.push().mean_w_m_s2.y(), -0.5, 0.06);
+  felt_.force_b /= 100.0;
+  fly(5.0);
+  EXPECT_FALSE(check_.push().is_known) << "no force at all";
+}
+
+TEST_F(CrossCheckTest, AForceThatIsSwitchedOffTellsNoPush) {
+  check_ = CrossCheck<double>(set_of(Check::kForce));
+  estimate_.predicts = true;
+  felt_.force_b.x() = 2.0;
+  fly(1.0, 1.0);
+  EXPECT_FALSE(check_.push().is_known);
+}
+
 TEST_F(CrossCheckTest, ReadsGAsWellAsMetresAndNothingWithoutGravity) {
   felt_.force_b /= kGravity_m_s2;
   fly(20.0);
