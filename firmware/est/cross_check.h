@@ -81,7 +81,7 @@ inline constexpr double kFeltMean_s = 0.1;
 /// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has
 /// gravity taken away, and is no evidence.
 ///
-/// No heap. Cost: four sine-cosine pairs, ten square roots and about 220 products a tick. T is float or double.
+/// No heap. Cost: four sine-cosine pairs, nine square roots and about 200 products a tick. T is float or double.
 template <typename T>
 class CrossCheck {
  public:

@@ -15,8 +15,12 @@ struct Scale {
   double sigma_m;      ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
   double unsettled_m;  ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
                        ///< times 1 + |speed|: a gap hides more where more moves
+  double leans_s2;     ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
 };
-constexpr std::array<Scale, 2> kScales{{{0.75, 0.0052, 0.10}, {3.0, 0.0010, 0.021}}};
+constexpr std::array<Scale, 2> kScales{{{0.75, 0.0052, 0.10, 0.0098}, {3.0, 0.0010, 0.021, 0.0006}}};
+/// The offset belongs to the body, and what is learned of it to its mean tilt: who leans turns another part of it into
+/// the horizontal. The largest acceleration lately says how far.
+constexpr double kLeansMemory_s = 2.0;
 /// What was unsettled at the beginning, or by a gap, has faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
 constexpr double kTwoAxes = 4.24;
@@ -50,6 +54,7 @@ void MotionCheck<T>::begin(const Motion& motion) {
   bridges_s_ = T(0);
   since_gap_s_ = T(0);
   unsure_m_ = T(0);
+  leans_m_s2_ = T(0);
   begun_ = true;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     const T time_s = static_cast<T>(1.0 / est::kScales[scale].a_per_s);
@@ -84,7 +89,8 @@ void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s
   const T settled = core::clamp(since_gap_s_ * static_cast<T>(s.a_per_s / kSettles), T(0), T(1));
   const T noise_m = static_cast<T>(kTwoAxes * s.sigma_m) +
                     static_cast<T>(s.unsettled_m) * (T(1) - settled) * (T(1) + speed_m_s) +
-                    static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) + unsure_m_;
+                    static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) + unsure_m_ +
+                    static_cast<T>(s.leans_s2) * leans_m_s2_;
   const T allowed_m = noise_m + static_cast<T>(kShare) * core::sqrt(path.felt_m.squaredNorm());
   const T weight = core::clamp((apart2_m2 / (allowed_m * allowed_m) - T(1)) * static_cast<T>(1.0 / 3.0), T(-1),
                                static_cast<T>(kMostWeight));
@@ -103,12 +109,9 @@ void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s
   }
   const T follows = path.follows_s * static_cast<T>(1.0 / kFollows_s);
   const T answers = path.answers * static_cast<T>(1.0 / kNats);
-  const T evidence = follows > answers ? follows : answers;
-  if (evidence >= evidence_) {
-    evidence_ = evidence;
-    apart_m_ = core::sqrt(apart2_m2);
-    allowed_m_ = follows > answers ? allowed_m : noise_m;
-  }
+  path.evidence = follows > answers ? follows : answers;
+  path.apart_m = core::sqrt(apart2_m2);
+  path.allowed_m = follows > answers ? allowed_m : noise_m;
 }
 
 template <typename T>
@@ -143,7 +146,10 @@ void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
   const T speed_m_s = core::sqrt(motion.speed_m_s.squaredNorm());
   unsure_m_ -= unsure_m_ * (step_s * static_cast<T>(1.0 / kUnsureMemory_s));
   unsure_m_ = motion.unsure_m > unsure_m_ ? motion.unsure_m : unsure_m_;
-  evidence_ = T(0);
+  const T leans_m_s2 = core::sqrt(paths_[1].mean_m_s2.squaredNorm());  // without the rotors' shaking
+  leans_m_s2_ -= leans_m_s2_ * (step_s * static_cast<T>(1.0 / kLeansMemory_s));
+  leans_m_s2_ = leans_m_s2 > leans_m_s2_ ? leans_m_s2 : leans_m_s2_;
+  turn_ = (turn_ + 1) % kScales;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     Path& path = paths_[scale];
     const T a_per_s = static_cast<T>(est::kScales[scale].a_per_s);
@@ -156,7 +162,9 @@ void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
       slow_m += (seen_m - slow_m) * share;
       seen_m -= slow_m;
     }
-    judge(scale, seen_m, speed_m_s, step_s);
+    if (scale == turn_) {
+      judge(scale, seen_m, speed_m_s, static_cast<T>(kScales) * step_s);
+    }
   }
 }
 
