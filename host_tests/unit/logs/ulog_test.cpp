@@ -122,11 +122,12 @@ std::vector<std::string> wide() {
   std::vector<std::string> out{"empty:"};
   std::string before = "empty";
   for (int level = 0; level < 8; ++level) {
-    std::string text = "w" + std::to_string(level) + ":";
+    const std::string name = std::string("w").append(std::to_string(level));
+    std::string text = name + ":";
     for (int k = 0; k < 1000; ++k) {
       text += before + " a" + std::to_string(k) + ";";
     }
-    before = "w" + std::to_string(level);
+    before = name;
     out.push_back(text);
   }
   out.push_back("bad:uint64_t timestamp;w7 a;");
