@@ -35,8 +35,9 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f, 
   // The poses' time is wrong by the same amount for long: position by velocity times that, velocity by acceleration.
   const Real way_m = velocity_m_s * time_sigma_s_;
   const Real gained_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
+  const Real own_m2 = covariance(Filter::kP, Filter::kP);
   const typename LagWatch<Real>::Covariance claimed =
-      lag.claimed({.pp_m2 = covariance(Filter::kP, Filter::kP),
+      lag.claimed({.pp_m2 = own_m2,
                    .pv_m2_s = covariance(Filter::kV, Filter::kP) * kPerUnit,
                    .vv_m2_s2 = covariance(Filter::kV, Filter::kV) * kPerUnitSquared},
                   core::seconds<Real>(pose_age_), core::seconds<Real>(since_pose_), push_noted_);
@@ -47,6 +48,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f, 
           .disturbance_m_s2 = real(f.state(Filter::kD)) * kPerUnitSquared,
           .input_offset_rad = real(f.state(Filter::kM)),
           .position_variance_m2 = claimed.pp_m2 + way_m * way_m,
+          .filter_variance_m2 = own_m2 + way_m * way_m,
           .position_velocity_m2_s = claimed.pv_m2_s,
           .velocity_variance_m2_s2 = claimed.vv_m2_s2 + gained_m_s * gained_m_s};
 }

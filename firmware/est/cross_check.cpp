@@ -188,7 +188,8 @@ void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
   motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + offset_h_m_s2_, core::turn_of(estimate.yaw_rad)),
                   .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
                   .speed_m_s = velocity_w_m_s_,
-                  .unsure_m = core::sqrt(core::clamp(estimate.x.position_variance_m2, estimate.y.position_variance_m2,
+                  // Not what the poses push the observer by: a lie would hide behind what it does.
+                  .unsure_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
                                                      static_cast<T>(kMostUnsure_m * kMostUnsure_m)))},
                  unused_s_ < static_cast<T>(kUsedLately_s), step_s);
   const bool contradicts = motion_.evidence() >= T(1);

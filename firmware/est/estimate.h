@@ -20,6 +20,7 @@ struct AxisEstimate {
   // How far position and velocity may be from the truth, by the observer's own account; the uncertainty of the poses'
   // time of capture is in it.
   T position_variance_m2{0};
+  T filter_variance_m2{0};      ///< of the position, by the filter alone: what poses push it by adds nothing to it
   T position_velocity_m2_s{0};  ///< covariance of the two
   T velocity_variance_m2_s2{0};
 };
