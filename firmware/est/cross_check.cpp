@@ -47,6 +47,12 @@ constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn 
 constexpr double kUsedLately_s = 0.15;
 constexpr double kMostUnsure_m = 0.5;
 constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
+/// Poses that do not come at all for kPoseUsed leave the observer's motion to its prediction. Once they are back they
+/// mend it within this time, and what they mend is no motion; poses that are refused are no such gap. A path is bridged
+/// by the force for at most a second: half of 0.05 m/s^2 of offset and the square of that are 2.5 cm, what a new
+/// beginning is unsure of.
+constexpr double kMended_s = 0.3;
+constexpr core::Duration kBridged = std::chrono::seconds(1);
 /// Motion that nobody looked at: the next velocity is where the sum begins again.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
 /// A flight within 35 degrees of tilt feels 1 to 1.22 g in the mean; climb and gusts give and take.
@@ -175,6 +181,17 @@ T CrossCheck<T>::turned(const Felt<T>& felt, const Estimate<T>& estimate, T step
   return size_of(turned_rad);
 }
 
+/// @returns whether the observer's velocity is its own prediction, or is being mended by the first poses since.
+template <typename T>
+bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
+  const bool unseen = estimate.pose_age > kPoseUsed && estimate.refused_poses == 0;
+  mends_for_s_ = unseen ? static_cast<T>(kMended_s) : mends_for_s_ > step_s ? mends_for_s_ - step_s : T(0);
+  if (unseen && estimate.pose_age > kBridged) {
+    motion_.restart();
+  }
+  return mends_for_s_ > T(0);
+}
+
 /// Begins once the offset of the force is known from a second. The same witness as that of kForce, and off with it.
 template <typename T>
 void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
@@ -233,6 +250,9 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
     doubts_ = false;
     motion_.restart();
     return;
+  }
+  if (mends(estimate, step_s)) {
+    knows_velocity_ = false;  // the sum goes on from the velocity that is mended
   }
   const T gained_m_s = gained(estimate, yaw, step_s);
   const T allowed = allowed_m_s(push_w_m_s2);

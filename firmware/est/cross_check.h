@@ -113,6 +113,7 @@ class CrossCheck {
   T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
+  bool mends(const Estimate<T>& estimate, T step_s);
   void follow(const Estimate<T>& estimate, T step_s);
   void judge(Check check, T disagreement, T allowed, T step_s);
 
@@ -135,6 +136,7 @@ class CrossCheck {
   T heading_offset_rad_{0};
   std::array<T, kCheckCount> evidence_s_{};
   MotionCheck<T> motion_;
+  T mends_for_s_{0};  ///< the poses still mend what the observer predicted without them
   T last_age_s_{0};
   T unused_s_{0};  ///< since a pose was used
   Contradiction<T> report_;

@@ -266,6 +266,10 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   // After a long dropout the covariance has met its ceiling and a large innovation would be shared out wrongly: what is
   // not inside the sigmas goes to judge_refused().
   const bool long_dropout = since_pose_ > kDropout;
+  if (long_dropout && ceilings_met() != ceilings_at_pose_) {
+    judge_refused(pose, age);  // inside the sigmas or not: how the errors go together is no longer known
+    return;
+  }
   const S unseen_m = Number::template number<double>(long_dropout ? 0.0 : unseen);
   const core::Vector<Real, 3>& told_m2 = pose.position_variance_m2;
   constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
@@ -291,6 +295,7 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     refused_in_a_row_ = 0;
     agreeing_ = 0;
     since_pose_ = core::Duration(0);
+    ceilings_at_pose_ = ceilings_met();
     pose_age_ = pose_age;
     time_sigma_s_ = sigma_s;
     return;

@@ -104,6 +104,9 @@ class DisturbanceEkf {
   bool agrees(const core::Pose<Real>& pose);
   void begin(const core::Pose<Real>& pose);
   void judge_refused(const core::Pose<Real>& pose, const Age<S>& age);
+  /// How often a sigma of a horizontal axis was halved at its ceiling: the covariance says no longer how the errors go
+  /// together, and a pose's innovation would be shared out wrongly.
+  std::uint32_t ceilings_met() const { return x_.health().ceilings + y_.health().ceilings; }
   /// Velocity over the poses since `first_pose_`, with what the tilt has added meanwhile, in m per unit of time.
   core::Vector<Real, 3> velocity_since_first(const core::Pose<Real>& pose, Real tilt_x_rad, Real tilt_y_rad) const;
   void recover(Recovery reason);
@@ -139,6 +142,7 @@ class DisturbanceEkf {
   core::Duration pose_age_{0};
   core::Duration since_recovery_ = std::chrono::seconds(2);
   std::uint32_t refused_in_a_row_ = 0;
+  std::uint32_t ceilings_at_pose_ = 0;  ///< ceilings_met() when a pose was last used
   Refusal<Real> refusal_;
   std::uint32_t attitudes_refused_in_a_row_ = 0;
   std::uint32_t agreeing_ = 0;    ///< poses in a row that follow from each other but not from the state

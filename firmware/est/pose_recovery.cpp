@@ -55,6 +55,7 @@ void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   started_ = true;
   since_start_ = core::Duration(0);
   since_pose_ = core::Duration(0);
+  ceilings_at_pose_ = ceilings_met();
   pose_age_ = pose.age(now_);
   agreeing_ = 0;
   ++counters_.poses_used;
@@ -101,6 +102,7 @@ void DisturbanceEkf<S, Real>::judge_refused(const core::Pose<Real>& pose, const 
   refused_in_a_row_ = 0;
   agreeing_ = 0;
   since_pose_ = core::Duration(0);
+  ceilings_at_pose_ = ceilings_met();
   pose_age_ = pose.age(now_);
 }
 
