@@ -240,6 +240,17 @@ float DisturbanceEkf<S, Real>::pose_variance_m2(Real told_m2, Real time_sigma_s,
 }
 
 template <typename S, typename Real>
+void DisturbanceEkf<S, Real>::note_used(core::Duration pose_age, Real time_sigma_s) {
+  ++counters_.poses_used;
+  refused_in_a_row_ = 0;
+  agreeing_ = 0;
+  since_pose_ = core::Duration(0);
+  ceilings_at_pose_ = ceilings_met();
+  pose_age_ = pose_age;
+  time_sigma_s_ = time_sigma_s;
+}
+
+template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;
   if (!finite(pose.position_w_m.x()) || !finite(pose.position_w_m.y()) || !finite(pose.position_w_m.z()) ||
@@ -291,13 +302,7 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     correct(y_, lag_y_, y);
     height_.correct_pose(z);
     yaw_.correct(turned, age);
-    ++counters_.poses_used;
-    refused_in_a_row_ = 0;
-    agreeing_ = 0;
-    since_pose_ = core::Duration(0);
-    ceilings_at_pose_ = ceilings_met();
-    pose_age_ = pose_age;
-    time_sigma_s_ = sigma_s;
+    note_used(pose_age, sigma_s);
     return;
   }
   ++counters_.poses_refused;

@@ -103,6 +103,7 @@ class DisturbanceEkf {
   /// Notes a pose that does not follow from the state. @returns true when it follows from the one before.
   bool agrees(const core::Pose<Real>& pose);
   void begin(const core::Pose<Real>& pose);
+  void note_used(core::Duration pose_age, Real time_sigma_s);
   void judge_refused(const core::Pose<Real>& pose, const Age<S>& age);
   /// How often a sigma of a horizontal axis was halved at its ceiling: the covariance says no longer how the errors go
   /// together, and a pose's innovation would be shared out wrongly.
