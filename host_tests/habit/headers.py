@@ -31,6 +31,8 @@ def flags_of(build):
     pairs = [pair for other in words for pair in zip(other, other[1:])]
     paths = dict.fromkeys(f"-isystem{path}" for word, path in pairs if word == "-isystem")
     paths.update(dict.fromkeys(word for other in words for word in other if word.startswith("-I")))  # made headers
+    # Where a test's programs and files are: texts that only its own command line has.
+    paths.update(dict.fromkeys(word for other in words for word in other if word.startswith("-DM100_") and '="' in word))
     kept = [word for word in shared if word.startswith(("-D", "-std", "-f", "-W")) and word != "-Werror"]
     return [words[0][0], *kept, "-Wno-psabi", "-Wno-pragma-once-outside-header", f"-I{ROOT}", *paths]
 
