@@ -90,13 +90,14 @@ function(m100_left_out result)
   endforeach()
 endfunction()
 
-# m100_module(est HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
+# m100_module(est [SMALL] HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
 # exceptions and are not installed; all others are compiled without exceptions and RTTI on every machine. A library
-# that stands on one that was left out is left out as well.
+# that stands on one that was left out is left out as well. A SMALL one is compiled for size where flash is short: what
+# moves bytes and reads tables gains nothing from unrolled loops.
 function(m100_module name)
-  cmake_parse_arguments(arg "HOST_ONLY" "" "HEADERS;SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(arg "HOST_ONLY;SMALL" "" "HEADERS;SOURCES;DEPS" ${ARGN})
   m100_left_out(missing ${arg_DEPS})
   if(missing)
     m100_leave_out(${name} ${missing})
@@ -109,6 +110,9 @@ function(m100_module name)
     cmake_path(IS_PREFIX M100_HOST_TESTS ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE is_a_test)
     if(NOT is_a_test)
       m100_hide_checkout(m100_${name})  # it may be in a program that ships
+    endif()
+    if(arg_SMALL AND CMAKE_SYSTEM_NAME STREQUAL "Generic")
+      target_compile_options(m100_${name} PRIVATE -Os)
     endif()
     if(NOT arg_HOST_ONLY)
       target_compile_options(m100_${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fno-exceptions -fno-rtti> -Wvla)
