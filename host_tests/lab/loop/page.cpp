@@ -105,7 +105,8 @@ std::string drawing_of(const std::string& channel, const std::vector<identify::R
   constexpr double kRow = 26.0, kLeft = 220.0, kRight = 600.0, kWidth = 860.0;
   std::ostringstream out;
   const double height = 40.0 + kRow * static_cast<double>(rows.size());
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height << "\" width=\""
+      << kWidth << "\" height=\"" << height  // on a narrow screen it keeps them, and scrolls
       << "\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><text x=\"12\" y=\"16\" font-weight=\"bold\">"
       << plot::escape(channel) << ": believed (square) and found (dot, 95 %)</text>\n";
   double y = 38.0;

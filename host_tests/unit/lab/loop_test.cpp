@@ -181,6 +181,23 @@ TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
   EXPECT_TRUE(to_json(result).at("before").at("experiments").at("cells_above_paper").is_null());
 }
 
+// Catches a drawing that shrinks with the screen: at 400 px its words were five pixels high.
+TEST(Page, DrawingsKeepTheirSizeOnANarrowScreen) {
+  const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_drawing.html").string();
+  LoopResult result;
+  result.believed_found["roll"] = {{.parameter = "dead_zone_counts", .believed = 14.0, .found = {15.0, 14.5, 15.5}}};
+  write_page(result, file);
+  std::stringstream page;
+  page << std::ifstream(file).rdbuf();
+  std::filesystem::remove(file);
+  const std::string text = page.str();
+  std::size_t drawings = 0;
+  for (std::size_t at = text.find("<svg"); at != std::string::npos; at = text.find("<svg", at + 1), ++drawings) {
+    EXPECT_NE(text.substr(at, text.find('>', at) - at).find(" width="), std::string::npos);
+  }
+  EXPECT_GT(drawings, 0U);
+}
+
 /// A minute of roll in which the stick jumps every half second, with a little white noise.
 logs::FlightLog rolled(const model::StickAxis& axis) {
   logs::FlightLog log;
