@@ -222,7 +222,6 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
       .swings = law_.calm(),
       .swings_on = swing_.goes_on(),
       .estimate_healthy = estimate_.healthy,
-      .force_leads = estimate_.predicts && trust_.push().is_known && !trust_.lied_to(),
       .authority = link_.authority().in_control,
       .mode_f = link_.authority().mode_f,
       .operator_engages = now < order_until_ && is_in_reach(),

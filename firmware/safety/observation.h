@@ -36,7 +36,6 @@ struct Observation {
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;
   bool estimate_healthy = false;     ///< est::Estimate::healthy
-  bool force_leads = false;          ///< the estimate predicts, and a force tells it how wind and drag change
   bool authority = false;            ///< the autopilot says that we command
   bool mode_f = false;               ///< the pilot's switch stands at F
   bool operator_engages = false;     ///< the operator's order to fly stands: for FlightConfig::order_lasts at most

@@ -151,10 +151,9 @@ Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const ctl::Command
     enter(kLadder[row], seen);
   }
   const bool passes = passes_law(rung_) && !any(signs_, LadderSign::kCommandUnsound);
-  // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose, or by a
-  // prediction that the force leads, is held until the sticks are the pilot's.
-  const bool known = any(signs_, LadderSign::kFresh) || seen.force_leads;
-  const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && known;
+  // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose is held until the
+  // sticks are the pilot's.
+  const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
   const bool settles =
       (rung_ == Rung::kLevel || stands) && is_sound(settled) && !any(signs_, LadderSign::kCommandUnsound);
   last_ = limited(passes ? wanted : settles ? settled : ctl::Command<T>{}, step_s);

@@ -48,8 +48,7 @@ class Supervisor {
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   /// @param settled what may leave in kLevel; in kRelease only where LEVEL led
-  ///   there with a fresh pose or with a force that leads the prediction. Else, and where it is unsound: level and
-  ///   trimmed
+  ///   there with a fresh pose. Else, and where it is unsound: level and trimmed
   Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s);
 
   Rung rung() const { return rung_; }

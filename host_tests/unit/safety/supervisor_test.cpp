@@ -213,26 +213,6 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   EXPECT_EQ(tick(good()).command.pitch_rad, 0.0);
 }
 
-// Catches level sticks in a wind where the pose is lost and the force still tells the prediction what pushes.
-TEST_F(Ladder, HoldsWithoutAPoseWhereTheForceLeadsThePrediction) {
-  for (const bool leads : {true, false}) {
-    supervisor_ = Supervisor<double>{Limits{}, Envelope{}};
-    fly();
-    Observation lost = good();
-    lost.pose_age = milliseconds(900);
-    lost.force_leads = leads;
-    const ctl::Command<double> held{.pitch_rad = -0.2};
-    Grant<double> grant;
-    for (int i = 0; i < 300 && supervisor_.rung() != Rung::kRelease; ++i) {
-      now_ += milliseconds(10);
-      lost.now = now_;
-      grant = supervisor_.review(kWanted, held, lost, 0.01);
-    }
-    ASSERT_EQ(supervisor_.rung(), Rung::kRelease);
-    EXPECT_EQ(grant.command.pitch_rad, leads ? held.pitch_rad : 0.0);
-  }
-}
-
 TEST_F(Ladder, StaysLevelUntilTheOperatorComes) {
   fly();
   Observation lost = good();
