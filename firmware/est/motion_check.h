@@ -18,14 +18,12 @@ namespace m100::est {
 ///   w  of the observer's position; y  of the force;  e = w - y
 ///
 /// Two tests, each a one-sided sum:
-///   follows   r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y|, and what the
-///   observer is
-///             unsure of (v: y's velocity; what a wrong time of capture makes of it is fitted and taken away): a path
-///             that is turned, scaled, or begins to drift
-///   answers   (|e|^2 - |w|^2) / 2 sigma^2 - 2 per time of correlation, with sigma = allowed / 4.2: the logarithm of
-///   how much likelier it is that
-///             the pose knows nothing of our own motion than that it shows it; an error in proportion to the motion
-///             (time, scale) is no evidence. A body that stands still, or moves on its own
+///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y|, and what the observer
+///            is unsure of (v: y's velocity; what a wrong time of capture makes of it is fitted and taken away): a path
+///            that is turned, scaled, or begins to drift
+///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 2 per time of correlation, with sigma = allowed / 4.2: the logarithm of
+///            how much likelier it is that the pose knows nothing of our own motion than that it shows it; an error in
+///            proportion to the motion (time, scale) is no evidence. A body that stands still, or moves on its own
 ///
 /// The observer's position serves, not the poses: it has their age and their gaps already in it.
 ///
