@@ -60,8 +60,7 @@ constexpr double kLeast_g = 0.8, kMost_g = 1.4;
 
 /// What the force may disagree by, as long as it likes, in m/s:
 ///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; beside it the rotors' 0.1 m/s^2 at 100 Hz
-///   are
-///          0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s in the leaky sum
+///          are 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s in the leaky sum
 ///   moves  a time of capture that is wrong by 80 ms, times the acceleration of the last second
 ///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
 /// An alarm needs twice that for half a second, six sigmas of what is noise; what no noise describes is left to the

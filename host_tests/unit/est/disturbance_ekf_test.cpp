@@ -10,6 +10,7 @@
 
 #include "firmware/core/tilt.h"
 #include "firmware/est/units.h"
+#include "host_tests/unit/est/scalars.h"
 
 namespace m100::est {
 namespace {
@@ -71,19 +72,6 @@ class Hover {
 
 template <typename Ekf>
 class AllScalars : public ::testing::Test {};
-struct InDouble {
-  using Filter = DoubleEkf;
-  using Real = double;
-};
-struct InFloat {
-  using Filter = FloatEkf;
-  using Real = float;
-};
-struct InFixed {
-  using Filter = FixedEkf;
-  using Real = float;
-};
-using Scalars = ::testing::Types<InDouble, InFloat, InFixed>;
 TYPED_TEST_SUITE(AllScalars, Scalars);
 
 template <typename Filter, typename Real>

@@ -5,25 +5,13 @@
 #include <cmath>
 
 #include "firmware/est/disturbance_ekf.h"
+#include "host_tests/unit/est/scalars.h"
 
 namespace m100::est {
 namespace {
 
-struct InDouble {
-  using Filter = DoubleEkf;
-  using Real = double;
-};
-struct InFloat {
-  using Filter = FloatEkf;
-  using Real = float;
-};
-struct InFixed {
-  using Filter = FixedEkf;
-  using Real = float;
-};
 template <typename T>
 class FeltPush : public ::testing::Test {};
-using Scalars = ::testing::Types<InDouble, InFloat, InFixed>;
 TYPED_TEST_SUITE(FeltPush, Scalars);
 
 constexpr double kDrag_per_s = 0.3;
