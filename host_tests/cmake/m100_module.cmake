@@ -146,6 +146,15 @@ function(m100_test_headers)
   target_precompile_headers(m100_test_headers PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
 endfunction()
 
+# What gives each test program a folder for its temporary files, compiled once per build.
+function(m100_own_folder)
+  if(TARGET m100_own_folder)
+    return()
+  endif()
+  add_library(m100_own_folder OBJECT ${M100_HOST_TESTS}/own_folder.cpp)
+  target_link_libraries(m100_own_folder PRIVATE m100::core m100_warnings)
+endfunction()
+
 # m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE])
 #
 # Makes the program <label>_<name> and registers each of its GoogleTest cases with ctest under the label. In a cross
@@ -167,8 +176,9 @@ function(m100_tests)
       endif()
     endforeach()
   endif()
+  m100_own_folder()
   add_executable(${program} ${arg_SOURCES})
-  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100::core m100_warnings GTest::gtest_main)
+  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings GTest::gtest_main)
   if(NOT CMAKE_CROSSCOMPILING)
     # Deviation: GCC 12 for ARM warns falsely about std::string operator+ where <string> comes precompiled.
     m100_test_headers()
