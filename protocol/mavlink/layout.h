@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
 #include <tuple>
@@ -60,31 +61,28 @@ std::span<std::byte> encode_payload(const Message& message, std::span<std::byte>
   return writer.written();
 }
 
-/// Takes the next number from a payload whose end may be missing: what is missing is zero.
+/// Loads one field's number or numbers from whole bytes. @returns where the next field begins.
 template <typename Value>
-void take_padded(std::span<const std::byte>& rest, Value& value) {
-  std::array<std::byte, sizeof(Value)> whole{};
-  const std::size_t count = rest.size() < whole.size() ? rest.size() : whole.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    whole[i] = rest[i];
-  }
-  value = protocol::load<Value>(whole.data());
-  rest = rest.subspan(count);
+const std::byte* load_field(const std::byte* at, Value& value) {
+  value = protocol::load<Value>(at);
+  return at + sizeof(Value);
 }
 
 template <typename Value, std::size_t kCount>
-void take_padded(std::span<const std::byte>& rest, std::array<Value, kCount>& values) {
-  for (Value& value : values) {
-    take_padded(rest, value);
-  }
+const std::byte* load_field(const std::byte* at, std::array<Value, kCount>& values) {
+  std::memcpy(values.data(), at, sizeof(values));
+  return at + sizeof(values);
 }
 
 /// Reads a payload whose trailing zeros may be missing (MAVLink 2 leaves them out), or that is longer than we know.
 template <typename Message>
 Message decode_payload(std::span<const std::byte> payload) {
   static_assert(wire_bytes<Message>() == Message::kInfo.full_bytes, "the fields are not those of the definition");
+  std::array<std::byte, wire_bytes<Message>()> whole{};
+  std::memcpy(whole.data(), payload.data(), payload.size() < whole.size() ? payload.size() : whole.size());
   Message message;
-  for_each_field<Message>([&](const auto& one) { take_padded(payload, message.*(one.member)); });
+  const std::byte* at = whole.data();
+  for_each_field<Message>([&](const auto& one) { at = load_field(at, message.*(one.member)); });
   return message;
 }
 
