@@ -109,6 +109,47 @@ void test_clock() {
                 system_clock.now() - deadline < std::chrono::milliseconds(1));
 }
 
+/// 64-bit integers whose conversions round: at ties, one beside a tie that a double does not tell from it, at the ends.
+constexpr std::int64_t kTie = ((std::int64_t{1} << 24U) + 1) << 32U;  // of a float
+constexpr std::array<std::int64_t, 14> kSigned{
+    0,         -1,        16777217,        16777219,        (std::int64_t{1} << 53U) + 1,
+    kTie - 1,  kTie,      kTie + 1,        1 - kTie,        -1 - kTie,
+    INT64_MAX, INT64_MIN, INT64_MAX - 511, (kTie << 6U) + 1};
+constexpr std::array<std::uint64_t, 6> kUnsigned{0,
+                                                 4294967296U,
+                                                 (std::uint64_t{1} << 53U) + 3,
+                                                 UINT64_MAX,
+                                                 UINT64_MAX - (1U << 10U),
+                                                 (std::uint64_t{kTie} << 7U) + 1};
+
+/// At run time as the compiler reckons it.
+template <typename To, typename Wide, std::size_t kCount>
+constexpr std::array<To, kCount> converted(const std::array<Wide, kCount>& numbers) {
+  std::array<To, kCount> out{};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    out[i] = static_cast<To>(numbers[i]);
+  }
+  return out;
+}
+
+template <typename To, const auto& kNumbers>
+bool converts() {
+  constexpr auto kExpected = converted<To>(kNumbers);
+  bool same = true;
+  for (std::size_t i = 0; i < kNumbers.size(); ++i) {
+    const volatile auto number = kNumbers[i];
+    same = static_cast<To>(number) == kExpected[i] && same;
+  }
+  return same;
+}
+
+void test_wide_integers() {
+  results.check("64-bit integers become doubles, rounded once", converts<double, kSigned>());
+  results.check("64-bit integers become floats, rounded once", converts<float, kSigned>());
+  results.check("unsigned 64-bit integers become doubles, rounded once", converts<double, kUnsigned>());
+  results.check("unsigned 64-bit integers become floats, rounded once", converts<float, kUnsigned>());
+}
+
 /// Uses about a kilobyte of stack.
 [[gnu::noinline]] std::uint32_t dig() {
   std::array<volatile std::uint32_t, 256> deep;
@@ -159,6 +200,7 @@ int main() {
                       kSweepOfDouble);
   results.check_equal("maths in float has the bits of every other machine", view(maths_sweep<float>(kSweepRounds)),
                       kSweepOfFloat);
+  test_wide_integers();
   test_stack();
   test_clock();
   test_uarts();

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// 64-bit integers as floating-point numbers, on a core that adds and multiplies doubles itself. The compiler's library
+// does it with its software addition (1.5 kB, some sixty instructions each): these are a few, with the same roundings.
+#include <cstdint>
+
+#if (__ARM_FP & 8) != 0
+
+namespace {
+
+constexpr double kPerHigh = 4294967296.0;  // 2^32
+
+/// One rounding, in the sum: both terms are exact.
+template <typename High>
+[[gnu::always_inline]] inline double as_double(High high, std::uint32_t low) {
+  return static_cast<double>(high) * kPerHigh + static_cast<double>(low);
+}
+
+/// Through a double, which must be exact for that: of more than 53 bits the last twelve become one that says whether
+/// any of them was set. A float has 24, so its rounding is the same.
+template <typename Wide>
+[[gnu::always_inline]] inline float as_float(Wide value) {
+  constexpr Wide kExact = Wide{1} << 53U;
+  constexpr Wide kRest = 0xfff;
+  const bool exact = value < kExact && (Wide(-1) > Wide(0) || value > -kExact);
+  const Wide held = exact || (value & kRest) == 0 ? value : ((value & ~kRest) | (kRest + 1) / 2);
+  const auto bits = static_cast<std::uint64_t>(held);
+  const auto low = static_cast<std::uint32_t>(bits);
+  if constexpr (Wide(-1) > Wide(0)) {
+    return static_cast<float>(as_double(static_cast<std::uint32_t>(bits >> 32U), low));
+  } else {
+    return static_cast<float>(as_double(static_cast<std::int32_t>(bits >> 32U), low));
+  }
+}
+
+}  // namespace
+
+// By the names, and with the calling convention, of the run-time ABI for the Arm architecture, 4.1.2.
+extern "C" {
+[[gnu::pcs("aapcs"), gnu::used]] double __aeabi_l2d(std::int64_t value) {
+  const auto bits = static_cast<std::uint64_t>(value);
+  return as_double(static_cast<std::int32_t>(bits >> 32U), static_cast<std::uint32_t>(bits));
+}
+[[gnu::pcs("aapcs"), gnu::used]] double __aeabi_ul2d(std::uint64_t value) {
+  return as_double(static_cast<std::uint32_t>(value >> 32U), static_cast<std::uint32_t>(value));
+}
+[[gnu::pcs("aapcs"), gnu::used]] float __aeabi_l2f(std::int64_t value) { return as_float(value); }
+[[gnu::pcs("aapcs"), gnu::used]] float __aeabi_ul2f(std::uint64_t value) { return as_float(value); }
+}
+
+#endif
