@@ -59,9 +59,13 @@ void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, Law law, cons
   solution.path = Path::kTable;
   solution.changes = 0;
   solution.kkt_residual = T(0);
+#ifdef M100_LANES_SCALAR
+  const bool free = solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, inputs);
+#else
   const bool free = table.states == kMaxStates
                         ? solve_unconstrained<T, kMaxStates>(table, problem, low_rad, high_rad, inputs)
                         : solve_unconstrained<T, kMaxStates - 1>(table, problem, low_rad, high_rad, inputs);
+#endif
   if (free) {
     ++counters.table;
   } else if (law == Law::kMpc) {

@@ -14,14 +14,25 @@ struct Signal {
 };
 inline constexpr std::size_t kBody = kHorizon - kPack;
 
-/// sum += taps[m] * signal[j + m] for all j, first <= m < count.
-template <typename T, std::size_t kFirst, std::size_t kCount>
-M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps) {
+/// The states that loops run over: known when they are unrolled, and read from the table where they stay loops, so that
+/// one body serves first and second order.
+template <std::size_t kStates, typename T>
+M100_INLINE std::size_t states_of([[maybe_unused]] const GainTable<T>& table) {
 #ifdef M100_LANES_SCALAR
-  add_columns(sum, signal.body + kFirst, 1, taps + kFirst, kCount - kFirst);
+  return table.states;
+#else
+  return kStates;
+#endif
+}
+
+/// sum += taps[m] * signal[j + m] for all j, first <= m < count.
+template <typename T, std::size_t kFirst>
+M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps, std::size_t count) {
+#ifdef M100_LANES_SCALAR
+  add_columns(sum, signal.body + kFirst, 1, taps + kFirst, count - kFirst);
 #else
   M100_UNROLL(8)
-  for (std::size_t m = kFirst; m < kCount; ++m) {
+  for (std::size_t m = kFirst; m < count; ++m) {
     const Pack<T> tap = spread(taps[m]);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kBody / kLanes; ++i) {
@@ -82,18 +93,19 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   for (std::size_t i = 0; i < kPack; i += kLanes) {
     store<T>(near + kHorizon + i, spread(T(0)));
   }
-  filter<T, 1, kStates>(sum, {near, near + kBody}, table.position_taps.data());
-  filter<T, 0, kStates>(sum, with_tail(problem.velocity_ref_m_s.data(), tail), table.velocity_taps.data());
+  const std::size_t states = states_of<kStates>(table);
+  filter<T, 1>(sum, {near, near + kBody}, table.position_taps.data(), states);
+  filter<T, 0>(sum, with_tail(problem.velocity_ref_m_s.data(), tail), table.velocity_taps.data(), states);
   add_terminal(sum, table.terminal_velocity_taps, problem.velocity_ref_m_s[kHorizon - 1]);
   if constexpr (!kConstantTargets) {
-    filter<T, 0, kStates>(sum, with_tail(problem.tilt_ref_rad.data(), tail), table.tilt_taps.data());
+    filter<T, 0>(sum, with_tail(problem.tilt_ref_rad.data(), tail), table.tilt_taps.data(), states);
     add_terminal(sum, table.terminal_tilt_taps, problem.tilt_ref_rad[kHorizon - 1]);
     const Pack<T> offset = spread(problem.input_offset_rad);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
       store<T>(near + i * kLanes, load(problem.input_ref_rad.data() + i * kLanes) + offset);
     }
-    filter<T, 0, kStates + 1>(sum, {near, near + kBody}, table.input_taps.data());
+    filter<T, 0>(sum, {near, near + kBody}, table.input_taps.data(), states + 1);
   }
   sum.write(filtered);
   filtered[0] = fused(table.rate_weight, problem.previous_input_rad + problem.input_offset_rad, filtered[0]);
@@ -119,7 +131,8 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   }
   Column<T> sum;
   sum.set(table.state_gain.data(), problem.state[0] - origin_m);
-  add_columns(sum, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1, kStates - 1);
+  add_columns(sum, table.state_gain.data() + kHorizon, kHorizon, problem.state.data() + 1,
+              states_of<kStates>(table) - 1);
   add_columns(sum, table.disturbance_gain.data(), kHorizon, &problem.disturbance_m_s2, 1);
   if constexpr (kShape != Shape::kMovingTargets) {
     sum.add(table.tilt_target_gain.data(), problem.tilt_ref_rad[0]);
