@@ -21,6 +21,9 @@ struct FlightConfig {
   /// Farther from where the course begins [m] an order to fly does nothing: the law would fly the rest at once.
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;     ///< of the horizontal axes
+  /// The horizontal programs are solved only in the ticks whose command is due: at 25 Hz three in four are solved for
+  /// nobody. Where the processor's time is short; what is granted stands between two commands.
+  bool solves_when_due = false;
   bool answers_swings = true;        ///< false: a swing changes nothing, and is not told (tests of the law alone)
   est::CheckSet checks_off = 0;      ///< of pose against autopilot, that the operator has switched off by name
   ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight

@@ -61,17 +61,19 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
   estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
   trust_.update(Measure::felt<T>(telemetry, measured), estimate_, supervisor_.rung(), elapsed_);  // against autopilot
-  stand_ready(now);                                                   // a flight that begins in this tick begins here
-  trajectory_.fill(reference_, now, law_.lead());                     // -> reference
-  fence_.hold(reference_, estimate_);                                 // inside the fence, and where one can stop
-  wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_);  // -> control
-  excite(now);                                                        // one stick by the plan, where there is one
+  stand_ready(now);  // a flight that begins in this tick begins here
+  const bool solves = may_leave(now);
+  const std::size_t points = solves ? ref::kHorizon + 1 : 1;
+  trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
+  fence_.hold(reference_, estimate_, points);              // inside the fence, and where one can stop
+  wanted_ = law_.update(estimate_, reference_, in_force_, elapsed_, solves);  // -> control
+  excite(now);  // one stick by the plan, where there is one
   const safety::Rung before = supervisor_.rung();
   place_.update(estimate_, reference_, safety::passes_law(before), core::seconds<T>(elapsed_));
   swing_.update(estimate_, reference_, safety::passes_law(before), excitation_.moves(), core::seconds<T>(elapsed_),
                 law_);
   observed_ = observation(now);
-  grant_ = supervisor_.review(wanted_, settled(), observed_, core::seconds<T>(elapsed_));  // takes away
+  grant_ = granted(solves);  // takes away
   start_when_nominal(before, now);
   give_back_unused(now);
   const core::Status sent = send(grant_, now);  // -> Virtual RC -> bytes
@@ -159,9 +161,9 @@ void FlightController<T, S>::watch_residual() {
   // In the order of sysid::Channel; the yaw stick is positive to the right. A gyro's z is the heading's rate only while
   // the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
   const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
-  const T heading_rate_rad_s = (core::sin(attitude.roll_rad) * attitude.rate_b_rad_s.y() +
-                                core::cos(attitude.roll_rad) * attitude.rate_b_rad_s.z()) /
-                               core::cos(attitude.pitch_rad);
+  const core::Turn<T> roll = core::turn_of(attitude.roll_rad);
+  const T heading_rate_rad_s =
+      (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / core::cos(attitude.pitch_rad);
   const est::TrimCounts<T>& trim = trim_.now();
   residual_.update({.stick_counts = {counts(last_sticks_.roll) - trim.roll, counts(last_sticks_.pitch) - trim.pitch,
                                      counts(last_sticks_.yaw), counts(last_sticks_.throttle)},
@@ -244,6 +246,25 @@ void FlightController<T, S>::stand_ready(core::TimePoint now) {
   }
   trajectory_.start(now);
   law_.reset();
+}
+
+/// What was granted stands until the next command can leave: the slew limit is between commands that leave.
+template <typename T, typename S>
+safety::Grant<T> FlightController<T, S>::granted(bool solved) {
+  const safety::Passes passes = supervisor_.climb(wanted_, observed_);
+  slew_time_ += elapsed_;
+  if (passes == safety::Passes::kWanted && !solved) {
+    return supervisor_.let_through(passes, grant_.command, T(0));
+  }
+  const T step_s = core::seconds<T>(slew_time_);
+  slew_time_ = core::Duration{0};
+  return supervisor_.let_through(passes, passes == safety::Passes::kSettled ? settled() : wanted_, step_s);
+}
+
+template <typename T, typename S>
+bool FlightController<T, S>::may_leave(core::TimePoint now) const {
+  const bool flies = safety::passes_law(supervisor_.rung()) && link_.authority().in_control;
+  return !config_.solves_when_due || !flies || law_.calm() || link_.due(now);
 }
 
 template <typename T, typename S>

@@ -123,6 +123,9 @@ class FlightController {
   /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
   /// known only after the law has computed the command that then leaves.
   void stand_ready(core::TimePoint now);
+  /// Whether the horizontal programs are solved in this tick: in each, but where FlightConfig::solves_when_due says else.
+  bool may_leave(core::TimePoint now) const;
+  safety::Grant<T> granted(bool solved);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
   bool levels_a_swing() const;
   void excite(core::TimePoint now);
@@ -161,13 +164,14 @@ class FlightController {
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
-  ctl::Command<T> wanted_{};  ///< of the law, in every tick, whether or not a command may leave
+  ctl::Command<T> wanted_{};  ///< of the law, in every tick; its tilts as they were solved last
   safety::Observation observed_;
   safety::Grant<T> grant_;
   ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
   vrc::Sticks last_sticks_{};
   core::TimePoint last_tick_{};
   core::Duration elapsed_ = core::kTickPeriod;
+  core::Duration slew_time_{0};  ///< since what was granted changed last
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   bool order_stands_ = false;  ///< as of this tick

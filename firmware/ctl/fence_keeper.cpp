@@ -68,7 +68,7 @@ void FenceKeeper<T>::look_outside(const Side& side, T position_m) {
 }
 
 template <typename T>
-void FenceKeeper<T>::hold_axis(Axis& window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign) {
+void FenceKeeper<T>::hold_axis(Axis window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign) {
   for (ref::AxisReference<T>& r : window) {
     const T held_m = core::clamp(r.position_m, side.goal_low_m, side.goal_high_m);
     r = held_m == r.position_m ? r : ref::AxisReference<T>{.position_m = held_m};
@@ -98,15 +98,15 @@ void FenceKeeper<T>::hold_axis(Axis& window, const Side& side, const est::AxisEs
 }
 
 template <typename T>
-void FenceKeeper<T>::hold(ref::Window<T>& window, const est::Estimate<T>& estimate) {
+void FenceKeeper<T>::hold(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points) {
   brakes_ = false;
   reserve_m_ = static_cast<T>(1e6);
   outside_m_ = static_cast<T>(-1e6);
   look_outside(x_, estimate.x.position_m);
   look_outside(y_, estimate.y.position_m);
   look_outside(z_, estimate.height_m);
-  hold_axis(window.x, x_, estimate.x, T(1));
-  hold_axis(window.y, y_, estimate.y, T(-1));
+  hold_axis(Axis(window.x).first(points), x_, estimate.x, T(1));
+  hold_axis(Axis(window.y).first(points), y_, estimate.y, T(-1));
   const T held_m = core::clamp(window.height.position_m, z_.goal_low_m, z_.goal_high_m);
   if (held_m != window.height.position_m) {
     window.height = {.position_m = held_m};

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <span>
+
 #include "firmware/core/fence.h"
 #include "firmware/ctl/braking.h"
 #include "firmware/est/estimate.h"
@@ -26,7 +29,8 @@ class FenceKeeper {
  public:
   FenceKeeper(const core::Fence& fence, const Braking& braking);
 
-  void hold(ref::Window<T>& window, const est::Estimate<T>& estimate);
+  /// @param points of the window in x and y that are looked at, from the first on.
+  void hold(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
   /// Of the last hold(): the way that is left between where the aircraft can stop and the nearest side; without the
   /// three sigmas. Negative: a stop may come too late.
   T reserve_m() const { return reserve_m_; }
@@ -41,12 +45,12 @@ class FenceKeeper {
     T low_m, high_m;            ///< of the fence
     T goal_low_m, goal_high_m;  ///< for goals
   };
-  using Axis = decltype(ref::Window<T>::x);
+  using Axis = std::span<ref::AxisReference<T>>;
   static Side side_of(const core::Fence::Side& side);
   /// At a speed towards the side; a tilt's acceleration and a wind that act towards it are positive.
   T stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const;
   void look_outside(const Side& side, T position_m);
-  void hold_axis(Axis& window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
+  void hold_axis(Axis window, const Side& side, const est::AxisEstimate<T>& estimate, T tilt_sign);
 
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;

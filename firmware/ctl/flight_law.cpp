@@ -66,14 +66,10 @@ FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>&
 
 template <typename T>
 T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant,
-                      T lead_gap_s, T in_force_slope, int ticks) {
+                      T lead_gap_s, T in_force_slope) {
   const mpc::GainTable<T>& table = axis.mpc.table();
   const T offset_rad = estimate.input_offset_rad;
   const T slope = seen(core::tan(estimate.tilt_rad));
-  // The pipe holds tangents of what the attitude loop is told, without the offset, which may still change.
-  for (; ticks > 0; --ticks) {
-    axis.predictor.sent(in_force_slope);
-  }
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
                                            .tilt_rad = slope,
@@ -119,19 +115,14 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
 }
 
 template <typename T>
-Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
-                                const Command<T>& in_force, core::Duration elapsed) {
-  M100_ASSERT(elapsed >= core::Duration(0));
-  const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
-  const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
-  const int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity));
-  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), seen(told.x), ticks);
+core::Slope<T> FlightLaw<T>::slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                                    const core::Slope<T>& in_force, T step_s) {
+  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), in_force.x);
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
-  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, seen(told.y), ticks);
+  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, in_force.y);
   report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes, .calm = calm()};
   if (calm()) {
-    const T step_s = core::seconds<T>(elapsed);
     slope_x = x_.calm.slope(estimate.x, reference.x[0], x_.mpc.table(), calm_per_s_, step_s);
     slope_y = y_.calm.slope(estimate.y, reference.y[0], y_.mpc.table(), calm_per_s_, step_s);
   }
@@ -142,15 +133,32 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
     slope_y *= combined_tangent_ / size;
     report_.tilt_limited = true;
   }
-  const core::Euler<T> attitude =
-      core::attitude_of(core::Slope<T>{.x = slope_x, .y = slope_y}, estimate.yaw_rad, heading);
+  return {.x = slope_x, .y = slope_y};
+}
+
+template <typename T>
+Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                                const Command<T>& in_force, core::Duration elapsed, bool solves) {
+  M100_ASSERT(elapsed >= core::Duration(0));
+  const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
+  const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
+  const core::Slope<T> in_force_slope{.x = seen(told.x), .y = seen(told.y)};
+  // The pipes hold tangents of what the attitude loop is told, without the offset, which may still change.
+  for (int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity)); ticks > 0; --ticks) {
+    x_.predictor.sent(in_force_slope.x);
+    y_.predictor.sent(in_force_slope.y);
+  }
+  if (solves) {
+    attitude_ = core::attitude_of(slopes(estimate, reference, in_force_slope, core::seconds<T>(elapsed)),
+                                  estimate.yaw_rad, heading);
+  }
   const ref::AxisReference<T>& height = reference.height;
   const HeightReference<T> wanted{.height_m = height.position_m,
                                   .climb_m_s = height.velocity_m_s,
                                   .climb_command_m_s = height.velocity_m_s + climb_lag_s_ * height.acceleration_m_s2};
   Command<T> command;
-  command.roll_rad = attitude.roll_rad;
-  command.pitch_rad = attitude.pitch_rad;
+  command.roll_rad = attitude_.roll_rad;
+  command.pitch_rad = attitude_.pitch_rad;
   command.climb_m_s = height_.update(wanted, estimate.height_m, estimate.climb_m_s, core::seconds<T>(elapsed));
   command.yaw_rate_rad_s = yaw_.update(reference.yaw_rad, reference.yaw_rate_rad_s, estimate.yaw_rad);
   return command;

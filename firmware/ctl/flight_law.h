@@ -37,7 +37,7 @@ struct InverseLags {
 /// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
 InverseLags inverse_lags(const model::StickAxis& axis);
 
-/// How the horizontal commands came about in the last tick, for the log.
+/// How the horizontal commands came about when they were solved last, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
   mpc::Path path_y = mpc::Path::kTable;
@@ -65,8 +65,10 @@ class FlightLaw {
 
   /// Once per tick. @param in_force what the autopilot was told since the last one, after supervisor and stick
   ///   rounding; it goes into the prediction through the delay.
+  /// @param solves false: the tilts stay as they were solved last, because no command can leave in this tick. The
+  ///   pipes, height and yaw go on; of the window's points in x and y none is looked at.
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, const Command<T>& in_force,
-                    core::Duration elapsed);
+                    core::Duration elapsed, bool solves = true);
 
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
@@ -94,7 +96,10 @@ class FlightLaw {
   };
   static Axis make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis, mpc::Law law);
   T solve(Axis& axis, const est::AxisEstimate<T>& estimate, const References& reference, bool constant, T lead_gap_s,
-          T in_force_slope, int ticks);
+          T in_force_slope);
+  /// Both programs, or the calm law; both axes together within the combined limit.
+  core::Slope<T> slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
+                        const core::Slope<T>& in_force, T step_s);
 
   Axis x_;
   Axis y_;
@@ -105,6 +110,7 @@ class FlightLaw {
   T climb_lag_s_{0};
   T calm_per_s_{0};  ///< 0: the tables' law flies
   T combined_tangent_{0};
+  core::Euler<T> attitude_{};  ///< roll and pitch as they were solved last
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;
   LawReport report_;

@@ -8,6 +8,7 @@
 namespace m100::ref {
 namespace {
 
+constexpr core::Duration kStep = std::chrono::milliseconds(100);  ///< kPredictionStep_s
 constexpr double kQuinticSpeedPeak = 1.875;
 constexpr double kQuinticAccelerationPeak = 5.7735026918962576;
 
@@ -159,8 +160,8 @@ void Trajectory<T>::stand(Window<T>& window, const Waypoint<T>& place) const {
 }
 
 template <typename T>
-void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration lead) const {
-  M100_ASSERT(lead >= core::Duration(0));
+void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points) const {
+  M100_ASSERT(lead >= core::Duration(0) && points >= 1 && points <= kHorizon + 1);
   const core::Duration time = now - begin_;
   if (count_ == 0) {
     stand(window, start_);
@@ -175,13 +176,14 @@ void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration 
 
   const std::size_t first = piece;
   core::Duration at = time + lead;
-  for (std::size_t k = 0; k <= kHorizon; ++k) {
+  for (std::size_t k = 0; k < points; ++k) {
     piece = piece_at(piece, at);
     const Moment then = moment(pieces_[piece], at);
     window.x[k] = sample(then, kX);
     window.y[k] = sample(then, kY);
-    at += std::chrono::milliseconds(100);
+    at += kStep;
   }
+  piece = piece_at(piece, time + lead + kHorizon * kStep);
   const bool over = piece == first && time >= pieces_[piece].begin + pieces_[piece].duration;
   window.constant = piece == first && (pieces_[piece].kind == Kind::kSetpoint || over);
 }

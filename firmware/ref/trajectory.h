@@ -100,8 +100,8 @@ class Trajectory {
     fill(window, now, lead);
     return window;
   }
-  /// The same without a copy.
-  void fill(Window<T>& window, core::TimePoint now, core::Duration lead) const;
+  /// The same without a copy. @param points of x and y, 1 to kHorizon + 1; those behind them stay as they are
+  void fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points = kHorizon + 1) const;
 
  private:
   enum class Kind : unsigned char { kSetpoint, kPolynomial };

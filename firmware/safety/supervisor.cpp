@@ -141,26 +141,30 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 }
 
 template <typename T>
-Grant<T> Supervisor<T>::review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen,
-                               T step_s) {
+Passes Supervisor<T>::climb(const ctl::Command<T>& wanted, const Observation& seen) {
   signs_ = weigh(wanted, seen);
-  stats_.unsound_commands += any(signs_, LadderSign::kCommandUnsound) ? 1U : 0U;
+  const bool unsound = any(signs_, LadderSign::kCommandUnsound);
+  stats_.unsound_commands += unsound ? 1U : 0U;
   const Rung before = rung_;
   const std::size_t row = row_number(rung_, signs_);
   if (row < kLadder.size()) {
     enter(kLadder[row], seen);
   }
-  const bool passes = passes_law(rung_) && !any(signs_, LadderSign::kCommandUnsound);
+  ended_ = before == Rung::kRelease && rung_ == Rung::kSilent && any(signs_, LadderSign::kCommandable);
   // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose is held until the
   // sticks are the pilot's.
   const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
-  const bool settles =
-      (rung_ == Rung::kLevel || stands) && is_sound(settled) && !any(signs_, LadderSign::kCommandUnsound);
-  last_ = limited(passes ? wanted : settles ? settled : ctl::Command<T>{}, step_s);
-  return {.command = last_,
-          .rung = rung_,
-          .transmit = may_transmit(rung_),
-          .release = before == Rung::kRelease && rung_ == Rung::kSilent && any(signs_, LadderSign::kCommandable)};
+  const Passes passes = passes_law(rung_)                   ? Passes::kWanted
+                        : (rung_ == Rung::kLevel || stands) ? Passes::kSettled
+                                                            : Passes::kNeither;
+  return unsound ? Passes::kNeither : passes;
+}
+
+template <typename T>
+Grant<T> Supervisor<T>::let_through(Passes passes, const ctl::Command<T>& command, T step_s) {
+  const bool passes_one = passes == Passes::kWanted || (passes == Passes::kSettled && is_sound(command));
+  last_ = limited(passes_one ? command : ctl::Command<T>{}, step_s);
+  return {.command = last_, .rung = rung_, .transmit = may_transmit(rung_), .release = ended_};
 }
 
 template class Supervisor<float>;

@@ -27,6 +27,9 @@ struct LadderStep {
   Observation seen;
 };
 
+/// Which command passes in a tick.
+enum class Passes : std::uint8_t { kNeither, kWanted, kSettled };
+
 /// Counters for the log.
 struct SupervisorStats {
   std::uint32_t steps = 0;             ///< of the ladder
@@ -49,7 +52,14 @@ class Supervisor {
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   /// @param settled what may leave in kLevel; in kRelease only where LEVEL led
   ///   there with a fresh pose. Else, and where it is unsound: level and trimmed
-  Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s);
+  Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s) {
+    const Passes passes = climb(wanted, seen);
+    return let_through(passes, passes == Passes::kWanted ? wanted : settled, step_s);
+  }
+  /// The same in two halves, for who computes the settled command only where it is asked for: first the ladder, ...
+  Passes climb(const ctl::Command<T>& wanted, const Observation& seen);
+  /// ... then the limits. @param command of the two the one that passes; looked at by nobody where none does
+  Grant<T> let_through(Passes passes, const ctl::Command<T>& command, T step_s);
 
   Rung rung() const { return rung_; }
   /// What the table saw in the last tick.
@@ -77,6 +87,7 @@ class Supervisor {
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
   LadderSign signs_ = LadderSign::kNone;
+  bool ended_ = false;  ///< the last tick led from kRelease to kSilent, with control still ours
   LadderStep last_step_;
   LadderStep descent_;
   ctl::Command<T> last_{};

@@ -63,6 +63,7 @@ class Twin {
   static app::FlightConfig config() {
     app::FlightConfig config = app::kDefaultFlight;
     config.link.app_id = 1;
+    config.solves_when_due = true;
     return config;
   }
   World world_;

@@ -49,7 +49,7 @@ bool print_hash(std::string_view name, std::string_view path) {
 }
 
 bool print_cost(std::string_view path, bool hostile) {
-  static golden::TapeFlight<float, float> flight(false);
+  static golden::TapeFlight<float, float> flight(false, true);
   const std::size_t ticks = std::min(replay(flight, path, hostile), cost_cycles.size());
   if (ticks == 0) {
     return false;
@@ -75,7 +75,7 @@ std::array<Sample, 65536> samples;
 std::size_t sample_count = 0;
 
 bool print_profile(std::string_view path) {
-  static golden::TapeFlight<float, float> flight(false);
+  static golden::TapeFlight<float, float> flight(false, true);
   constexpr std::uint32_t kSamplingCycles = 97;  // prime, so that it does not beat with the tick
   hal::mps2::systick().reload = kSamplingCycles - 1;
   hal::mps2::systick().value = 0;

@@ -26,8 +26,8 @@ std::array<std::array<std::uint32_t, kMostTicks>, target::kParts> cycles;
 
 std::size_t fly(bool logged, std::string_view path, bool hostile) {
   using Flight = golden::TapeFlight<float, float>;
-  static Flight without_log(false);
-  static Flight with_log(true);
+  static Flight without_log(false, true);
+  static Flight with_log(true, true);
   Flight& flight = logged ? with_log : without_log;
   const std::size_t ticks = target::play(flight, path, hostile, [&flight](std::size_t tick) {
     target::begin_parts();

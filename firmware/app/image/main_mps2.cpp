@@ -142,6 +142,7 @@ int main() {
   config.link.app_id = 1;
   config.fence = app::kBoardFence;
   config.reach_m = app::kBoardReach_m;
+  config.solves_when_due = true;
   static Controller controller(mpc::generated::kVehicle, kTables, config, autopilot_uart, pose_line, course, nullptr);
   static const link::Farewell farewell(vrc::CommandMap(mpc::generated::kVehicle).neutral(), nullptr);
   last_words = &farewell;

@@ -81,11 +81,11 @@ template <typename T, typename S>
 class TapeFlight {
  public:
   /// @param logged false: without a log, as in the flight image, to measure the tick alone; the hash means nothing
-  /// then.
-  explicit TapeFlight(bool logged = true)
+  /// then. @param as_image solves its programs when the image does.
+  explicit TapeFlight(bool logged = true, bool as_image = false)
       : course_status_(app::lay_board_course(kTapeCourse, course_)),
-        controller_(mpc::generated::kVehicle, tables_, config(), autopilot_, pose_, course_, logged ? &log_ : nullptr) {
-  }
+        controller_(mpc::generated::kVehicle, tables_, config(as_image), autopilot_, pose_, course_,
+                    logged ? &log_ : nullptr) {}
 
   void load(const TapeTick& tick) {
     autopilot_.load(tick.from_autopilot());
@@ -123,9 +123,10 @@ class TapeFlight {
   const app::FlightController<T, S>& controller() const { return controller_; }
 
  private:
-  static app::FlightConfig config() {
+  static app::FlightConfig config(bool as_image) {
     app::FlightConfig config = app::kDefaultFlight;
     config.link.app_id = 1;
+    config.solves_when_due = as_image;
     return config;
   }
 

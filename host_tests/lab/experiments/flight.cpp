@@ -27,6 +27,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.link.app_id = 1;
   config.law = plan.law;
   config.answers_swings = plan.answers_swings;
+  config.solves_when_due = plan.solves_when_due;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
   if (plan.flight_file) {
     config.limits = companion::limits_of(*plan.flight_file);

@@ -28,8 +28,9 @@ struct FlightPlan {
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
-  bool answers_swings = true;  ///< as app::FlightConfig: false flies the law alone, swing or not
-  bool keep_log = false;       ///< ULog bytes in the result
+  bool answers_swings = true;    ///< as app::FlightConfig: false flies the law alone, swing or not
+  bool solves_when_due = false;  ///< as app::FlightConfig: true flies as the image does
+  bool keep_log = false;         ///< ULog bytes in the result
   /// The pilot holds the aircraft at its place until control is taken, and the course begins where it is then; else his
   /// sticks rest, and it drifts with the wind. Not beside keep_log: the log's notes stand before the flight.
   bool pilot_holds_place = false;

@@ -164,6 +164,27 @@ TEST(Trajectory, ASetPointBeforeACourseIsConstantOnlyWhileTheCourseIsOutOfSight)
   EXPECT_GT(course.window(time_of(4.0), core::Duration(0)).x[kHorizon].position_m, 0.4);
 }
 
+// Catches a short window that takes what is beyond its last point for constant, or moves height and heading.
+TEST(Trajectory, AWindowOfOnePointIsTheFirstOfTheWholeOneAndKnowsWhatIsBehindIt) {
+  Trajectory<double> course;
+  course.hold(at(0, 0, 1));
+  ASSERT_EQ(course.append_step(at(0, 0, 1), seconds(5)), core::Status::kOk);
+  ASSERT_EQ(course.append_quintic(at(1, 2, 3), seconds(2)), core::Status::kOk);
+  for (const double t : {0.0, 2.95, 3.05, 4.0, 5.3, 6.5, 7.0, 9.0}) {
+    SCOPED_TRACE(t);
+    const Window<double> whole = course.window(time_of(t), milliseconds(33));
+    Window<double> first = course.window(time_of(0.0), core::Duration(0));
+    const double last_m = first.x[kHorizon].position_m;
+    course.fill(first, time_of(t), milliseconds(33), 1);
+    EXPECT_EQ(first.x[0].position_m, whole.x[0].position_m);
+    EXPECT_EQ(first.y[0].velocity_m_s, whole.y[0].velocity_m_s);
+    EXPECT_EQ(first.height.position_m, whole.height.position_m);
+    EXPECT_EQ(first.yaw_rad, whole.yaw_rad);
+    EXPECT_EQ(first.constant, whole.constant);
+    EXPECT_EQ(first.x[kHorizon].position_m, last_m);
+  }
+}
+
 TEST(Trajectory, TheSquareOfThePaperReturnsToItsCorner) {
   RecordProperty("paper", "IV-C.4");
   Trajectory<double> course;
