@@ -23,9 +23,10 @@ constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
 }  // namespace
 
 template <typename T, typename S>
-FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
-                                         const FlightConfig& config, hal::Uart& autopilot, hal::Uart& pose,
-                                         ref::Trajectory<T>& trajectory, log::FlightLog* log)
+[[gnu::cold]] FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
+                                                       const FlightConfig& config, hal::Uart& autopilot,
+                                                       hal::Uart& pose, ref::Trajectory<T>& trajectory,
+                                                       log::FlightLog* log)
     : autopilot_tap_(log, log::Stream::kAutopilotIn, log::Stream::kAutopilotOut),
       pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
       link_(autopilot, config.link, &autopilot_tap_),

@@ -88,9 +88,14 @@ Turn<double> both(double angle_rad) {
   return {.sine = (quadrant & 2U) == 0U ? sine : -sine, .cosine = cosine_turns ? -cosine : cosine};
 }
 
-double sine(double angle_rad) { return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 0) : kNan; }
+// Not in each of the functions below: they are the same for float and double.
+[[gnu::noinline]] double sine(double angle_rad) {
+  return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 0) : kNan;
+}
 
-double cosine(double angle_rad) { return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 1) : kNan; }
+[[gnu::noinline]] double cosine(double angle_rad) {
+  return within(angle_rad, kLargestAngle_rad) ? sine_of(reduce(angle_rad), 1) : kNan;
+}
 
 double tangent(double angle_rad) {
   if (!within(angle_rad, kLargestAngle_rad)) {

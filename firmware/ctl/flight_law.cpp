@@ -38,8 +38,8 @@ InverseLags inverse_lags(const model::StickAxis& axis) {
 }
 
 template <typename T>
-typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table, const model::StickAxis& axis,
-                                                    mpc::Law law) {
+[[gnu::cold]] typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table,
+                                                                  const model::StickAxis& axis, mpc::Law law) {
   Axis made{.mpc = mpc::HorizontalMpc<T>(table, law), .predictor = mpc::DelayPredictor<T>(table.delay)};
   const InverseLags lags = inverse_lags(axis);
   made.first_lag_s = static_cast<T>(lags.first_s);
@@ -48,8 +48,8 @@ typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& tab
 }
 
 template <typename T>
-FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
-                        const FlightLawOptions& options)
+[[gnu::cold]] FlightLaw<T>::FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
+                                      const FlightLawOptions& options)
     : x_(make_axis(tables.x, vehicle.pitch, options.horizontal)),
       y_(make_axis(tables.y, vehicle.roll, options.horizontal)),
       height_(altitude_gains(vehicle, options)),

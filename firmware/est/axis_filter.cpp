@@ -33,7 +33,7 @@ struct MeasuresRate {
 }  // namespace
 
 template <typename S>
-void AxisFilter<S>::start(S position, S velocity, S tilt) {
+[[gnu::cold]] void AxisFilter<S>::start(S position, S velocity, S tilt) {
   x_ = {};
   x_[kP] = position;
   x_[kV] = velocity;
@@ -182,7 +182,7 @@ void AxisFilter<S>::correct_pose(const PoseTest& test) {
 }
 
 template <typename S>
-void AxisFilter<S>::reanchor(S position, S velocity, const Age<S>& age) {
+[[gnu::cold]] void AxisFilter<S>::reanchor(S position, S velocity, const Age<S>& age) {
   auto& a = covariance_.arithmetic();
   x_[kV] = velocity;
   x_[kP] = a.narrow(a.widen(position) + a.product(age.units, x_[kV]) - a.product(age.half_square, x_[kD]) -

@@ -96,7 +96,7 @@ typename DisturbanceEkf<S, Real>::Delay DisturbanceEkf<S, Real>::delay_of(double
 }
 
 template <typename S, typename Real>
-DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
+[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
     : x_(axis_model(vehicle, vehicle.pitch, 1.0)),
       y_(axis_model(vehicle, vehicle.roll, -1.0)),
       height_(vehicle.climb, vehicle.estimator.pose_position_sigma_m),

@@ -31,7 +31,7 @@ struct MeasuresHeight {
 }  // namespace
 
 template <typename S>
-HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m) {
+[[gnu::cold]] HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m) {
   const auto number = [](double value) { return core::Arithmetic<S>::template number<double>(value); };
   const model::AxisStep step = tick_of(climb);
   const double o_r = step.o_r / kTimeUnit_s, ro = step.ro * kTimeUnit_s;
@@ -61,7 +61,7 @@ HeightFilter<S>::HeightFilter(const model::StickAxis& climb, double pose_sigma_m
 }
 
 template <typename S>
-void HeightFilter<S>::start(S height, S climb) {
+[[gnu::cold]] void HeightFilter<S>::start(S height, S climb) {
   x_ = {};
   x_[kZ] = height;
   x_[kClimb] = climb;
@@ -118,7 +118,7 @@ void HeightFilter<S>::correct_pose(const PoseTest& test) {
 }
 
 template <typename S>
-void HeightFilter<S>::reanchor(S height, S climb, const Age<S>& age) {
+[[gnu::cold]] void HeightFilter<S>::reanchor(S height, S climb, const Age<S>& age) {
   auto& a = covariance_.arithmetic();
   x_[kClimb] = climb;
   x_[kZ] = a.narrow(a.widen(height) + a.product(age.units, x_[kClimb]) - a.widen(history_.displacement(a, age.ticks)));

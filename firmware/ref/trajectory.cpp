@@ -15,7 +15,7 @@ constexpr double kQuinticAccelerationPeak = 5.7735026918962576;
 }  // namespace
 
 template <typename T>
-void Trajectory<T>::hold(const Waypoint<T>& place) {
+[[gnu::cold]] void Trajectory<T>::hold(const Waypoint<T>& place) {
   count_ = 0;
   duration_ = core::Duration(0);
   start_ = place;
@@ -23,7 +23,7 @@ void Trajectory<T>::hold(const Waypoint<T>& place) {
 }
 
 template <typename T>
-core::Status Trajectory<T>::append(const Piece& piece, const Waypoint<T>& end) {
+[[gnu::cold]] core::Status Trajectory<T>::append(const Piece& piece, const Waypoint<T>& end) {
   if (count_ == kMaxPieces) {
     return core::Status::kResourceExhausted;
   }
@@ -39,7 +39,7 @@ core::Status Trajectory<T>::append(const Piece& piece, const Waypoint<T>& end) {
 }
 
 template <typename T>
-core::Status Trajectory<T>::append_step(const Waypoint<T>& place, core::Duration duration) {
+[[gnu::cold]] core::Status Trajectory<T>::append_step(const Waypoint<T>& place, core::Duration duration) {
   if (!usable(place) || duration <= core::Duration(0)) {
     return core::Status::kOutOfRange;
   }
@@ -52,7 +52,7 @@ core::Status Trajectory<T>::append_step(const Waypoint<T>& place, core::Duration
 }
 
 template <typename T>
-core::Status Trajectory<T>::append_quintic(const Waypoint<T>& place, core::Duration duration) {
+[[gnu::cold]] core::Status Trajectory<T>::append_quintic(const Waypoint<T>& place, core::Duration duration) {
   if (!usable(place) || duration <= core::Duration(0)) {
     return core::Status::kOutOfRange;
   }

@@ -7,7 +7,7 @@
 namespace m100::sysid {
 
 template <typename Real>
-AxisDynamics<Real>::AxisDynamics(const model::StickAxis& axis, Real sample_period_s)
+[[gnu::cold]] AxisDynamics<Real>::AxisDynamics(const model::StickAxis& axis, Real sample_period_s)
     : first_order_(axis.is_first_order()),
       sample_period_s_(sample_period_s),
       limit_per_s_(static_cast<Real>(axis.rate_limit_per_s)) {

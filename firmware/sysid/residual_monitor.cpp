@@ -16,7 +16,7 @@ model::StickAxis behind(model::StickAxis axis, Real line_s) {
 }  // namespace
 
 template <typename Real>
-AxisResidual<Real>::AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s)
+[[gnu::cold]] AxisResidual<Real>::AxisResidual(const model::StickAxis& axis, Real expected_rms, Real sample_period_s)
     : delay_s_(static_cast<Real>(axis.transport_delay_s)),
       lead_zero_s_(static_cast<Real>(axis.lead_zero_s)),
       expected_rms_(expected_rms),
@@ -135,8 +135,8 @@ Real AxisResidual<Real>::delayed_command() const {
 }
 
 template <typename Real>
-ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected, Real sample_period_s,
-                                       Real line_s)
+[[gnu::cold]] ResidualMonitor<Real>::ResidualMonitor(const model::Vehicle& vehicle, const Expected& expected,
+                                                     Real sample_period_s, Real line_s)
     : channels_{AxisResidual<Real>(behind(vehicle.roll, line_s), expected.roll_rad, sample_period_s),
                 AxisResidual<Real>(behind(vehicle.pitch, line_s), expected.pitch_rad, sample_period_s),
                 AxisResidual<Real>(behind(vehicle.yaw_rate, line_s), expected.yaw_rate_rad_s, sample_period_s),

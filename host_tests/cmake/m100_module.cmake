@@ -90,6 +90,16 @@ function(m100_left_out result)
   endforeach()
 endfunction()
 
+# m100_smaller(-O2 files...)
+#
+# Where flash is short, these files of the library of this folder are compiled with that and not with -O3: what runs once
+# in a flight or once in a while with -Os, what watches with -O2. The laws and the filters stay as they are.
+function(m100_smaller level)
+  if(CMAKE_SYSTEM_NAME STREQUAL "Generic")
+    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${level}")
+  endif()
+endfunction()
+
 # m100_module(est [SMALL] HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
