@@ -1,0 +1,175 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The service that the package installs, run as its unit file says by a stand-in for the service manager.
+
+Usage: service_test.py M100 LAB UNIT ENVIRONMENT VEHICLE TABLE FLIGHT
+
+The stand-in reads the unit, starts the command of ExecStart, hears what is told to $NOTIFY_SOCKET, and does what the
+manager does: it ends a main process that is silent for WatchdogSec, and starts it again. Held: the service is ready and
+says that it lives; it asks for control by SIGUSR1 alone; when it hangs in flight, control goes back though only the main
+process is ended; started again it asks for nothing; a stop gives control back. No verdict depends on how long it takes.
+"""
+import json
+import os
+import pathlib
+import re
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE_S = 240.0
+
+
+def expect(holds, what):
+    if not holds:
+        raise SystemExit(f"FAILED: {what}")
+
+
+def wait_for(happened, what):
+    end = time.monotonic() + PATIENCE_S
+    while not happened():
+        expect(time.monotonic() < end, f"{what}: never happened")
+        time.sleep(0.02)
+
+
+class Autopilot:
+    """The emulated autopilot on a pseudo-terminal, and what it noted down."""
+
+    def __init__(self, lab, work):
+        self.port, self.pose, self.events = work / "port", work / "pose", work / "events.json"
+        self.process = subprocess.Popen([lab, "autopilot", "--pty", self.port, "--pose-pty", self.pose, "--events",
+                                         self.events, "--duration", "600"], stdout=subprocess.DEVNULL)
+        wait_for(lambda: self.port.exists() and self.pose.exists(), "the autopilot")
+
+    def count(self, name, what="did"):
+        """How often it noted this."""
+        seen = 0
+        for line in self.events.read_text().splitlines() if self.events.exists() else []:
+            try:
+                event = json.loads(line)
+            except json.JSONDecodeError:  # it is still being written
+                continue
+            seen += event.get("name") == name and event.get("what") == what
+        return seen
+
+
+    def asked(self):
+        return self.count("obtain_control", "received")
+
+    def is_ours(self):
+        return self.count("obtained") > self.count("released")
+
+
+class Manager:
+    """What the service manager does for one unit."""
+
+    def __init__(self, unit, environment, m100, work):
+        lines = unit.read_text().split("[Service]", 1)[1].splitlines()
+        self.unit = dict(line.split("=", 1) for line in lines if "=" in line and not line.startswith("#"))
+        self.m100 = m100
+        self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.listener.bind(str(work / "notify"))
+        self.environment = environment | {"NOTIFY_SOCKET": str(work / "notify"), "STATE_DIRECTORY": str(work),
+                                          "PATH": os.environ["PATH"]}
+        self.watchdog_s = float(self.unit["WatchdogSec"])
+
+    def words(self, line):
+        """The command of a line: the manager's own escapes, its variables, and our program in the place of the installed."""
+        line = line.replace("%%", "%").replace("/usr/bin/m100", shlex.quote(self.m100))
+        line = re.sub(r"\$\{(\w+)\}", lambda found: shlex.quote(self.environment[found[1]]), line)
+        return [word.replace("$$", "$") for word in shlex.split(line)]
+
+    def start(self):
+        check = subprocess.run(self.words(self.unit["ExecStartPre"]), env=self.environment, capture_output=True, text=True,
+                               check=False)
+        expect(check.returncode == 0, f"ExecStartPre: {check.stderr}")
+        for _ in range(20):  # RestartSec: the port may still be another's
+            self.main = subprocess.Popen(self.words(self.unit["ExecStart"]), env=self.environment, stdin=subprocess.DEVNULL,
+                                         stdout=subprocess.DEVNULL)
+            said = self.heard(PATIENCE_S, lambda: self.main.poll() is None)
+            if said:
+                break
+            time.sleep(1.0)
+        expect("READY=1" in said, f"the service says that it is ready: {said}")
+        expect(f"WATCHDOG_USEC={int(self.watchdog_s * 1e6)}" in said, f"and names the unit's WatchdogSec: {said}")
+
+    def heard(self, within_s, as_long_as=lambda: True):
+        """What the service said next; empty: nothing in that time."""
+        end = time.monotonic() + within_s
+        while time.monotonic() < end and as_long_as():
+            self.listener.settimeout(min(0.1, within_s))
+            try:
+                return self.listener.recv(4096).decode()
+            except TimeoutError:
+                continue
+        return ""
+
+    def lives(self, words):
+        for _ in range(words):
+            expect(self.heard(PATIENCE_S) == "WATCHDOG=1", "the service says that it lives")
+
+    def end_what_hangs(self):
+        while self.heard(self.watchdog_s):
+            pass  # said before it hung
+        self.main.send_signal(signal.SIGABRT)  # of the main process alone: KillMode=process
+        self.main.send_signal(signal.SIGCONT)
+        expect(self.main.wait(PATIENCE_S) != 0, "a hang is a failure: Restart=on-failure starts it again")
+
+
+def flown(manager, autopilot):
+    manager.start()
+    manager.lives(20)
+    expect(autopilot.asked() == 0, "a service asks for nothing by itself")
+    take_control(manager, autopilot)
+    manager.main.send_signal(signal.SIGSTOP)
+    manager.end_what_hangs()
+    wait_for(lambda: not autopilot.is_ours(), "control goes back after the watchdog")
+    asked = autopilot.asked()
+    manager.start()
+    manager.lives(20)
+    expect(autopilot.asked() == asked, "a restart has no authority")
+    take_control(manager, autopilot)
+    manager.main.terminate()
+    wait_for(lambda: not autopilot.is_ours(), "systemctl stop gives control back")
+    code = manager.main.wait(PATIENCE_S)
+    expect(code in (0, 1), f"and the service ends by itself, not with {code}")  # 1: a busy machine, it was handed over
+
+
+def take_control(manager, autopilot):
+    """SIGUSR1 is the operator's word; too early it is refused, so it is said again as a person would."""
+    for _ in range(60):
+        manager.main.send_signal(signal.SIGUSR1)
+        for _ in range(250):
+            if autopilot.is_ours():
+                return
+            time.sleep(0.02)
+    expect(False, "control is taken by the word")
+
+
+def main():
+    m100, lab, unit, environment, vehicle, table, flight = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as work:
+        work = pathlib.Path(work)
+        autopilot = Autopilot(lab, work)
+        given = dict(line.split("=", 1) for line in pathlib.Path(environment).read_text().splitlines()
+                     if line and not line.startswith("#"))
+        given |= {"M100_PORT": str(autopilot.port), "M100_POSE_PORT": str(autopilot.pose), "M100_VEHICLE": vehicle,
+                  "M100_GAINS": table, "M100_FLIGHT": flight}
+        manager = Manager(pathlib.Path(unit), given, m100, work)
+        try:
+            flown(manager, autopilot)
+        finally:
+            if getattr(manager, "main", None) and manager.main.poll() is None:
+                manager.main.kill()
+            autopilot.process.terminate()
+            autopilot.process.wait()
+    print("the service: ready, alive, without authority when it starts again, ended by its watchdog")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
