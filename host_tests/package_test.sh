@@ -53,8 +53,14 @@ m100 fly --help >"$root/help"
 for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
   grep -q -- "$option " "$root/help" || fail "the service uses $option, which fly does not know"
 done
+# The service manager reads the unit without a word, beside stand-ins for the units and the shell that a board has.
 if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
-  said=$(systemd-analyze verify --man=no --root="$root" m100.service 2>&1 | grep -i 'm100.service:.*\(unknown\|failed to parse\|bad\|invalid\)' || true)
+  mkdir -p "$root/bin"
+  [ -e "$root/bin/sh" ] || install -m 755 /dev/null "$root/bin/sh"
+  for name in sysinit.target basic.target shutdown.target multi-user.target system.slice; do
+    printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/lib/systemd/system/$name"
+  done
+  said=$(systemd-analyze verify --man=no --root="$root" m100.service 2>&1) || fail "systemd-analyze: $said"
   [ -z "$said" ] || fail "systemd-analyze: $said"
 fi
 
