@@ -4,11 +4,14 @@ FLIGHTS = ("scenario_ctl", "scenario_flight", "scenario_faults")
 
 # Beginning of the path, programs that judge first, programs that judge what those leave alive. First match counts.
 AREAS = (
+    ("protocol/mavlink/", ("unit_mavlink", "property_mavlink", "golden_mavlink"), ("unit_link", "unit_order_line")),
     ("protocol/", ("unit_protocol", "property_protocol", "golden_protocol"), ("unit_link",)),
     ("firmware/core/", ("unit_core", "property_core", "golden_core"), ("unit_est", "unit_ctl")),
     ("firmware/model/", ("unit_model", "unit_sim"), ("unit_est", "unit_mpc", "golden_mpc")),
-    ("firmware/safety/", ("unit_safety_rows", "property_safety", "property_authority"), ("unit_link", "scenario_faults")),
-    ("firmware/link/", ("unit_link", "property_rate_limiter"), ("property_link", "unit_n1", "scenario_faults")),
+    ("firmware/safety/", ("unit_safety", "unit_safety_rows", "property_safety", "property_authority"),
+     ("unit_link", "scenario_faults")),
+    ("firmware/link/", ("unit_link_parts", "unit_link", "property_rate_limiter"),
+     ("property_link", "unit_n1", "scenario_faults")),
     ("firmware/est/", ("unit_est",), ("property_est",) + FLIGHTS),
     ("firmware/mpc/", ("unit_mpc",), ("golden_mpc", "property_mpc", "scenario_ctl")),
     ("firmware/ctl/", ("unit_ctl", "scenario_ctl"), ("scenario_flight", "scenario_faults")),
@@ -17,14 +20,16 @@ AREAS = (
     ("firmware/log/", ("unit_log", "unit_logs"), ("scenario_faults",)),
     ("firmware/sysid/", ("unit_sysid",), ("scenario_flight",)),
     ("firmware/app/", ("unit_measure", "unit_order_line"), FLIGHTS),
-    ("firmware/companion/files/", ("unit_vehicle_file", "unit_flight_file"), ("scenario_faults",)),
+    ("firmware/companion/files/", ("unit_vehicle_file", "unit_flight_file", "unit_replay_file", "unit_toml_text"),
+     ("scenario_faults",)),
     ("hal/cortex_m/", ("unit_hal_cortex_m",), ()),
     ("hal/", ("unit_hal",), ("unit_link",)),
 )
 # Not drawn: what only the installed programs run (scenario.program and scenario.sticks judge those, for minutes each), what
 # runs on the image only, and generated numbers.
 LEFT_OUT = ("firmware/companion/", "firmware/app/image/", "firmware/mpc/generated/", "firmware/link/farewell",
-            "hal/linux/watchdog")
+            "hal/cortex_m/exceptions", "hal/cortex_m/mps2", "hal/cortex_m/semihosting", "hal/cortex_m/stack_paint",
+            "hal/cortex_m/startup", "hal/linux/watchdog")
 
 
 def programs_for(file):
