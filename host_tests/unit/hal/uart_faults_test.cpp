@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The faults of the mock line one by one: what they do, what they count, and what they leave alone.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "hal/mock/manual_clock.h"
+#include "hal/mock/uart_pair.h"
+
+namespace m100::hal {
+namespace {
+
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+std::vector<std::byte> counting(std::size_t size) {
+  std::vector<std::byte> bytes(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    bytes[i] = static_cast<std::byte>(i);
+  }
+  return bytes;
+}
+
+std::vector<std::byte> read_all(Uart& uart) {
+  std::vector<std::byte> all;
+  std::array<std::byte, 512> chunk;
+  while (true) {
+    const core::Expected<std::size_t> count = uart.read(chunk);
+    if (!count || *count == 0) {
+      return all;
+    }
+    all.insert(all.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
+}
+
+struct UartFaults : ::testing::Test {
+  ManualClock clock;
+  UartPair pair{clock, 230400};
+};
+
+// A line that nobody has set up does nothing but take its time, and has counted nothing but the bytes.
+TEST_F(UartFaults, AnUntouchedLineIsWholeAndCountsBytesOnly) {
+  const auto sum = [&] {
+    const Line::Stats& s = pair.a_to_b().stats();
+    return s.bytes_dropped + s.bits_flipped + s.bytes_added + s.overruns + s.writes_dropped;
+  };
+  EXPECT_EQ(sum() + pair.a_to_b().stats().bytes_written + pair.a_to_b().stats().bytes_read, 0U);
+  ASSERT_EQ(pair.a().write(counting(256)).value(), 256U);
+  clock.advance(milliseconds(100));
+  EXPECT_EQ(read_all(pair.b()), counting(256));
+  EXPECT_EQ(sum(), 0U);
+  EXPECT_EQ(pair.a_to_b().stats().bytes_written, 256U);
+  EXPECT_EQ(pair.a_to_b().stats().bytes_read, 256U);
+  EXPECT_EQ(pair.b().line_errors().value(), LineErrors{});
+}
+
+TEST_F(UartFaults, EachFaultIsCounted) {
+  Line& line = pair.a_to_b();
+  const auto send = [&](const LineFaults& faults) {
+    line.set_faults(faults);
+    (void)pair.a().write(counting(5));
+    clock.advance(milliseconds(100));
+    (void)read_all(pair.b());
+  };
+  send({.drop_per_byte = 1.0});
+  EXPECT_EQ(line.stats().bytes_dropped, 5U);
+  send({.drop_per_write = 1.0});
+  EXPECT_EQ(line.stats().bytes_dropped, 10U);
+  EXPECT_EQ(line.stats().writes_dropped, 1U);
+  send({.flip_per_bit = 1.0});
+  EXPECT_EQ(line.stats().bits_flipped, 40U);
+  send({.duplicate_per_byte = 1.0});
+  EXPECT_EQ(line.stats().bytes_added, 5U);
+  send({.duplicate_per_write = 1.0});
+  EXPECT_EQ(line.stats().bytes_added, 10U);
+  send({.break_per_write = 1.0});
+  EXPECT_EQ(line.stats().bytes_added, 11U);
+  send({.burst_per_write = 1.0, .burst_bytes = 7});
+  EXPECT_EQ(line.stats().bytes_added, 18U);
+  EXPECT_EQ(line.stats().bytes_written, 35U);
+  EXPECT_EQ(line.stats().overruns, 0U);
+}
+
+// Noise of which half the values never come would not find half the faults of a parser.
+TEST_F(UartFaults, NoiseHasEveryValue) {
+  const auto values_of = [&](const LineFaults& faults, std::size_t size) {
+    pair.a_to_b().set_faults(faults);
+    (void)pair.a().write(std::vector<std::byte>(size));
+    clock.advance(milliseconds(500));
+    std::vector<std::byte> got = read_all(pair.b());
+    std::sort(got.begin(), got.end());
+    return std::unique(got.begin(), got.end()) - got.begin();
+  };
+  EXPECT_EQ(values_of({.burst_per_write = 1.0, .burst_bytes = 4000}, 1), 256);
+  EXPECT_EQ(values_of({.framing_error_per_byte = 1.0}, 4000), 256);
+}
+
+TEST_F(UartFaults, ALostByteTakesItsTimeOnTheLineAllTheSame) {
+  pair.a_to_b().set_faults({.drop_per_byte = 1.0});
+  (void)pair.a().write(counting(9));
+  pair.a_to_b().set_faults({});
+  (void)pair.a().write(counting(1));
+  clock.advance(microseconds(434));  // ten bytes of 43.4028 us are not over
+  EXPECT_TRUE(read_all(pair.b()).empty());
+  clock.advance(microseconds(1));
+  EXPECT_EQ(read_all(pair.b()).size(), 1U);
+}
+
+TEST_F(UartFaults, AnAdaptersTimerHandsOverAtItsMultiples) {
+  pair.a_to_b().set_faults({.chunk = milliseconds(16)});
+  (void)pair.a().write(counting(3));
+  clock.advance(microseconds(15999));
+  EXPECT_TRUE(read_all(pair.b()).empty());
+  clock.advance(microseconds(1));
+  EXPECT_EQ(read_all(pair.b()).size(), 3U);
+  UartPair at_once{clock, 0};
+  at_once.a_to_b().set_faults({.chunk = milliseconds(16)});
+  (void)at_once.a().write(counting(1));
+  EXPECT_EQ(read_all(at_once.b()).size(), 1U) << "what arrives at a multiple waits for no other";
+}
+
+TEST_F(UartFaults, AByteNeverOvertakesItsPredecessor) {
+  pair.a_to_b().set_faults({.delay = milliseconds(20)});
+  (void)pair.a().write(std::vector{std::byte{1}});
+  pair.a_to_b().set_faults({});
+  (void)pair.a().write(std::vector{std::byte{2}});
+  clock.advance(milliseconds(20));
+  EXPECT_TRUE(read_all(pair.b()).empty());
+  clock.advance(milliseconds(1));
+  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{1}, std::byte{2}}));
+}
+
+TEST_F(UartFaults, OfTwoScriptedWindowsTheFirstCounts) {
+  const core::TimePoint end{milliseconds(10)};
+  pair.a_to_b().script({{.from = {}, .until = end, .faults = {.duplicate_per_byte = 1.0}},
+                        {.from = {}, .until = end, .faults = {.drop_per_byte = 1.0}}});
+  (void)pair.a().write(counting(2));
+  clock.advance(milliseconds(9));
+  EXPECT_EQ(read_all(pair.b()).size(), 4U);
+}
+
+// More than what may wait to leave and to be read is on a line only where a fault puts it there.
+TEST_F(UartFaults, WhatFindsNoRoomOnTheLineIsLostAndCounted) {
+  pair.a_to_b().set_faults({.duplicate_per_byte = 1.0, .burst_per_write = 1.0, .burst_bytes = 10});
+  EXPECT_EQ(pair.a().write(counting(Line::kSenderBytes)).value(), Line::kSenderBytes);
+  EXPECT_EQ(pair.a_to_b().stats().overruns, 10U);
+  EXPECT_EQ(pair.b().line_errors().value().overrun, 10U);
+}
+
+TEST_F(UartFaults, EverySecondOfSwappedWritesIsHeldBackAndALostCableForgetsIt) {
+  pair.a_to_b().set_faults({.swap_per_write = 1.0});
+  for (const int number : {1, 2, 3, 4, 5}) {
+    (void)pair.a().write(std::vector{static_cast<std::byte>(number)});
+  }
+  clock.advance(milliseconds(1));
+  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{2}, std::byte{1}, std::byte{4}, std::byte{3}}));
+  pair.set_plugged(false);
+  (void)pair.a().write(std::vector{std::byte{9}});
+  pair.set_plugged(true);
+  pair.a_to_b().set_faults({});
+  (void)pair.a().write(std::vector{std::byte{6}});
+  clock.advance(milliseconds(1));
+  EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{6}})) << "neither the fifth nor the ninth";
+}
+
+// The scripted fault and the pulled cable are one, in either direction.
+TEST_F(UartFaults, AScriptedLossOfTheCableIsReportedAtBothCalls) {
+  (void)pair.a().write(counting(3));
+  clock.advance(milliseconds(1));
+  pair.a_to_b().set_faults({.unplugged = true});
+  std::array<std::byte, 4> destination;
+  EXPECT_EQ(pair.a().write(counting(1)).status(), core::Status::kUnavailable);
+  EXPECT_EQ(pair.b().read(destination).status(), core::Status::kUnavailable);
+  EXPECT_EQ(pair.a().read(destination).value_or(7), 0U) << "the other direction is whole";
+  pair.a_to_b().set_faults({});
+  clock.advance(milliseconds(1));
+  EXPECT_EQ(pair.b().read(destination).value_or(7), 0U);
+}
+
+}  // namespace
+}  // namespace m100::hal

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Each limit of the supervisor at its last good value and at the first bad one, its counters, and what a flight begins
+// with. The numbers are those of PROMISES.md, written out.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "firmware/safety/supervisor.h"
+
+namespace m100::safety {
+namespace {
+
+using core::Duration;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+
+constexpr Duration kLeast = microseconds(1);
+
+Observation good(core::TimePoint now) {
+  return {.now = now,
+          .pose_age = milliseconds(20),
+          .telemetry_age = milliseconds(5),
+          .estimate_healthy = true,
+          .authority = true,
+          .mode_f = true};
+}
+
+/// A supervisor in flight, one tick at a time.
+struct Flight {
+  core::TimePoint now{};
+  Supervisor<double> supervisor{Limits{}, Envelope{}};
+
+  explicit Flight(const ctl::Command<double>& wanted = {}) {
+    for (int i = 0; i < 20; ++i) {
+      Observation seen = good(now);
+      seen.operator_engages = i == 15;
+      tick(seen, wanted);
+    }
+    EXPECT_EQ(supervisor.rung(), Rung::kNominal);
+  }
+  Grant<double> tick(Observation seen, const ctl::Command<double>& wanted = {},
+                     const ctl::Command<double>& settled = {}) {
+    now += milliseconds(10);
+    seen.now = now;
+    return supervisor.review(wanted, settled, seen, 0.01);
+  }
+  /// One tick `after` the last.
+  Rung later(Duration after, Observation seen) {
+    now += after - milliseconds(10);
+    return tick(seen).rung;
+  }
+};
+
+/// Something seen in normal flight that the ladder bears, and that one step more ends.
+struct Edge {
+  const char* name;
+  void (*at)(Observation& seen, Duration beyond);
+  Rung to;
+  Cause why;
+};
+const Edge kEdges[] = {
+    {"PoseOf60Ms", [](Observation& o, Duration d) { o.pose_age = milliseconds(60) + d; }, Rung::kCoast,
+     Cause::kPoseOld},
+    {"TelemetryOf100Ms", [](Observation& o, Duration d) { o.telemetry_age = milliseconds(100) + d; }, Rung::kCoast,
+     Cause::kTelemetryOld},
+    {"GateShutFor300Ms", [](Observation& o, Duration d) { o.refused_for = milliseconds(300) + d - kLeast; },
+     Rung::kLevel, Cause::kPoseRefused},
+    {"PlaceLostFor3S", [](Observation& o, Duration d) { o.place_lost_for = milliseconds(3000) + d - kLeast; },
+     Rung::kLevel, Cause::kPlaceLost},
+    {"OnTheFence", [](Observation& o, Duration d) { o.outside_m = 1e-9 * static_cast<double>(d.count()); },
+     Rung::kLevel, Cause::kFenceLeft},
+};
+
+class FlightLimit : public ::testing::TestWithParam<Edge> {};
+
+TEST_P(FlightLimit, IsBorneAndNotPassed) {
+  const Edge& edge = GetParam();
+  Flight borne;
+  Observation seen = good(borne.now);
+  edge.at(seen, Duration{0});
+  EXPECT_EQ(borne.tick(seen).rung, Rung::kNominal);
+  Flight passed;
+  seen = good(passed.now);
+  edge.at(seen, kLeast);
+  EXPECT_EQ(passed.tick(seen).rung, edge.to);
+  EXPECT_EQ(passed.supervisor.last_step().cause, edge.why);
+  EXPECT_EQ(passed.supervisor.descent().cause, edge.why);
+  EXPECT_EQ(passed.supervisor.last_step().from, Rung::kNominal);
+  EXPECT_EQ(passed.supervisor.last_step().seen.now, passed.now);
+}
+INSTANTIATE_TEST_SUITE_P(Safety, FlightLimit, ::testing::ValuesIn(kEdges),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
+  Flight flight;
+  Observation seen = good(flight.now);
+  seen.telemetry_age = milliseconds(500);
+  EXPECT_EQ(flight.tick(seen).rung, Rung::kCoast);
+  seen.telemetry_age += kLeast;
+  EXPECT_EQ(flight.tick(seen).rung, Rung::kRelease);
+}
+
+// Times of the rungs: each ends with the tick in which it is as old as it may be, not with the one before.
+TEST(FlightLimit, RungsLastAsLongAsTheySay) {
+  Observation old = good({});
+  old.pose_age = milliseconds(61);
+  for (const Duration more : {Duration{0}, kLeast}) {
+    Flight flight;
+    ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
+    EXPECT_EQ(flight.later(milliseconds(700) - kLeast + more, old), more == kLeast ? Rung::kLevel : Rung::kCoast);
+    if (more == kLeast) {
+      Flight longer = flight;
+      EXPECT_EQ(flight.later(milliseconds(1000) - kLeast, old), Rung::kLevel);
+      EXPECT_EQ(longer.later(milliseconds(1000), old), Rung::kRelease);
+      EXPECT_EQ(longer.later(milliseconds(500) - kLeast, old), Rung::kRelease);
+      EXPECT_EQ(longer.later(kLeast, old), Rung::kSilent);
+    }
+  }
+}
+
+// The pilot gets an aircraft slower than 0.9 m/s, or the one that there is when time is up: 2.5 s unseen, 10 s seen.
+TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
+  for (const bool sees : {false, true}) {
+    Flight flight;
+    Observation seen = good({});
+    seen.outside_m = 1.0;
+    seen.pose_age = sees ? milliseconds(20) : milliseconds(61);
+    seen.speed_m_s = 0.9;
+    ASSERT_EQ(flight.tick(seen).rung, Rung::kLevel);
+    Flight slow = flight;
+    const Duration most = sees ? milliseconds(10000) : milliseconds(2500);
+    EXPECT_EQ(flight.later(most - kLeast, seen), Rung::kLevel);
+    EXPECT_EQ(flight.later(kLeast, seen), Rung::kRelease);
+    seen.speed_m_s = 0.8999;
+    EXPECT_EQ(slow.later(milliseconds(1000), seen), Rung::kRelease);
+  }
+}
+
+TEST(FlightLimit, CoastEndsWhereItsErrorExceedsTheReserve) {
+  Flight flight;
+  Observation old = good({});
+  old.pose_age = milliseconds(61);
+  old.error_m = old.reserve_m = 2.0;
+  ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
+  EXPECT_EQ(flight.tick(old).rung, Rung::kCoast);
+  old.error_m = 2.0001;
+  EXPECT_EQ(flight.tick(old).rung, Rung::kLevel);
+}
+
+// Twice the envelope is a command that no law of ours makes.
+TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
+  struct Case {
+    double ctl::Command<double>::*member;
+    double range;
+  };
+  for (const Case& one :
+       {Case{&ctl::Command<double>::roll_rad, 0.5235987755982988},
+        Case{&ctl::Command<double>::pitch_rad, 0.5235987755982988}, Case{&ctl::Command<double>::climb_m_s, 2.0},
+        Case{&ctl::Command<double>::yaw_rate_rad_s, 1.7453292519943295}}) {
+    for (const double sign : {1.0, -1.0}) {
+      Flight flight;
+      ctl::Command<double> wanted;
+      wanted.*one.member = sign * 2.0 * one.range;
+      EXPECT_EQ(flight.tick(good({}), wanted).rung, Rung::kNominal);
+      wanted.*one.member = sign * 2.0001 * one.range;
+      EXPECT_EQ(flight.tick(good({}), wanted).rung, Rung::kLevel);
+      EXPECT_EQ(flight.supervisor.stats().unsound_commands, 1U);
+    }
+  }
+}
+
+// Slew and range of each command, from rest: 20 rad/s, 40 m/s^2, 40 rad/s^2 for 10 ms.
+TEST(Envelope, EachCommandRisesAtItsOwnPaceToItsOwnRange) {
+  Flight flight;
+  const ctl::Command<double> wanted{.roll_rad = 0.3, .pitch_rad = -0.3, .climb_m_s = 3.0, .yaw_rate_rad_s = -3.0};
+  ctl::Command<double> first = flight.tick(good({}), wanted).command;
+  EXPECT_NEAR(first.roll_rad, 0.2, 1e-12);
+  EXPECT_NEAR(first.pitch_rad, -0.2, 1e-12);
+  EXPECT_NEAR(first.climb_m_s, 0.4, 1e-12);
+  EXPECT_NEAR(first.yaw_rate_rad_s, -0.4, 1e-12);
+  EXPECT_EQ(flight.supervisor.stats().limited_commands, 4U);
+  for (int i = 0; i < 10; ++i) {
+    first = flight.tick(good({}), wanted).command;
+  }
+  EXPECT_NEAR(first.roll_rad, 0.3, 1e-12);
+  EXPECT_NEAR(first.climb_m_s, 2.0, 1e-12);
+  EXPECT_NEAR(first.yaw_rate_rad_s, -1.7453292519943295, 1e-12);
+  const std::uint32_t limited = flight.supervisor.stats().limited_commands;
+  flight.tick(good({}), {.roll_rad = 0.3, .pitch_rad = -0.3, .climb_m_s = 2.0, .yaw_rate_rad_s = -1.7});
+  EXPECT_EQ(flight.supervisor.stats().limited_commands, limited) << "nothing was cut";
+}
+
+TEST(SupervisorStats, CountTheLaddersSteps) {
+  Supervisor<double> fresh{Limits{}, Envelope{}};
+  EXPECT_EQ(fresh.rung(), Rung::kSilent);
+  EXPECT_EQ(fresh.stats().steps + fresh.stats().unsound_commands + fresh.stats().limited_commands +
+                fresh.stats().coasts + fresh.stats().levels + fresh.stats().releases,
+            0U);
+  Flight flight;
+  EXPECT_EQ(flight.supervisor.stats().steps, 1U);
+  Observation old = good({});
+  old.pose_age = milliseconds(61);
+  flight.tick(old);
+  flight.later(milliseconds(700), old);
+  flight.later(milliseconds(1000), old);
+  const Grant<double> last = [&] {
+    flight.now += milliseconds(490);
+    return flight.tick(old);
+  }();
+  EXPECT_TRUE(last.release);
+  EXPECT_FALSE(last.transmit);
+  EXPECT_EQ(flight.supervisor.stats().steps, 5U);
+  EXPECT_EQ(flight.supervisor.stats().coasts, 1U);
+  EXPECT_EQ(flight.supervisor.stats().levels, 1U);
+  EXPECT_EQ(flight.supervisor.stats().releases, 1U);
+  EXPECT_EQ(flight.supervisor.stats().unsound_commands, 0U);
+}
+
+// A pose whose estimated time of capture moves by less than a millisecond is the same pose.
+TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
+  for (const Duration moved : {microseconds(999), microseconds(1000)}) {
+    Flight flight;
+    Observation seen = good({});
+    seen.pose_age = milliseconds(61);
+    ASSERT_EQ(flight.tick(seen).rung, Rung::kCoast);
+    seen.pose_age = milliseconds(10);
+    for (int pose = 0; pose < 10; ++pose) {
+      flight.later(moved, seen);
+    }
+    EXPECT_EQ(flight.supervisor.rung(), moved == microseconds(1000) ? Rung::kNominal : Rung::kCoast) << moved.count();
+  }
+}
+
+}  // namespace
+}  // namespace m100::safety
