@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab evening: one aircraft's folder from the first byte to the corrected flight; says what comes next.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -12,12 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "firmware/companion/version.h"
+#include "host_tests/lab/evening/flown.h"
 #include "host_tests/lab/evening/page.h"
+#include "host_tests/lab/evening/run_program.h"
 #include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/evening/taken_over.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
-
-extern char** environ;  // NOLINT: the name is POSIX
 
 namespace m100::lab {
 namespace {
@@ -32,40 +29,6 @@ struct Options {
   evening::Settings settings;
   bool list = false;
 };
-
-/// As one types it: words with other characters than these stand in quotes.
-std::string typed(const Command& command) {
-  std::string out;
-  for (const std::string& word : command) {
-    const bool plain =
-        word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./:,=") ==
-        std::string::npos;
-    out += (out.empty() ? "" : " ") + (plain && !word.empty() ? word : "'" + word + "'");
-  }
-  return out;
-}
-
-/// Runs a program inside the folder; what it prints goes to `said`, its errors to ours. @returns its exit code.
-int run_program(const Command& command, const std::string& folder, const std::string& said) {
-  std::vector<std::string> words = command;
-  std::vector<char*> pointers;
-  for (std::string& word : words) {
-    pointers.push_back(word.data());
-  }
-  pointers.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-  pid_t child = -1;
-  const int wrong = posix_spawnp(&child, pointers[0], &actions, nullptr, pointers.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  int status = 0;
-  if (wrong != 0 || waitpid(child, &status, 0) != child) {
-    throw InputError(command.front(), 0, "", "cannot be started; --m100 names the program m100 of this machine");
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-}
 
 /// The evening as far as it goes without a person.
 class Evening {
@@ -107,7 +70,7 @@ class Evening {
 
   /// The next step is a person's.
   void ask_for(const Step& step) const {
-    const std::string command = typed(step.commands.front());
+    const std::string command = evening::typed(step.commands.front());
     std::cout << "next: " << step.name << ". " << step.sentence << "\n"
               << "on the board, in a copy of " << folder_.path() << ":\n  " << command << "\n"
               << "then copy";
@@ -115,12 +78,35 @@ class Evening {
       std::cout << " " << name;
     }
     std::cout << " back into the folder and call this again.\n";
+    tell_cut_off(step);
     folder_.save(
         {{"step", step.name}, {"where", "board"}, {"sentence", step.sentence}, {"argv", step.commands.front()}});
   }
 
+  /// Some of what the step makes is there: copied in part, or the command was cut off.
+  void tell_cut_off(const Step& step) const {
+    std::string there, missing;
+    for (const std::string& name : step.makes) {
+      (folder_.has(name) ? there : missing) += " " + name;
+    }
+    if (!there.empty()) {
+      std::cout << "there already:" << there << "; missing:" << missing
+                << ". Copy that too; where the command was cut off, remove" << there
+                << " here and on the board first: a log is never overwritten\n";
+    }
+  }
+
   /// A step that a person did.
-  void take(const Step& step) { accept(step, step.judge(folder_)); }
+  void take(const Step& step) {
+    const std::string wrong = step.makes.back() + " is not what this command writes; was it copied whole?";
+    std::string why = evening::flown_with_others(folder_, step.name, step.reads);
+    try {
+      why = !why.empty() ? why : evening::result_of(folder_, step.makes.back()).empty() ? wrong : step.judge(folder_);
+    } catch (const nlohmann::json::exception&) {
+      why = wrong;
+    }
+    accept(step, why);
+  }
 
   void make(const Step& step) {
     std::cout << step.name << ": " << step.sentence << std::endl;
@@ -128,14 +114,34 @@ class Evening {
     fs::remove(said);
     std::string why;
     for (const Command& command : step.commands) {
-      why = command.front() == "copy"     ? copy(command)
-            : command.front() == "adjust" ? adjust(command)
-                                          : run_one(step, command, fs::absolute(said).string());
+      why = run(step, command, fs::absolute(said).string());
       if (!why.empty()) {
         break;
       }
     }
     accept(step, why.empty() ? step.judge(folder_) : why);
+  }
+
+  /// One command of a step of this machine. @returns why it failed; empty: it did not.
+  std::string run(const Step& step, const Command& command, const std::string& said) {
+    const std::string& verb = command.front();
+    if (verb == "copy") {
+      return copy(command);
+    }
+    if (verb == "adjust") {
+      return adjust(command);
+    }
+    if (verb == "take_over") {
+      evening::take_over(folder_);
+      return "";
+    }
+    if (verb == "try") {
+      if (const std::string why = run_one(step, Command(command.begin() + 1, command.end()), said); !why.empty()) {
+        std::cout << "  nothing was found: " << why << std::endl;
+      }
+      return "";
+    }
+    return run_one(step, command, said);
   }
 
   std::string copy(const Command& command) const {
@@ -151,10 +157,10 @@ class Evening {
   }
 
   std::string run_one(const Step& step, Command command, const std::string& said) const {
-    std::cout << "  " << typed(command) << std::endl;
+    std::cout << "  " << evening::typed(command) << std::endl;
     const bool own = command.front() == "m100-lab";
     command.front() = own ? fs::read_symlink("/proc/self/exe").string() : folder_.settings().m100;
-    const int code = run_program(command, folder_.path(), said);
+    const int code = evening::run_program(command, folder_.path(), said);
     return code == kDone
                ? ""
                : "the command ended with " + std::to_string(code) + "; what it said is in " + step.name + ".txt";
@@ -211,38 +217,52 @@ class Evening {
                    "One evening with one aircraft",
                    "--lead",
                    "summary.html"};
-    for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch"}) {
+    for (const char* const part : {"hand_roll/roll", "hand_pitch/pitch", "flown_roll/roll", "flown_pitch/pitch",
+                                   "flown_climb/climb", "flown_yaw_rate/yaw_rate"}) {
       if (folder_.has(std::string(part) + ".html")) {
         report.push_back(std::string(part) + ".html");
       }
     }
-    if (run_program(report, folder_.path(), "/dev/null") != kDone) {
+    if (evening::run_program(report, folder_.path(), "/dev/null") != kDone) {
       throw InputError(folder_.file("evening.html"), 0, "", "cannot be written");
     }
-    const auto& numbers = folder_.numbers();
-    std::cout << "the evening is over: " << 100.0 * numbers.at("pose_m.course") << " cm from the reference before, "
-              << 100.0 * numbers.at("pose_m.corrected") << " cm after (root mean square, same course); "
-              << folder_.file("evening.html") << "\n";
+    std::cout << "the evening is over; the same course, root mean square before and after the correction:\n"
+              << evening::before_and_after(folder_) << folder_.file("evening.html") << "\n";
     folder_.save({{"step", "over"}});
   }
 
   Folder& folder_;
 };
 
-void run(const Options& options) {
-  Folder folder(options.folder);
-  evening::Settings& settings = folder.settings();
-  if (folder.is_new()) {
-    settings = options.settings;
-    if (settings.port.empty() || settings.pose_port.empty()) {
-      throw InputError(options.folder, 0, "",
-                       "is new: say with --port and --pose-port what the board calls the autopilot's and the pose's "
-                       "serial port");
+/// What was given on the command line replaces what the folder was begun with.
+void take_given(const CLI::App& command, const evening::Settings& from, evening::Settings& to) {
+  const auto take = [&](const char* option, auto member) {
+    if (command.count(option) > 0) {
+      to.*member = from.*member;
     }
-  } else if (!options.settings.port.empty() || !options.settings.pose_port.empty()) {
-    settings.port = options.settings.port.empty() ? settings.port : options.settings.port;
-    settings.pose_port = options.settings.pose_port.empty() ? settings.pose_port : options.settings.pose_port;
+  };
+  take("--port", &evening::Settings::port);
+  take("--pose-port", &evening::Settings::pose_port);
+  take("--baud", &evening::Settings::baud);
+  take("--pose-baud", &evening::Settings::pose_baud);
+  take("--app-id", &evening::Settings::app_id);
+  take("--key-file", &evening::Settings::key_file);
+  take("--m100", &evening::Settings::m100);
+}
+
+void run(const CLI::App& command, const Options& options) {
+  const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
+  if (is_new && options.list) {
+    throw InputError(options.folder, 0, "--list", "no evening has begun there");
   }
+  if (is_new && (options.settings.port.empty() || options.settings.pose_port.empty())) {
+    throw InputError(options.folder, 0, "",
+                     "is new: say with --port and --pose-port what the board calls the autopilot's and the pose's "
+                     "serial port");
+  }
+  const evening::FolderLock lock(evening::made(options.folder));
+  Folder folder(options.folder);
+  take_given(command, options.settings, folder.settings());
   evening::lay_out(folder);
   Evening ahead(folder);
   options.list ? ahead.list() : ahead.run();
@@ -266,7 +286,7 @@ void add_evening(CLI::App& lab) {
   command->add_option("--key-file", settings.key_file, "on the board: the app's key; encrypts commands");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
   command->add_flag("--list", options->list, "print the steps and which are done; do nothing");
-  command->callback([options] { run(*options); });
+  command->callback([command, options] { run(*command, *options); });
 }
 
 }  // namespace m100::lab

@@ -13,6 +13,8 @@ import hashlib
 import json
 import pathlib
 import random
+import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -21,7 +23,9 @@ import time
 # What is hidden, with the seed of every noise; delays beside about 0.02 s of the way of a command.
 WORLDS = {
     "late": (7, {"payload": {"mass_kg": 0.4}, "axis.roll": {"trim_counts": 95.0, "transport_delay_s": 0.13},
-                 "axis.pitch": {"trim_counts": 10.0, "transport_delay_s": 0.13}}),
+                 "axis.pitch": {"trim_counts": 10.0, "transport_delay_s": 0.13},
+                 "axis.climb": {"scale_m_s_per_count": 0.0041},
+                 "axis.yaw_rate": {"scale_rad_s_per_count": 0.0018, "time_constant_s": 0.3, "trim_counts": 12.0}}),
     "uneven": (11, {"payload": {"mass_kg": 0.2}, "axis.roll": {"trim_counts": -40.0, "transport_delay_s": 0.08},
                     "axis.pitch": {"trim_counts": 60.0, "transport_delay_s": 0.10}}),
     "heavy": (3, {"payload": {"mass_kg": 0.5}, "axis.roll": {"trim_counts": 30.0, "transport_delay_s": 0.15},
@@ -32,7 +36,9 @@ WORLDS = {
     "soft": (21, {"payload": {"mass_kg": 0.3}, "air": {"linear_drag_per_s": 0.1},
                   "axis.roll": {"trim_counts": 30.0, "transport_delay_s": 0.06, "natural_frequency_rad_s": 6.5,
                                 "dead_zone_counts": 26.0},
-                  "axis.pitch": {"trim_counts": -15.0, "transport_delay_s": 0.06, "dead_zone_counts": 26.0}}),
+                  "axis.pitch": {"trim_counts": -15.0, "transport_delay_s": 0.06, "dead_zone_counts": 26.0},
+                  "axis.climb": {"scale_m_s_per_count": 0.0070, "natural_frequency_rad_s": 4.5},
+                  "axis.yaw_rate": {"scale_rad_s_per_count": 0.0028, "trim_counts": -20.0}}),
     "latest": (13, {"payload": {"mass_kg": 0.6}, "axis.roll": {"trim_counts": 50.0, "transport_delay_s": 0.18},
                     "axis.pitch": {"trim_counts": 50.0, "transport_delay_s": 0.18}}),
 }
@@ -85,12 +91,13 @@ class Evening:
     def __init__(self, m100, lab, work, seed=1, hidden=None):
         self.m100, self.lab, self.work = str(pathlib.Path(m100).resolve()), str(pathlib.Path(lab).resolve()), work
         self.seed, self.hidden = seed, hidden or {}
-        self.folder = work / "aircraft"
+        self.folder = work / "my M100, Flugübung"
         self.world = work / "world"
         self.begin = ["--port", f"sim:{self.world}", "--pose-port", f"sim:{self.world}.pose", "--m100", self.m100]
 
-    def call(self, *more):
-        run = subprocess.run([self.lab, "evening", str(self.folder), *more], capture_output=True, text=True, check=False)
+    def call(self, *more, before=None):
+        run = subprocess.run([self.lab, "evening", str(self.folder), *more], capture_output=True, text=True, check=False,
+                             preexec_fn=before)
         print(run.stdout, run.stderr, sep="", end="", flush=True)
         return run.returncode, run.stdout + run.stderr
 
@@ -128,16 +135,30 @@ def expect(holds, what):
 
 def without_flight(evening):
     code, said = evening.call()
-    expect(code == 2 and "--pose-port" in said, "a new folder needs to be told its ports")
+    expect(code == 2 and "--pose-port" in said and not evening.folder.exists(), "a new folder needs to be told its ports")
+    code, said = evening.call("--list")
+    expect(code == 2 and "no evening has begun" in said and not evening.folder.exists(), "--list makes nothing")
+    does_without_room(evening)
     code, said = evening.call(*evening.begin)
     expect(code == 0 and "next: probe" in said and f"m100 probe --port sim:{evening.world}" in said, "begins with probe")
     evening.put("probe.json", {"verdict": "wrong_baud", "remedy": "set the baud rate"})
     code, said = evening.call()
     expect(code == 1 and "wrong_baud" in said and "set the baud rate" in said, "a failed check stops the evening")
     expect((evening.folder / "not_passed/probe.1/probe.json").is_file(), "what did not pass makes room")
+    for wrong in ("", "[]", "{", {"verdict": 7}, {"verdict": {}}):
+        evening.put("probe.json", wrong)
+        code, said = evening.call()
+        expect(code == 1 and "probe.json is not what this command writes" in said, f"'{wrong}' is no answer of probe")
     evening.put("probe.json", {"verdict": "autopilot"})
-    code, said = evening.call()
+    code, said = evening.call("--baud", "921600")
     expect(code == 0 and "next: record" in said, "resumed where it was left")
+    expect("--baud 921600" in said and evening.state()["settings"]["baud"] == 921600, "what is given anew counts")
+    evening.put("record.json", {"recorded": True})
+    code, said = evening.call()
+    expect(code == 0 and "there already: record.json; missing: hand.ulg" in said, "what is there in part is said")
+    evening.put("hand.ulg", "no log")
+    code, said = evening.call()
+    expect(code == 1 and "record.json is not what this command writes" in said, "a result of something else is none")
     evening.put("hand.ulg", "no log")
     evening.put("record.json", {"recorded": True, "sticks": {"roll": {"most_counts": 150, "least_counts": -150},
                                                              "pitch": {"most_counts": 150, "least_counts": -20}}})
@@ -151,6 +172,39 @@ def without_flight(evening):
         expect(code == 1 and "identify: NOT PASSED" in said, "a step of the PC that fails stops the evening, each time")
     refuses_a_misread_log(evening)
     notices_changes(evening)
+
+
+def does_without_room(evening):
+    """Catches a state or a file that is there in part after the disk was full: it would be taken for a person's."""
+    def no_room():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    code, said = evening.call(*evening.begin, before=no_room)
+    expect(code == 2 and "cannot be written" in said, "a full disk is said")
+    expect(not list(evening.folder.iterdir()), "and leaves nothing that is cut off")
+
+
+def survives_its_end(evening):
+    """A state as after `gains`, and a program for the step `check` that ends the evening with SIGKILL and goes on."""
+    ended = evening.work / "may_end"
+    stand_in = evening.work / "m100 stand-in"
+    stand_in.write_text(f"#!/bin/sh\nkill -9 $PPID\nwhile [ ! -e '{ended}' ]; do sleep 0.05; done\n")
+    stand_in.chmod(0o755)
+    for name in ("vehicle.gains", "vehicle_margins.json"):
+        evening.put(name, "{}")
+    killed = subprocess.run([evening.lab, "evening", str(evening.folder), "--m100", str(stand_in)], check=False,
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # a pipe would wait for the stand-in
+    expect(killed.returncode == -9, f"the evening was killed in the middle of `check` ({killed.returncode})")
+    code, said = evening.call("--m100", "/bin/true")
+    expect(code == 2 and "another evening works in this folder, or the last command" in said, "its command still runs")
+    ended.touch()
+    for _ in range(200):
+        code, said = evening.call("--m100", "/bin/true")
+        if code != 2:
+            break
+        time.sleep(0.05)
+    expect(code == 0 and "check: done" in said and "next: handshake" in said, "resumed where it was killed")
 
 
 def refuses_a_misread_log(evening):
@@ -183,6 +237,9 @@ def notices_changes(evening):
     expect("identified.toml changed after it was used: to be done again with it: 'gains'" in said, "a change is said")
     expect("done  identify" in said and "done  gains" not in said, "what was made from it is to be done again")
     flies_again(evening, state, sha)
+    evening.put("evening.json", state)
+    evening.put("identified.toml", "# identified.toml\n")
+    survives_its_end(evening)
     evening.put("evening.json", state)
     evening.put("identified.toml", "# identified.toml\n")
     evening.put("hand.ulg", "another log")
@@ -247,6 +304,9 @@ def all_evenings(m100, lab, work):
             wrong.append(f"{name}: {failed}")
             continue
         before, after = numbers["pose_m.course"], numbers["pose_m.corrected"]
+        for channel in ("climb", "yaw_rate"):
+            if f"axis.{channel}" in hidden and not numbers[f"found.{channel}"]:
+                wrong.append(f"{name}: {channel} was hidden and not found")
         print(f"{name}: distance from the course, root mean square: {before:.4f} m before, {after:.4f} m after "
               f"({100 * (after / before - 1):.0f} %); horizontal {numbers['horizontal_m.course']:.4f} and "
               f"{numbers['horizontal_m.corrected']:.4f} m")

@@ -55,14 +55,32 @@ std::string sha256_of(const std::string& path) {
   return {digits.begin(), digits.end()};
 }
 
-Folder::Folder(std::string path) : path_(std::move(path)) {
+void write_file(const std::string& path, std::string_view bytes) {
+  const std::string partial = path + ".partial";
+  std::ofstream out(partial, std::ios::binary | std::ios::trunc);
+  out << bytes;
+  out.close();
   std::error_code error;
-  std::filesystem::create_directories(path_, error);
-  if (!std::filesystem::is_directory(path_)) {
-    throw InputError(path_, 0, "", "is no folder and cannot be made");
+  if (out) {
+    std::filesystem::rename(partial, path, error);
   }
-  is_new_ = !has(kStateFile);
-  if (is_new_) {
+  if (!out || error) {
+    std::filesystem::remove(partial, error);
+    throw InputError(path, 0, "", "cannot be written: no room, or no right to");
+  }
+}
+
+std::string made(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (!std::filesystem::is_directory(path)) {
+    throw InputError(path, 0, "", "is no folder and cannot be made" + (error ? ": " + error.message() : ""));
+  }
+  return path;
+}
+
+Folder::Folder(std::string path) : path_(made(path)) {
+  if (!has(kStateFile)) {
     return;
   }
   try {
@@ -175,17 +193,7 @@ void Folder::save(const json& next) const {
   const json state{{"format", kFormat},   {"settings", to_json(settings_)},
                    {"done", done_},       {"files", made},
                    {"numbers", numbers_}, {"next", next}};
-  const std::string partial = file(std::string(kStateFile) + ".partial");
-  std::ofstream out(partial, std::ios::trunc);
-  out << state.dump(1) << "\n";
-  out.close();
-  std::error_code error;
-  if (out) {
-    std::filesystem::rename(partial, file(kStateFile), error);
-  }
-  if (!out || error) {
-    throw InputError(file(kStateFile), 0, "", "cannot be written");
-  }
+  write_file(file(kStateFile), state.dump(1) + "\n");
 }
 
 }  // namespace m100::lab::evening

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace m100::lab::evening {
@@ -27,6 +28,12 @@ struct MadeFile {
   std::map<std::string, std::string> from;  ///< file and its SHA-256 at that time
 };
 
+/// Writes a file by another name first: it is there whole, or as it was before. Errors: InputError.
+void write_file(const std::string& path, std::string_view bytes);
+
+/// Makes the folder where there is none. @returns its path. Errors: InputError.
+std::string made(const std::string& path);
+
 /// One aircraft's folder: evening.json in it says what is done and which file was made from which. Names of files are
 /// relative to the folder.
 class Folder {
@@ -35,7 +42,6 @@ class Folder {
   explicit Folder(std::string path);
 
   const std::string& path() const { return path_; }
-  bool is_new() const { return is_new_; }
   Settings& settings() { return settings_; }
   const Settings& settings() const { return settings_; }
   const std::map<std::string, MadeFile>& files() const { return files_; }
@@ -64,7 +70,6 @@ class Folder {
 
  private:
   std::string path_;
-  bool is_new_ = false;
   Settings settings_;
   std::vector<std::string> done_;
   std::map<std::string, MadeFile> files_;

@@ -22,12 +22,14 @@ std::string judge_flight(const Folder& folder, const std::string& result);
 /// kCalmer counts up and `gains` is to be done again, with calmer weights; after the second time nothing is changed any
 /// more.
 std::string judge_hover(Folder& folder, const std::string& name);
-/// The same for NAME.json and NAME.ulg, and notes "pose_m.NAME": the root mean square of the distance between the pose
-/// and where the course was when the pose was captured; "horizontal_m.NAME" and "height_m.NAME" are its parts.
+/// The same for NAME.json and NAME.ulg, and notes the errors of note_errors().
 /// @param vehicle file that flew.
 std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle);
 /// An excitation that did not come to rest makes the weights calmer, as in a hover that swings; one that went too far,
 /// by distance, tilt or speed, sets kBalanced. Either way `gains` is to be done again, and what was flown with it.
 std::string judge_excitation(Folder& folder, const std::string& result);
+/// The movements of throttle and yaw: the first flight that does not reach their end is to be flown again, the second
+/// passes with kRatesLeft noted.
+std::string judge_rates_excitation(Folder& folder, const std::string& result);
 
 }  // namespace m100::lab::evening

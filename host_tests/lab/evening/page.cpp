@@ -2,11 +2,13 @@
 #include "host_tests/lab/evening/page.h"
 
 #include <array>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host_tests/lab/evening/steps.h"
+#include "host_tests/lab/evening/taken_over.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -16,6 +18,36 @@ namespace {
 constexpr double kNoticed_percent = 5.0;  ///< a smaller change of the error is none
 
 using Rows = std::vector<std::vector<std::string>>;
+
+/// One error before and after the correction.
+struct Compared {
+  std::string words;
+  double before = 0.0;
+  double after = 0.0;
+  bool is_worse() const { return after > (1.0 + kNoticed_percent / 100.0) * before; }
+};
+
+/// Every error that both flights of the course gave, by channel.
+std::vector<Compared> compared(const Folder& folder) {
+  std::vector<std::array<std::string, 3>> names;
+  for (const auto& [key, words] :
+       {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "of it along x and y [m]"},
+        std::pair{"x_m", "along x [m]"}, std::pair{"y_m", "along y [m]"}, std::pair{"height_m", "in height [m]"},
+        std::pair{"heading_deg", "heading [degrees]"}}) {
+    names.push_back({words, std::string(key) + ".course", std::string(key) + ".corrected"});
+  }
+  for (const Channel& channel : kChannels) {
+    const std::string name = std::string("ahead.") + channel.name;
+    names.push_back({std::string("predicted 1 s ahead: ") + channel.words, name + ".before", name + ".after"});
+  }
+  std::vector<Compared> out;
+  for (const auto& [words, before, after] : names) {
+    if (folder.numbers().contains(before) && folder.numbers().contains(after)) {
+      out.push_back({words, folder.numbers().at(before), folder.numbers().at(after)});
+    }
+  }
+  return out;
+}
 
 /// The number of that name; "-" where the evening did not get that far.
 std::string number(const Folder& folder, const std::string& name) {
@@ -37,19 +69,18 @@ void flights(const Folder& folder, plot::Page& page) {
                : change < kNoticed_percent ? "warn"
                                            : "bad");
   plot::Cells worse;
-  Rows rows{{"flight, root mean square [m]", "before", "after"}};
-  for (const auto& [key, words] :
-       {std::pair{"pose_m", "distance from the course"}, std::pair{"horizontal_m", "of it along x and y"},
-        std::pair{"height_m", "of it in height"}}) {
-    const std::string name = key;
-    if (folder.numbers().contains(name + ".course") && folder.numbers().contains(name + ".corrected") &&
-        folder.numbers().at(name + ".corrected") >
-            (1.0 + kNoticed_percent / 100.0) * folder.numbers().at(name + ".course")) {
+  Rows rows{{"root mean square", "before", "after"}};
+  for (const Compared& one : compared(folder)) {
+    if (one.is_worse()) {
       worse.insert({rows.size(), 2});
     }
-    rows.push_back({words, number(folder, name + ".course"), number(folder, name + ".corrected")});
+    rows.push_back({one.words, plot::number(one.before), plot::number(one.after)});
   }
   page.table(rows, worse);
+  page.paragraph(
+      "The distances are those of the two flights of the course. What is predicted 1 s ahead is the first of them, "
+      "which "
+      "no fit has seen, by the first vehicle file and by the corrected one.");
   if (folder.numbers().contains(kCalmer)) {
     page.paragraph(
         std::string(
@@ -76,12 +107,17 @@ void found(const Folder& folder, plot::Page& page) {
   }
   page.table(rows);
   page.paragraph("A delay or trim of 0 was not named: the log shows none beyond what is declared.");
-  page.paragraph(
-      "Climb and yaw rate are not identified: the evening moves the sticks of roll and pitch only, and throttle and "
-      "yaw, "
-      "which the law moves by a few counts to hold height and heading, show no model of their axes. What the first "
-      "vehicle file says of both stays in force. m100-lab excite --axis climb or yaw_rate forecasts what a flight made "
-      "for them would show in this room.");
+  for (const auto& [name, words] : {std::pair{"climb", "Climb speed"}, std::pair{"yaw_rate", "Yaw rate"}}) {
+    const auto taken = folder.numbers().find(std::string("found.") + name);
+    if (taken != folder.numbers().end()) {
+      page.paragraph(std::string(words) +
+                     (taken->second > 0.0
+                          ? " was identified from the flight that moved throttle and yaw, and flew in the "
+                            "corrected flight."
+                          : " stays as the first vehicle file has it: what the flight that moved throttle "
+                            "and yaw showed predicts that flight no better."));
+    }
+  }
 }
 
 void files(const Folder& folder, plot::Page& page) {
@@ -99,6 +135,17 @@ void files(const Folder& folder, plot::Page& page) {
 }
 
 }  // namespace
+
+std::string before_and_after(const Folder& folder) {
+  std::string out;
+  for (const Compared& one : compared(folder)) {
+    char line[120];
+    std::snprintf(line, sizeof line, "  %-46s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
+                  one.is_worse() ? "  worse" : "");
+    out += line;
+  }
+  return out;
+}
 
 void write_summary(const Folder& folder, const std::string& version) {
   plot::Page page("One evening: from the first byte to the corrected flight");

@@ -11,4 +11,7 @@ namespace m100::lab::evening {
 /// @param version of this program, for the page's foot.
 void write_summary(const Folder& folder, const std::string& version);
 
+/// Every error before and after the correction, one a line: the flights' by channel, and the predictions'.
+std::string before_and_after(const Folder& folder);
+
 }  // namespace m100::lab::evening

@@ -2,35 +2,26 @@
 #include "host_tests/lab/evening/steps.h"
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/files/flight_file.h"
-#include "firmware/companion/files/vehicle_file.h"
-#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/evening/flown.h"
 #include "host_tests/lab/evening/judge.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
 namespace {
 
-/// Two metres around the place and back, then two circles: what is flown before and after the correction.
-constexpr std::string_view kCourse =
-    R"(# What is flown before and after the correction. Change it before the step `course`, not after.
-quintic 1.5 0 0 0 3
-quintic 1.5 1.5 0 0 3
-quintic 0 0 0 0 4
-circle 1 0.8 2
-)";
 /// Every M100 balances beside the middle of its sticks (paper, III-A). Not declared, 56 counts of it were once taken
 /// for a dead zone of 92, and what is found beside that is no model of the aircraft.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
-constexpr double kCalmerFactor = 3.0;  ///< of the input weight, each time that the loop swings
-constexpr double kShareOfFence = 0.6;  ///< of an excitation: what unknown tilt adds must end inside the fence too
+constexpr const char* kDeclaredClimb = "second_order,trim_offset";
+constexpr const char* kDeclaredYaw = "first_order,dead_zone,trim_offset";
+constexpr double kLeastHeight_m = 0.5;  ///< up and down, of an excitation: in less the throttle shows nothing
+constexpr double kMostHeight_m = 0.8;   ///< nor is more needed
+constexpr double kYawFence_rad = 1.0;   ///< of an excitation, where the height leaves the throttle none
+constexpr double kShareOfFence = 0.6;   ///< of an excitation: what unknown tilt adds must end inside the fence too
 
 std::string text(double value) {
   std::ostringstream out;
@@ -43,20 +34,30 @@ Command operator+(Command left, const Command& right) {
   return left;
 }
 
+companion::FlightFile flight_file(const Folder& folder) {
+  return companion::parse_flight(whole_file(folder.file("flight.toml")), folder.file("flight.toml"));
+}
+
 /// The distance that the flight file leaves to the nearest side.
 double least_side_m(const Folder& folder) {
-  const companion::FlightFile flight =
-      companion::parse_flight(whole_file(folder.file("flight.toml")), folder.file("flight.toml"));
+  const companion::FlightFile flight = flight_file(folder);
   return std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
 }
 
-/// "FROM:TO" of the excitation, on the log's clock; empty: it was not flown yet.
-std::string excited(const Folder& folder) {
-  if (!folder.has("excite.json")) {
+/// How far an excitation may go up and down from the middle of the fence; 0: the room is too low for one.
+double height_m(const Folder& folder) {
+  const companion::FlightFile flight = flight_file(folder);
+  const double most_m = kShareOfFence * 0.5 * (flight.fence_z_m.high - flight.fence_z_m.low);
+  return most_m < kLeastHeight_m ? 0.0 : std::min(most_m, kMostHeight_m);
+}
+
+/// "FROM:TO" of the excitation of NAME.json, on the log's clock; empty: it was not flown yet.
+std::string excited(const Folder& folder, const std::string& name) {
+  if (!folder.has(name + ".json")) {
     return "";
   }
-  const nlohmann::json result = nlohmann::json::parse(whole_file(folder.file("excite.json")), nullptr, false);
-  if (!result.is_object() || !result.contains("excitation")) {
+  const nlohmann::json result = result_of(folder, name + ".json");
+  if (!result.contains("excitation")) {
     return "";
   }
   const nlohmann::json& flown = result["excitation"];
@@ -78,7 +79,9 @@ class Maker {
     out.push_back(course("course", "vehicle", "Fly the course with the first vehicle file: the error before."));
     out.push_back(plan());
     out.push_back(excite());
+    out.push_back(excite_rates());
     out.push_back(identify_again());
+    out.push_back(identify_rates());
     out.push_back(gains_again());
     out.push_back(check("check_again", "corrected"));
     out.push_back(
@@ -120,9 +123,9 @@ class Maker {
             .judge = [](Folder& folder) { return judge_recording(folder, "record.json"); }};
   }
   static Command identify(const char* axis, const char* log, const char* map, const char* vehicle,
-                          const std::string& name) {
+                          const std::string& name, const char* declared = kDeclared) {
     return {"m100-lab",  "identify",     "--log",    log,           "--columns", map,  "--axis",    axis,
-            "--declare", kDeclared,      "--split",  "alternate:6", "--draws",   "40", "--vehicle", vehicle,
+            "--declare", declared,       "--split",  "alternate:6", "--draws",   "40", "--vehicle", vehicle,
             "--json",    name + ".json", "--report", name};
   }
   Step identify() const {
@@ -206,14 +209,19 @@ class Maker {
             .commands = {fly(vehicle, name, {"--hold", "40", "--course", "course.txt"})},
             .judge = [name, file = vehicle + ".toml"](Folder& folder) { return judge_course(folder, name, file); }};
   }
+  static Command plan(const std::string& axes, double fence, const std::string& sticks, const std::string& forecast) {
+    return {"m100-lab", "excite",    "--axis",    axes,           "--duration", "40",   "--amplitude", "150",
+            "--fence",  text(fence), "--vehicle", "vehicle.toml", "--out",      sticks, "--json",      forecast};
+  }
   Step plan() const {
+    const double height = height_m(folder_);
     return {.name = "plan",
             .sentence = "Make stick movements that fit into the fence and tell the effects apart.",
             .reads = {"vehicle.toml", "flight.toml"},
-            .makes = {"sticks.csv", "forecast.json"},
-            .commands = {{"m100-lab", "excite", "--axis", "roll,pitch", "--duration", "40", "--amplitude", "150",
-                          "--fence", text(kShareOfFence * least_side_m(folder_)), "--vehicle", "vehicle.toml", "--out",
-                          "sticks.csv", "--json", "forecast.json"}},
+            .makes = {"sticks.csv", "forecast.json", "sticks_rates.csv", "forecast_rates.json"},
+            .commands = {plan("roll,pitch", kShareOfFence * least_side_m(folder_), "sticks.csv", "forecast.json"),
+                         height > 0.0 ? plan("climb,yaw_rate", height, "sticks_rates.csv", "forecast_rates.json")
+                                      : plan("yaw_rate", kYawFence_rad, "sticks_rates.csv", "forecast_rates.json")},
             .judge = [](Folder&) { return std::string(); }};
   }
   Step excite() const {
@@ -225,60 +233,61 @@ class Maker {
             .commands = {fly("vehicle", "excite", {"--hold", "5", "--excite", "sticks.csv"})},
             .judge = [](Folder& folder) { return judge_excitation(folder, "excite.json"); }};
   }
+  Step excite_rates() const {
+    return {.name = "excite_rates",
+            .on_board = true,
+            .sentence = "In the middle of the fence, in height too: the board moves throttle and yaw, and comes back.",
+            .reads = {"vehicle.toml", "vehicle.gains", "flight.toml", "sticks_rates.csv"},
+            .makes = {"excite_rates.ulg", "excite_rates.json"},
+            .commands = {fly("vehicle", "excite_rates", {"--hold", "5", "--excite", "sticks_rates.csv"})},
+            .judge = [](Folder& folder) { return judge_rates_excitation(folder, "excite_rates.json"); }};
+  }
+  Command again(const char* axis, const std::string& flight, const char* forecast, const char* vehicle,
+                const char* declared) const {
+    return identify(axis, (flight + ".ulg").c_str(), "columns_flight.toml", vehicle, std::string("flown_") + axis,
+                    declared) +
+           Command{"--within", excited(folder_, flight), "--forecast", forecast, "--vehicle-believed", "vehicle.toml"};
+  }
   Step identify_again() const {
-    const Command more{"--within",      excited(folder_),     "--forecast",
-                       "forecast.json", "--vehicle-believed", "vehicle.toml"};
+    return {.name = "identify_again",
+            .sentence = "Find in the excited flight what the first vehicle file lacks.",
+            .reads = {"excite.ulg", "excite.json", "columns_flight.toml", "forecast.json", "vehicle.toml"},
+            .makes = {"tilts.toml", "flown_roll.json", "flown_pitch.json"},
+            .commands = {{"copy", "vehicle.toml", "tilts.toml"},
+                         again("roll", "excite", "forecast.json", "tilts.toml", kDeclared),
+                         again("pitch", "excite", "forecast.json", "tilts.toml", kDeclared)},
+            .judge = [](Folder& folder) {
+              return judge_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
+            }};
+  }
+  /// Climb and yaw rate: what is not found in the excited flight, or predicts no better, stays as it is.
+  Step identify_rates() const {
+    std::vector<Command> commands{{"copy", "vehicle.toml", "rates.toml"}};
+    if (!folder_.numbers().contains(kRatesLeft) || folder_.numbers().at(kRatesLeft) < 2.0) {
+      if (height_m(folder_) > 0.0) {
+        commands.push_back(Command{"try"} +
+                           again("climb", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredClimb));
+      }
+      commands.push_back(Command{"try"} +
+                         again("yaw_rate", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredYaw));
+    }
+    commands.push_back({"take_over"});
     return {
-        .name = "identify_again",
-        .sentence = "Find in the excited flight what the first vehicle file lacks.",
-        .reads = {"excite.ulg", "excite.json", "columns_flight.toml", "forecast.json", "vehicle.toml"},
-        .makes = {"corrected.toml", "flown_roll.json", "flown_pitch.json"},
-        .commands = {{"copy", "vehicle.toml", "corrected.toml"},
-                     identify("roll", "excite.ulg", "columns_flight.toml", "corrected.toml", "flown_roll") + more,
-                     identify("pitch", "excite.ulg", "columns_flight.toml", "corrected.toml", "flown_pitch") + more},
-        .judge = [](Folder& folder) {
-          return judge_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
-        }};
+        .name = "identify_rates",
+        .sentence = "Find climb and yaw rate, and keep what predicts the flight better than the first vehicle file.",
+        .reads = {"excite_rates.ulg", "excite_rates.json", "columns_flight.toml", "forecast_rates.json", "vehicle.toml",
+                  "tilts.toml", "course.ulg", "course.json"},
+        .makes = {"rates.toml", "corrected.toml"},
+        .commands = commands,
+        .judge = [](Folder&) { return std::string(); }};
   }
 
   const Folder& folder_;
   const Settings& settings_;
 };
 
-void put(const Folder& folder, const std::string& name, std::string_view bytes) {
-  if (folder.has(name)) {
-    return;
-  }
-  std::ofstream out(folder.file(name), std::ios::binary);
-  out << bytes;
-  if (!out.flush()) {
-    throw InputError(folder.file(name), 0, "", "cannot be written");
-  }
-}
-
 }  // namespace
 
-void adjust(const Folder& folder, const std::string& vehicle) {
-  companion::VehicleFile file = companion::load_vehicle(folder.file(vehicle));
-  const std::map<std::string, double>& numbers = folder.numbers();
-  if (numbers.contains(kCalmer)) {
-    file.vehicle.mpc.input *= std::pow(kCalmerFactor, numbers.at(kCalmer));
-  }
-  if (numbers.contains(kBalanced)) {
-    file.vehicle.roll.trim_counts = numbers.at(kBalanceRoll);
-    file.vehicle.pitch.trim_counts = numbers.at(kBalancePitch);
-  }
-  companion::save_vehicle(folder.file(vehicle), file.vehicle, file.sources);
-}
-
 std::vector<Step> steps(const Folder& folder) { return Maker(folder).all(); }
-
-void lay_out(const Folder& folder) {
-  put(folder, "flight.toml", kFlightFile);
-  put(folder, "course.txt", kCourse);
-  put(folder, "columns_hand.toml", kHandMap);
-  put(folder, "columns_flight.toml", kFlightMap);
-  put(folder, "first_vehicle.toml", companion::to_text(mpc::generated::kVehicle, {}));
-}
 
 }  // namespace m100::lab::evening

@@ -22,6 +22,8 @@ inline constexpr const char* kCalmer = "calmer";      ///< how often the loop sw
 inline constexpr const char* kBalanced = "balanced";  ///< the hover's mean sticks are its trims:
 inline constexpr const char* kBalanceRoll = "balance_counts.roll";
 inline constexpr const char* kBalancePitch = "balance_counts.pitch";
+/// How often throttle and yaw were not moved to the end; after the second time climb and yaw rate stay.
+inline constexpr const char* kRatesLeft = "rates_left";
 /// Changes a vehicle file as the numbers of the folder say.
 void adjust(const Folder& folder, const std::string& vehicle);
 

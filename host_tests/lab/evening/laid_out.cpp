@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The files that a folder begins with, and what its numbers change in a vehicle file.
+#include <cmath>
+
+#include "firmware/companion/files/vehicle_file.h"
+#include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/evening/steps.h"
+
+namespace m100::lab::evening {
+namespace {
+
+/// Two metres around the place and back, half a metre up and to another heading on the way, then two circles: what is
+/// flown before and after the correction. Every channel moves, or its error would say nothing.
+constexpr std::string_view kCourse =
+    R"(# What is flown before and after the correction. Change it before the step `course`, not after.
+quintic 1.5 0 0 0 3
+quintic 1.5 1.5 0.5 0.8 3
+quintic 0 0 0 0 4
+circle 1 0.8 2
+)";
+constexpr double kCalmerFactor = 3.0;  ///< of the input weight, each time that the loop swings
+
+void put(const Folder& folder, const std::string& name, std::string_view bytes) {
+  if (!folder.has(name)) {
+    write_file(folder.file(name), bytes);
+  }
+}
+
+}  // namespace
+
+void adjust(const Folder& folder, const std::string& vehicle) {
+  companion::VehicleFile file = companion::load_vehicle(folder.file(vehicle));
+  const std::map<std::string, double>& numbers = folder.numbers();
+  if (numbers.contains(kCalmer)) {
+    file.vehicle.mpc.input *= std::pow(kCalmerFactor, numbers.at(kCalmer));
+  }
+  if (numbers.contains(kBalanced)) {
+    file.vehicle.roll.trim_counts = numbers.at(kBalanceRoll);
+    file.vehicle.pitch.trim_counts = numbers.at(kBalancePitch);
+  }
+  companion::save_vehicle(folder.file(vehicle), file.vehicle, file.sources);
+}
+
+void lay_out(const Folder& folder) {
+  put(folder, "flight.toml", kFlightFile);
+  put(folder, "course.txt", kCourse);
+  put(folder, "columns_hand.toml", kHandMap);
+  put(folder, "columns_flight.toml", kFlightMap);
+  put(folder, "first_vehicle.toml", companion::to_text(mpc::generated::kVehicle, {}));
+}
+
+}  // namespace m100::lab::evening
