@@ -17,7 +17,10 @@ class ClockComparison {
   static constexpr core::Duration kLatest = std::chrono::milliseconds(500);  ///< there and back; a later answer is none
 
   /// @returns true: it is time to ask.
-  bool due(core::TimePoint now) const { return !asked_ || now - asked_at_ >= kEvery; }
+  bool due(core::TimePoint now) const { return !asked_ || since_asked(now) >= kEvery; }
+  core::Duration since_asked(core::TimePoint now) const { return now - asked_at_; }
+  /// An answer has come.
+  bool is_known() const { return known_; }
   /// Notes a question that is sent now. @returns what stands in its ts1 [ns].
   std::int64_t ask(core::TimePoint now);
   /// An answer. @param ts1 that of its question; an answer to any other than the last is passed over.

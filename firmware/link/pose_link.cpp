@@ -10,6 +10,7 @@
 namespace m100::link {
 namespace {
 
+constexpr std::uint64_t kRoomForAnswer = 56;  // bytes: as much again stays free, so that the line can catch up
 constexpr core::Duration kSenderGone = std::chrono::seconds(1);
 /// System 1 is the aircraft, component 191 its companion computer.
 constexpr mavlink::Address kOurs{.system = 1, .component = 191};
@@ -121,10 +122,18 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
   return pose;
 }
 
+/// A question that the line has no room to answer makes every later pose older: 240 poses of 48 bytes a second fill
+/// 115200 baud, and five answers a second on top are a queue that grows by 12 ms a second.
+bool PoseLink::has_room(core::TimePoint now) const {
+  const core::Duration busy = line_time(parser_.stats().bytes - asked_at_bytes_, baud_);
+  return comparison_.since_asked(now) - busy >= line_time(kRoomForAnswer, baud_);
+}
+
 void PoseLink::ask_time(core::TimePoint now) {
-  if (!comparison_.due(now)) {
+  if (!comparison_.due(now) || (comparison_.is_known() && !has_room(now))) {
     return;
   }
+  asked_at_bytes_ = parser_.stats().bytes;
   const mavlink::Frame question =
       mavlink::encode(mavlink::Timesync{.tc1 = 0, .ts1 = comparison_.ask(now)}, kOurs, questions_++);
   const core::Expected<std::size_t> taken = uart_.write(question.bytes());

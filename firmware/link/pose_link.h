@@ -40,7 +40,8 @@ class PoseLink {
   ///   stamps nothing, when it came. kNotReady: none.
   core::Expected<core::Pose<double>> receive(core::TimePoint now);
 
-  /// Asks the sender for its time, five times a second: 30 bytes. One that does not answer is flown with all the same.
+  /// Asks the sender for its time, five times a second: 30 bytes. Once it is known, only as often as the line has had
+  /// room for the answer since the last question. A sender that does not answer is flown with all the same.
   void ask_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }
@@ -58,6 +59,7 @@ class PoseLink {
   void take(const mavlink::FrameView& frame, core::TimePoint now, Newest& newest);
   bool accept(const core::Pose<double>& pose, core::TimePoint now);
   bool hears(const mavlink::FrameView& frame, core::TimePoint now);
+  bool has_room(core::TimePoint now) const;
 
   hal::Uart& uart_;
   std::uint32_t baud_;
@@ -70,6 +72,7 @@ class PoseLink {
   core::SenderTime last_captured_{};
   core::TimePoint last_time_{};
   std::uint8_t questions_ = 0;
+  std::uint64_t asked_at_bytes_ = 0;  ///< of the parser, at the last question
   PoseLinkStats stats_;
 };
 

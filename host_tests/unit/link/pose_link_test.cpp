@@ -165,6 +165,28 @@ TEST_F(TimesyncTest, ABetterAnswerCountsAndAWorseOneDoesNot) {
   EXPECT_NEAR(core::seconds<double>(offset().bound), 0.005, 1e-3);
 }
 
+/// 240 poses a second of 48 bytes fill 115200 baud: with five answers a second on top, poses came 12 ms later every
+/// second and the flight ended in the failsafe after twenty.
+TEST_F(TimesyncTest, AFullLineIsNotAskedForMore) {
+  exchange(milliseconds(5), milliseconds(5));
+  std::uint32_t questions = 0;
+  const auto fly = [&](core::Duration spacing) {
+    questions = 0;
+    for (int i = 0; i < 480; ++i) {
+      EXPECT_TRUE(after(spacing).status() != core::Status::kOutOfRange);
+      write(mocap(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count())));
+      link.ask_time(clock.now());
+      std::array<std::byte, 128> bytes;
+      const std::size_t count = cable.b().read(bytes).value_or(0);
+      questions += count > 0 ? 1U : 0U;
+    }
+  };
+  fly(std::chrono::microseconds(4167));
+  EXPECT_LE(questions, 1U) << "in two seconds of a full line";
+  fly(milliseconds(10));
+  EXPECT_GE(questions, 20U) << "in 4.8 s of a line that is less than half full";
+}
+
 TEST_F(TimesyncTest, AnswersToNobodysQuestionArePassedOver) {
   EXPECT_TRUE(send(kUnix_us));
   write(Timesync{.tc1 = 5, .ts1 = 12345});
