@@ -20,6 +20,7 @@ constexpr double kRawSigma_s = 0.015;      // without it
 constexpr double kLeastRises = 1e-5;       // s a pose
 constexpr double kFarLater_s = 0.010;      // than the jitter known so far
 constexpr std::uint32_t kChanged = 4;      // such poses in a row: beyond a 99th percentile chance does that never
+constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // of them: what has piled up has come by then
 
 core::Duration duration_of(double seconds) {
   return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6 + (seconds < 0.0 ? -0.5 : 0.5)));
@@ -39,13 +40,15 @@ void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
 }
 
 /// Where the way of the poses becomes worse for good, what counts as fresh must follow within the time of a coast.
+/// Poses that have piled up behind a pause come late in a row, too, and tell nothing about those behind them.
 template <typename T>
 void PoseTiming<T>::note_jitter(double late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
   least_of_run_s_ = run_ == 0 || late_s < least_of_run_s_ ? late_s : least_of_run_s_;
+  run_since_ = run_ == 0 ? last_ : run_since_;
   run_ = is_far ? run_ + 1 : 0;
   jitter_.note(late_s);
-  if (run_ >= kChanged) {
+  if (run_ >= kChanged && last_ - run_since_ >= kNoQueue) {
     jitter_.set(least_of_run_s_);
     run_ = 0;
   }

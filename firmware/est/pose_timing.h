@@ -45,6 +45,7 @@ class PoseTiming {
   Quantile jitter_{0.99, 1e-3};
   double least_of_run_s_ = 0.0;  ///< of those in a row that came far later than jitter_
   std::uint32_t run_ = 0;
+  core::TimePoint run_since_{};
   PoseTimingReport<T> report_;
   T applied_s_{0};  ///< of the latency beyond what is told
   core::TimePoint last_{};

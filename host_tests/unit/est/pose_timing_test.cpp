@@ -147,6 +147,10 @@ class Swing {
   double stamped_late_s = 0.0;   ///< the sender's stamps are wrong by so much
   double drag_per_s = 0.0;       ///< pushes back by so much of the speed
   bool feels_drag = true;        ///< whether a force tells it
+  double pause_at_s = 1e9;       ///< nothing comes for pause_s; what has piled up then comes as fast as the line can
+  double pause_s = 0.0;
+  double later_from_s = 1e9;  ///< the way takes later_s more, for good
+  double later_s = 0.0;
   Source source;
 
   /// The state of the timing after so many seconds.
@@ -163,8 +167,11 @@ class Swing {
         pose.captured = stamp(captured_s + stamped_late_s);
         pose.position_w_m.x() = static_cast<T>(position_m(captured_s) + 0.001 * noise(source.random));
         pose.position_w_m.y() = static_cast<T>(0.001 * noise(source.random));
-        const double before_s = way.empty() ? 0.0 : way.back().first;
-        way.emplace_back(std::max(before_s, captured_s + source.way_s()), pose);
+        double arrives_s = captured_s + source.way_s() + (captured_s >= later_from_s ? later_s : 0.0);
+        const bool paused = arrives_s >= pause_at_s && arrives_s < pause_at_s + pause_s;
+        arrives_s = std::max(paused ? pause_at_s + pause_s : arrives_s, arrived_s_);
+        arrived_s_ = arrives_s + (pause_s > 0.0 ? kLine_s : 0.0);
+        way.emplace_back(arrives_s, pose);
       }
       Measurement<T> measured;
       measured.now = at(now_s);
@@ -187,6 +194,8 @@ class Swing {
   }
 
  private:
+  static constexpr double kLine_s = 480.0 / 115200.0;  // 48 bytes
+  double arrived_s_ = 0.0;
   double position_m(double s) const { return amplitude_m * std::sin(pulsation_rad_s * s); }
   double speed_m_s(double s) const { return pulsation_rad_s * amplitude_m * std::cos(pulsation_rad_s * s); }
 };
@@ -223,6 +232,21 @@ TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
       EXPECT_NEAR(core::seconds<double>(report.jitter), 0.02, 0.006);
     }
   }
+}
+
+// Catches a limit of freshness that one pause of the network lifts for a minute, and one that does not follow a way
+// which has become longer within the time of a coast.
+TYPED_TEST(PoseTimingOf, AQueueIsOneEventAndALongerWayIsNot) {
+  Swing<TypeParam> pausing;
+  pausing.source = {.rate_hz = 97.0, .latency_s = 0.05, .jitter_s = 0.005};
+  pausing.pause_at_s = 10.0;
+  pausing.pause_s = 0.25;
+  EXPECT_LT(core::seconds<double>(pausing.fly(12.0).jitter), 0.03);
+  Swing<TypeParam> worse;
+  worse.source = {.rate_hz = 97.0, .latency_s = 0.05, .jitter_s = 0.005};
+  worse.later_from_s = 10.0;
+  worse.later_s = 0.1;
+  EXPECT_GT(core::seconds<double>(worse.fly(10.6).jitter), 0.09);
 }
 
 // Catches a timing that takes the tilt for all that accelerates: drag of the speed alone looks like c / w^2 = 33 ms.
