@@ -151,6 +151,15 @@ const std::vector<Kind>& kinds() {
   return kKinds;
 }
 
+/// Whether the answer says that these data do not tell the two apart.
+bool stands_for(const lab::identify::IdentifyResult& result, const std::string& one, const std::string& other) {
+  const auto holds = [](const std::vector<std::string>& group, const std::string& name) {
+    return std::find(group.begin(), group.end(), name) != group.end();
+  };
+  return !other.empty() && std::any_of(result.not_separable.begin(), result.not_separable.end(),
+                                       [&](const auto& group) { return holds(group, one) && holds(group, other); });
+}
+
 }  // namespace
 
 const std::vector<std::string>& adversary_kinds() {
@@ -180,8 +189,8 @@ lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t draws) {
   lab::identify::Request request;
   request.axis = truth.axis;
   request.declared = truth.declared;
-  request.train = {{3.0, 30.0}};
-  request.validate = {{30.0, 44.0}};
+  request.train = truth.train;
+  request.validate = truth.validate;
   request.log = request.validation_log = &truth.log;
   request.bootstrap_draws = draws;
   return lab::identify::identify_axis(request);
@@ -192,18 +201,20 @@ Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result
   if (truth.healthy) {
     return clean ? Answer::kRight : result.verdict == "unexplained" ? Answer::kRefusedHealthy : Answer::kWrongName;
   }
+  const bool said = std::any_of(result.findings.begin(), result.findings.end(),
+                                [&](const auto& finding) { return finding.what == truth.finding && finding.certain; });
   if (clean) {
-    return Answer::kFalseClean;
+    return truth.usable && said ? Answer::kRight : Answer::kFalseClean;
   }
   const bool other = std::any_of(result.effects.begin(), result.effects.end(), [&](const auto& effect) {
-    return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end();
+    return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end() &&
+           !(effect.name == truth.effect || stands_for(result, effect.name, truth.effect));
   });
   const bool changed = std::any_of(result.changes.begin(), result.changes.end(), [&](const auto& one) {
     return one.name == truth.change && std::abs(one.at_s - truth.change_s) < 3.0;
   });
-  const bool said = std::any_of(result.findings.begin(), result.findings.end(),
-                                [&](const auto& finding) { return finding.what == truth.finding && finding.certain; });
-  if (!other && (truth.change.empty() ? said && result.changes.empty() : changed)) {
+  const bool named = truth.effect.empty() ? said : !result.effects.empty();
+  if (!other && (truth.change.empty() ? named && result.changes.empty() : changed)) {
     return Answer::kRight;
   }
   return result.verdict == "unexplained" ? Answer::kUndecided : Answer::kWrongName;

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/property/identify/stranger_flight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host_tests/lab/input_error.h"
+#include "host_tests/lab/logs/column_map.h"
+#include "host_tests/lab/logs/raw_log.h"
+
+namespace m100::host_tests {
+namespace {
+
+/// Rows in memory, under the names a, b, c and t.
+class MemoryLog : public lab::logs::RawLog {
+ public:
+  explicit MemoryLog(const StrangerRows& rows) : RawLog("stranger"), rows_(rows) {}
+  lab::logs::RawColumn column(const std::string& name, const std::string&) const override {
+    const auto& values = name == "t"   ? rows_.time_s
+                         : name == "a" ? rows_.own
+                         : name == "b" ? rows_.other
+                                       : rows_.response;
+    return {values, {}, {}};
+  }
+  std::vector<std::string> names() const override { return {"t", "a", "b", "c"}; }
+
+ private:
+  const StrangerRows& rows_;
+};
+
+/// A value of a series between two steps.
+double between(const std::vector<double>& series, double step) {
+  const double inside = std::clamp(step, 0.0, static_cast<double>(series.size()) - 1.0);
+  const auto whole = static_cast<std::size_t>(inside);
+  const double part = inside - std::floor(inside);
+  return series[whole] + part * (series[std::min(whole + 1, series.size() - 1)] - series[whole]);
+}
+
+double rounded(double value, double quantum) { return quantum > 0.0 ? quantum * std::round(value / quantum) : value; }
+
+struct Flown {
+  StrangerSticks sticks;
+  std::vector<double> clean, air;
+};
+
+Flown simulate(const StrangerFlight& flight, StrangerChance& chance) {
+  const auto steps = static_cast<std::size_t>(flight.duration_s / kStrangerStep_s);
+  Flown out;
+  StrangerPilot own(flight.hand, flight.reach, flight.feedback, chance);
+  StrangerPilot other(StrangerHand::kPilot, 100.0, 0.0, chance);
+  StrangerVehicle vehicle(flight.before);
+  const double keep = std::exp(-kStrangerStep_s / flight.noise.air_s);
+  double air = flight.noise.air * chance.normal();
+  double own_mode = 0.0, stick = 0.0, second = 0.0, next_stick_s = 0.0, seen = 0.0;
+  bool changed = false;
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double t_s = static_cast<double>(k) * kStrangerStep_s;
+    if (!changed && t_s >= flight.change_s) {
+      vehicle.become(flight.after);
+      changed = true;
+    }
+    const double wanted = own.next(t_s, seen);
+    const double beside = other.next(t_s, 0.0);
+    if (t_s >= next_stick_s) {
+      stick = std::round(wanted);
+      second = std::round(beside);
+      next_stick_s += flight.stick_s;
+    }
+    out.sticks.own.push_back(stick);
+    out.sticks.other.push_back(second);
+    if (t_s >= flight.rest_from_s && t_s < flight.rest_to_s) {
+      vehicle.stop();
+    }
+    double clean = vehicle.step(out.sticks, k);
+    const bool rests = t_s >= flight.rest_from_s && t_s < flight.rest_to_s;
+    if (t_s >= flight.own_from_s && t_s < flight.own_to_s) {
+      own_mode += (flight.before.gain * 100.0 * std::sin(0.9 * t_s) - own_mode) * kStrangerStep_s / 0.2;
+      clean = own_mode;
+    }
+    out.clean.push_back(rests ? 0.0 : clean);
+    out.air.push_back(rests ? 0.0 : air * (changed ? flight.air_later : 1.0));
+    seen = out.clean.back() + out.air.back();
+    air = keep * air + flight.noise.air * std::sqrt(1.0 - keep * keep) * chance.normal();
+  }
+  return out;
+}
+
+}  // namespace
+
+lab::logs::FlightLog StrangerRows::log() const {
+  const bool climb = axis == "climb";
+  const std::string own_stick = climb ? "throttle" : axis;
+  const std::string other_stick = climb ? "yaw" : axis == "roll" ? "pitch" : "roll";
+  const std::string map = "time = \"t\"\n[signals]\nstick_" + own_stick + " = \"a\"\nstick_" + other_stick +
+                          " = \"b\"\n" + (climb ? "velocity_z" : "attitude_" + axis) + " = \"c\"\n";
+  return lab::logs::load(MemoryLog(*this), lab::logs::parse_column_map(map, "stranger.toml"));
+}
+
+StrangerFlight random_flight(StrangerChance& chance) {
+  StrangerFlight out;
+  out.axis = chance.any_of<std::string>({"roll", "pitch", "climb"});
+  const bool climb = out.axis == "climb";
+  const double unit = climb ? 3.0e-3 : 9.0e-4;
+  out.before.gain = unit * chance.between(0.75, 1.35);
+  out.before.frequency_rad_s = chance.between(5.0, 12.0);
+  out.before.damping = chance.between(0.45, 1.0);
+  out.before.lag_s = chance.between(0.0, 0.015);
+  out.before.delay_s = chance.any_of<double>({0.0, 0.015, 0.04, 0.09}) * chance.between(0.8, 1.2);
+  out.before.dead_zone_counts = chance.one_in(2.5) ? chance.between(10.0, 25.0) : 0.0;
+  out.before.trim_counts = chance.one_in(4.0) ? chance.sign() * chance.between(12.0, 35.0) : 0.0;
+  out.hand = chance.any_of<StrangerHand>({StrangerHand::kPilot, StrangerHand::kPilot, StrangerHand::kSines,
+                                          StrangerHand::kDoublets, StrangerHand::kHolds, StrangerHand::kBangBang,
+                                          StrangerHand::kLoop});
+  out.reach = chance.between(80.0, 200.0);
+  out.feedback = chance.between(0.15, 0.4) / out.before.gain;
+  out.duration_s = chance.any_of<double>({50.0, 60.0, 75.0, 90.0});
+  out.stick_s = chance.any_of<double>({0.01, 0.02, 0.02});
+  const double row_hz = chance.any_of<double>({10.0, 20.0, 25.0, 50.0, 50.0, 100.0, 100.0, 200.0, 400.0});
+  out.noise.row_s = 1.0 / row_hz;
+  out.noise.air = (climb ? 14.0 : 1.0) * std::exp(chance.between(std::log(0.0015), std::log(0.006)));
+  out.noise.air_s = std::exp(chance.between(std::log(0.12), std::log(1.3)));
+  out.quantum = chance.one_in(3.0) ? (climb ? 0.01 : 1e-3) : 0.0;
+  out.noise.white = (climb ? 10.0 : 1.0) * chance.any_of<double>({2e-4, 1e-3, 2.5e-3});
+  out.jitter = chance.one_in(3.0) ? chance.between(0.05, 0.25) : 0.0;
+  return out;
+}
+
+StrangerRecord fly(const StrangerFlight& flight, StrangerChance& chance) {
+  const Flown flown = simulate(flight, chance);
+  StrangerRecord out;
+  out.rows.axis = flight.axis;
+  const double last_s = flight.duration_s - 0.5;
+  for (double next_s = 0.3; next_s < last_s;
+       next_s += flight.noise.row_s * (1.0 + flight.jitter * chance.between(-1.0, 1.0))) {
+    const auto step = static_cast<std::size_t>(next_s / kStrangerStep_s);
+    const double at = static_cast<double>(step) + flight.response_early_s / kStrangerStep_s;
+    const double clean = between(flown.clean, at);
+    const double seen = clean + between(flown.air, at) + flight.noise.white * chance.normal();
+    out.rows.time_s.push_back(static_cast<double>(step) * kStrangerStep_s);
+    out.rows.own.push_back(flown.sticks.own[step]);
+    out.rows.other.push_back(flown.sticks.other[step]);
+    out.rows.response.push_back(rounded(seen, flight.quantum));
+    out.clean.push_back(clean);
+    out.steps.push_back(step);
+  }
+  out.sticks = flown.sticks;
+  return out;
+}
+
+}  // namespace m100::host_tests

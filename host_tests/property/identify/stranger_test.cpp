@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A few of the strangers' logs; all kinds, and the shares, are soak.identify_strangers.
+#include "host_tests/property/identify/stranger.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <ostream>
+
+#include "host_tests/property/identify/stranger_bound.h"
+#include "host_tests/property/identify/stranger_flight.h"
+
+namespace m100::host_tests {
+namespace {
+
+struct Case {
+  const char* name;
+  const char* kind;
+  std::uint64_t seed;
+};
+void PrintTo(const Case& one, std::ostream* out) { *out << one.kind << ", seed " << one.seed; }
+
+class StrangersLog : public ::testing::TestWithParam<Case> {};
+
+// Catches a clean bill where something is hidden that the log shows, and a healthy log that gets none.
+TEST_P(StrangersLog, IsAnsweredRight) {
+  RecordProperty("promise", "R13");
+  const Adversary truth = stranger(GetParam().kind, GetParam().seed);
+  const lab::identify::IdentifyResult result = ask(truth);
+  const Answer answer = judge(truth, result);
+  EXPECT_TRUE(answer == Answer::kRight || (answer == Answer::kUndecided && !truth.healthy))
+      << static_cast<int>(answer) << ", " << result.verdict
+      << (result.unexplained.empty() ? "" : ": " + result.unexplained.front());
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, StrangersLog,
+                         ::testing::Values(Case{"Healthy", "healthy, any hand", 1},
+                                           Case{"SharpSticks", "healthy, sharp sticks", 4},
+                                           Case{"ClosedLoop", "healthy, closed loop", 4},
+                                           Case{"LateClock", "healthy, clock 20 to 80 ms late: a delay", 12},
+                                           Case{"GainChanges", "gain changes 10 to 35 %", 2},
+                                           Case{"DeadZoneGrows", "dead zone grows 10 to 25 counts", 1},
+                                           Case{"Backlash", "lacks: backlash", 12},
+                                           Case{"CrossAxis", "lacks: cross axis", 11},
+                                           Case{"EarlyClock", "clock, net -20 to -60 ms", 12}),
+                         [](const auto& one) { return one.param.name; });
+
+// Catches a judge that excuses false clean bills: what is hidden and large must count as visible, and what is not there
+// as not.
+TEST(StrangerBound, TellsWhatALogCanShow) {
+  StrangerChance chance(5);
+  StrangerFlight flight;
+  flight.before.delay_s = 0.03;
+  flight.noise = {.air = 0.004, .air_s = 0.4, .white = 0.001, .row_s = 0.01};
+  const std::vector<std::string> declared{"second_order", "transport_delay"};
+  const auto bound = [&](const StrangerTraits& flown) {
+    StrangerFlight other = flight;
+    other.before = flown;
+    const StrangerRecord record = fly(other, chance);
+    return evidence_of(record.clean, record.steps, record.sticks, flight.before, declared, flight.noise);
+  };
+  EXPECT_LT(bound(flight.before), 1.0);
+  StrangerTraits dead = flight.before;
+  dead.dead_zone_counts = 30.0;
+  EXPECT_GT(bound(dead), kStrangerVisible);
+  StrangerTraits hardly = flight.before;
+  hardly.dead_zone_counts = 1.0;
+  EXPECT_LT(bound(hardly), kStrangerVisible);
+  StrangerTraits other_gain = flight.before;  // a declared number that is another one is no hidden effect
+  other_gain.gain *= 1.3;
+  EXPECT_LT(bound(other_gain), 1.0);
+}
+
+}  // namespace
+}  // namespace m100::host_tests
