@@ -23,13 +23,19 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& esti
 template <typename T>
 double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
   constexpr T kWorthless_m2_s2 = T(1);
+  const auto speed_of = [](const est::AxisEstimate<T>& x, const est::AxisEstimate<T>& y) {
+    const bool known = x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
+    return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
+                 : 0.0;
+  };
+  if (!estimate.predicts) {
+    return 0.0;
+  }
+  if (!lied_to_) {
+    return speed_of(estimate.x, estimate.y);
+  }
   const est::Estimate<T> known_motion = motion(estimate);
-  const est::AxisEstimate<T>& x = known_motion.x;
-  const est::AxisEstimate<T>& y = known_motion.y;
-  const bool known =
-      estimate.predicts && x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
-  return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
-               : 0.0;
+  return speed_of(known_motion.x, known_motion.y);
 }
 
 template <typename T>
