@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 
 #include "firmware/safety/authority.h"
 #include "firmware/safety/rows.h"
@@ -107,11 +109,48 @@ inline constexpr auto kAuthorityTable = [] {
   };
 }();
 
-/// Number of the row that matches; the table's size where none does.
+/// The most rows that one stage has.
+inline constexpr std::size_t kMostRowsOfStage = [] {
+  std::array<std::size_t, kStageCount> rows{};
+  std::size_t most = 0;
+  for (std::size_t stage = 0; stage < kStageCount; ++stage) {
+    for (const AuthorityRow& row : kAuthorityTable) {
+      rows[stage] += row.from.has(static_cast<Stage>(stage)) ? 1U : 0U;
+    }
+    most = rows[stage] > most ? rows[stage] : most;
+  }
+  return most;
+}();
+
+/// The rows of each stage by number, in the order of the table, and the table's size behind them: one pass over all of
+/// them in every tick costs more than all that is found there.
+inline constexpr auto kRowsOfStage = [] {
+  std::array<std::array<std::uint8_t, kMostRowsOfStage + 1>, kStageCount> rows{};
+  for (std::size_t stage = 0; stage < kStageCount; ++stage) {
+    std::size_t count = 0;
+    for (std::size_t number = 0; number < kAuthorityTable.size(); ++number) {
+      if (kAuthorityTable[number].from.has(static_cast<Stage>(stage))) {
+        rows[stage][count++] = static_cast<std::uint8_t>(number);
+      }
+    }
+    rows[stage][count] = static_cast<std::uint8_t>(kAuthorityTable.size());
+  }
+  return rows;
+}();
+static_assert(kAuthorityTable.size() < 256);
+
+/// Number of the row that matches, the first from the top; the table's size where none does.
 constexpr std::size_t match_number(Stage stage, AuthoritySign signs) {
-  return first_row(kAuthorityTable, [stage, signs](const AuthorityRow& row) {
-    return row.from.has(stage) && all(signs, row.with) && !any(signs, row.without);
-  });
+  for (const std::uint8_t number : kRowsOfStage[static_cast<std::size_t>(stage)]) {
+    if (number == kAuthorityTable.size()) {
+      break;
+    }
+    const AuthorityRow& row = kAuthorityTable[number];
+    if (all(signs, row.with) && !any(signs, row.without) && is_on<AuthorityRow>(number)) {
+      return number;
+    }
+  }
+  return kAuthorityTable.size();
 }
 
 /// The row that matches, or null.
