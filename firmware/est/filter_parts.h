@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <type_traits>
 
 #include "firmware/core/fixed_point.h"
@@ -82,16 +84,9 @@ struct ResponseStep {
   }
 };
 
-/// 2^exponent.
+/// 2^exponent, -1022 to 1023.
 constexpr double power_of_two(int exponent) {
-  double value = 1.0;
-  for (int i = 0; i < exponent; ++i) {
-    value *= 2.0;
-  }
-  for (int i = 0; i > exponent; --i) {
-    value *= 0.5;
-  }
-  return value;
+  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52U);
 }
 
 /// The measurement variance of a position: the vehicle file's, or what the sender of the pose tells where that is more.
