@@ -20,7 +20,7 @@ struct FlightConfig {
   core::Fence fence;
   /// Farther from where the course begins [m] an order to fly does nothing: the law would fly the rest at once.
   double reach_m = 1e9;
-  mpc::Law law = mpc::Law::kMpc;     ///< of the horizontal axes
+  mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
   /// The horizontal programs are solved only in the ticks whose command is due: at 25 Hz three in four are solved for
   /// nobody. Where the processor's time is short; what is granted stands between two commands.
   bool solves_when_due = false;

@@ -123,7 +123,7 @@ class FlightController {
   /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
   /// known only after the law has computed the command that then leaves.
   void stand_ready(core::TimePoint now);
-  /// Whether the horizontal programs are solved in this tick: in each, but where FlightConfig::solves_when_due says else.
+  /// Whether the programs are solved in this tick: in each, but where FlightConfig::solves_when_due says else.
   bool may_leave(core::TimePoint now) const;
   safety::Grant<T> granted(bool solved);
   void start_when_nominal(safety::Rung before, core::TimePoint now);

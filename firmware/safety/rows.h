@@ -27,7 +27,7 @@ constexpr bool is_on(std::size_t) {
 }
 #endif
 
-/// The ladder is read like this: from the top, the first row that matches wins (authority_table.h: the rows of a stage).
+/// The ladder is read like this: from the top, the first row that matches wins. The authority table is too, by stage.
 /// @returns its number; the table's size where none matches.
 template <typename Row, std::size_t kRows, typename Matches>
 constexpr std::size_t first_row(const std::array<Row, kRows>& table, const Matches& matches) {
