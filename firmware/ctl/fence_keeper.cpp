@@ -40,7 +40,7 @@ FenceKeeper<T>::FenceKeeper(const core::Fence& fence, const Braking& braking)
       reaction_s_(static_cast<T>(braking.reaction_s)),
       unknown_drag_per_s_(static_cast<T>(braking.unknown_drag_per_s)),
       wind_m_s2_(static_cast<T>(braking.drag_per_s * fence.wind_m_s)),
-      gusts_m_s2_(static_cast<T>(braking.drag_per_s * kGustShare * fence.wind_m_s)) {}
+      unseen_m_s2_(static_cast<T>(braking.drag_per_s * kGustShare * fence.wind_m_s + est::kForceOffset_m_s2)) {}
 
 template <typename T>
 T FenceKeeper<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
@@ -48,7 +48,7 @@ T FenceKeeper<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
   // mean over the way, and leaves at most a wind of the class.
   const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
-  const T push_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + gusts_m_s2_;
+  const T push_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;
   const T left_m_s2 = braking_m_s2_ - push_m_s2;
   constexpr T kLeast = static_cast<T>(kLeastBraking_m_s2);
   const T braking_m_s2 = left_m_s2 > kLeast ? left_m_s2 : kLeast;

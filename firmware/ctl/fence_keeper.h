@@ -17,7 +17,9 @@ namespace m100::ctl {
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
 /// where t is the reaction, until the attitude has turned round, s < t until it has passed level, a0 >= 0 what tilt,
 /// wind and gusts of the wind class add meanwhile, and
-///   a = braking - gusts - the wind that blows towards the side.
+///   a = braking - gusts - offset - the wind that blows towards the side.
+/// The offset is that of the specific force (est::kForceOffset_m_s2): without a pose it alone tells how the push
+/// changes.
 /// That wind is the one that is estimated now, and a third of the drag that the speed may have hidden in it: braking
 /// takes the drag away and leaves the wind, at most one of the class. Over the way from v to rest a push that grows by
 /// c (v - v') costs as much as a third of c v all the time.
@@ -54,7 +56,8 @@ class FenceKeeper {
 
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
-  T wind_m_s2_, gusts_m_s2_;  ///< of the class
+  T wind_m_s2_;    ///< of the class
+  T unseen_m_s2_;  ///< its gusts, and what the estimated push may be wrong by while no pose comes
   T reserve_m_{0};
   T outside_m_{0};
   bool brakes_ = false;

@@ -2,7 +2,7 @@
 #include "firmware/est/axis_filter.h"
 
 #include "firmware/core/maths.h"
-#include "firmware/est/measurement.h"
+#include "firmware/est/estimate.h"
 #include "firmware/est/units.h"
 
 namespace m100::est {

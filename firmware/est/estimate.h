@@ -7,6 +7,9 @@
 
 namespace m100::est {
 
+/// The most of the force's offset that is not yet known after its first seconds (measured logs: a few tenths).
+inline constexpr double kForceOffset_m_s2 = 0.2;
+
 /// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt); axis y by roll:
 /// y'' = -g tan(tilt). T is float or double whatever the filter computes in.
 template <typename T>

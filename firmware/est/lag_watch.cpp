@@ -2,7 +2,7 @@
 #include "firmware/est/lag_watch.h"
 
 #include "firmware/core/maths.h"
-#include "firmware/est/measurement.h"
+#include "firmware/est/estimate.h"
 
 namespace m100::est {
 namespace {

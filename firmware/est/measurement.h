@@ -8,9 +8,6 @@
 
 namespace m100::est {
 
-/// The most of the force's offset that is not yet known after its first seconds (measured logs: a few tenths).
-inline constexpr double kForceOffset_m_s2 = 0.2;
-
 /// What the specific force shows beside that which the tilt accelerates with: wind and drag (world, horizontal, m/s^2),
 /// without the force's own offset.
 template <typename T>
