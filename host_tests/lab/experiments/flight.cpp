@@ -109,6 +109,9 @@ class Flight {
       if (plan_.disturb) {
         plan_.disturb(world_, t_s);
       }
+      if (plan_.operate) {
+        plan_.operate(*controller_, t_s);
+      }
       note(t_s);
       tick();
     }

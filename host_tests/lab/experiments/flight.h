@@ -39,6 +39,8 @@ struct FlightPlan {
   std::function<void(sim::World&)> prepare;
   /// Called before every tick of the course with its time: faults.
   std::function<void(sim::World&, double t_s)> disturb;
+  /// Called before every tick of the course with its time: the operator.
+  std::function<void(app::FlightController<double>&, double t_s)> operate;
 };
 
 struct FlightResult {

@@ -101,6 +101,8 @@ class N1Autopilot {
   core::TimePoint ticked_at() const { return time_; }
   core::TimePoint ticks_next() const { return tick_time(ticks_ + 1); }
   void on_event(std::function<void(const N1Event&)> sink) { sink_ = std::move(sink); }
+  /// What becomes of each package of telemetry before it is sent; none: nothing.
+  void on_telemetry(std::function<void(protocol::Telemetry&)> lie) { lie_ = std::move(lie); }
 
   /// The same as a line of the script, now.
   void happen(N1Happening what, double value = 0.0, N1Asked asked = N1Asked::kAny);
@@ -189,6 +191,7 @@ class N1Autopilot {
   N1Line line_;
   Random random_;
   std::function<void(const N1Event&)> sink_;
+  std::function<void(protocol::Telemetry&)> lie_;
   protocol::FrameParser parser_;
   protocol::CipherScratch scratch_{};
   protocol::AnswerSessions sessions_;

@@ -79,6 +79,9 @@ void N1Autopilot::send_telemetry() {
   telemetry.control.mode = moving_ ? movement_.control_mode() : std::uint8_t{0};
   telemetry.control.bits = static_cast<std::uint8_t>(
       static_cast<unsigned>(device_) | (client_in_control() || asked_once_ ? 8U : 0U) | (virtual_rc_on_ ? 16U : 0U));
+  if (lie_) {
+    lie_(telemetry);
+  }
   push(protocol::ids::kTelemetry, encode(telemetry));
   ++record_.telemetry_packages;
 }

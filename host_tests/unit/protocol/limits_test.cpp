@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every limit of what may leave, at its last good number and at the first bad one; what a value says that nobody has
-// set; and the numbers of the protocol that stand in tables (protocol/README.md, sections 4 and 6).
+// set; and the numbers of the catalogue, written out a second time (protocol/README.md).
 #include <gtest/gtest.h>
 
 #include <string>

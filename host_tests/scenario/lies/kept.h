@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "host_tests/scenario/lies/search.h"
+
+namespace m100::scenario {
+
+/// The worst fault that was found in a channel, and how far it may take the aircraft.
+struct Kept {
+  Fault fault;
+  double limit_m =
+      0.0;  ///< of score_of(), over the seeds of the test: what was measured, and the margin said in the file
+};
+
+/// Reads worst.txt: `channel | limit in m | task | fault` a line; `#` begins a remark. Errors: std::invalid_argument.
+inline std::map<std::string, Kept, std::less<>> kept_faults(const std::filesystem::path& file) {
+  std::map<std::string, Kept, std::less<>> kept;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) {
+    if (line.empty() || line.front() == '#') {
+      continue;
+    }
+    const std::size_t first = line.find(" | ");
+    const std::size_t second = line.find(" | ", first + 3);
+    if (first == std::string::npos || second == std::string::npos) {
+      throw std::invalid_argument("no kept fault: " + line);
+    }
+    const std::string name = line.substr(0, first);
+    kept[name] = {.fault = fault_of(channel_of(name), line.substr(second + 3)),
+                  .limit_m = std::stod(line.substr(first + 3, second - first - 3))};
+  }
+  return kept;
+}
+
+}  // namespace m100::scenario

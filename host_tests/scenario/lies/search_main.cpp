@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Searches, channel by channel, for the fault that takes the aircraft farthest before anyone notices.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "host_tests/scenario/lies/kept.h"
+
+namespace m100::scenario {
+namespace {
+
+/// @returns whether nothing worse was found than what is kept.
+bool search_one(const Channel& channel, int flights, std::uint64_t seed, const Kept& kept) {
+  const Found found = searched(channel, flights, seed, kept.fault);
+  const double score_m = score_of(channel, found.harm);
+  const bool kept_is_worst = score_m <= kept.limit_m;
+  std::printf("%s%s | %.2f | %s\n    noticed after %.1f s, %.2f m away; %.2f m until the pilot has it, then %.2f m/s\n",
+              kept_is_worst ? "" : "WORSE THAN KEPT ", std::string(channel.name).c_str(), score_m,
+              to_text(found.fault).c_str(), found.harm.after_s, found.harm.away_m, found.harm.farthest_m,
+              found.harm.speed_m_s);
+  static_cast<void>(std::fflush(stdout));
+  return kept_is_worst;
+}
+
+int run(int argc, char** argv) {
+  std::string only, kept_file;
+  int flights = 300;
+  std::uint64_t seed = 15;
+  CLI::App app(
+      "Searches for the fault of one channel that takes the aircraft farthest before anyone notices. Exit code "
+      "1: one was found that is worse than what is kept.");
+  app.add_option("--channel", only, "Only this channel (default: all)");
+  app.add_option("--flights", flights, "Flights for each channel")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--seed", seed, "Of the search")->capture_default_str();
+  app.add_option("--kept", kept_file, "File of the worst found so far; the search begins with them")
+      ->check(CLI::ExistingFile);
+  CLI11_PARSE(app, argc, argv);
+  const auto kept = kept_file.empty() ? std::map<std::string, Kept, std::less<>>() : kept_faults(kept_file);
+  bool sound = true;
+  for (const Channel& channel : channels()) {
+    if (only.empty() || channel.name == only) {
+      const auto found = kept.find(channel.name);
+      sound = search_one(channel, flights, seed,
+                         found == kept.end() ? Kept{.fault = {}, .limit_m = Harm::kNever} : found->second) &&
+              sound;
+    }
+  }
+  return sound ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace m100::scenario
+
+int main(int argc, char** argv) {
+  try {
+    return m100::scenario::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lie_search: %s\n", error.what());
+    return 2;
+  }
+}

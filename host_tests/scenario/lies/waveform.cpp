@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/scenario/lies/waveform.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kRemembered_s = 2.0;
+constexpr double kShortestPeriod_s = 0.1;
+constexpr std::size_t kMostPieces = 3;
+constexpr double kToTheEnd_s = 30.0;  // longer than a flight is watched
+
+/// 0 before the piece has begun, 1 once it has faded in.
+double share_of(const Piece& piece, double t_s) {
+  return piece.fade_s <= 0.0 ? 1.0 : std::min(1.0, (t_s - piece.from_s) / piece.fade_s);
+}
+
+/// Logarithmically even between two positive numbers.
+double between(double low, double high, sim::Random& random) { return low * std::pow(high / low, random.uniform()); }
+
+double drawn_size(Wrong wrong, const Sizes& sizes, sim::Random& random) {
+  switch (wrong) {
+    case Wrong::kDelay:
+      return between(0.02, 1.5, random);  // seconds
+    case Wrong::kGain:
+      return -2.0 + 5.0 * random.uniform();  // mirrored to four times
+    default:
+      return between(sizes.least, sizes.most, random);
+  }
+}
+
+Value drawn_direction(const Sizes& sizes, sim::Random& random) {
+  Value direction = Value::Zero();
+  for (Eigen::Index i = 0; i < sizes.width; ++i) {
+    direction[i] = random.normal();
+  }
+  return direction.norm() > 0.0 ? Value(direction.normalized()) : Value(Value::UnitX());
+}
+
+Piece drawn_piece(const Sizes& sizes, double earliest_s, double within_s, sim::Random& random) {
+  Piece piece;
+  piece.wrong = static_cast<Wrong>(random.next() % kWrongWords.size());
+  piece.from_s = earliest_s + (within_s - earliest_s) * random.uniform();
+  piece.for_s = random.uniform() < 0.5 ? kToTheEnd_s : between(0.1, kToTheEnd_s, random);
+  piece.fade_s = random.uniform() < 0.3 ? 0.0 : between(kShortestPeriod_s, 10.0, random);
+  piece.size = drawn_size(piece.wrong, sizes, random);
+  piece.direction = drawn_direction(sizes, random);
+  return piece;
+}
+
+/// One member of the piece, a little different.
+void nudge(Piece& piece, const Sizes& sizes, double earliest_s, double within_s, sim::Random& random) {
+  switch (random.next() % 5) {
+    case 0:
+      piece.from_s = std::clamp(piece.from_s + random.normal(), earliest_s, within_s);
+      break;
+    case 1:
+      piece.for_s = std::clamp(piece.for_s * std::exp(0.5 * random.normal()), 0.05, kToTheEnd_s);
+      break;
+    case 2:
+      piece.fade_s = std::clamp(piece.fade_s * std::exp(0.5 * random.normal()) + 0.05 * random.uniform(), 0.0, 10.0);
+      break;
+    case 3:
+      piece.size = piece.wrong == Wrong::kGain ? std::clamp(piece.size + 0.5 * random.normal(), -2.0, 3.0)
+                                               : piece.size * std::exp(0.4 * random.normal());
+      piece.size = std::min(piece.size, std::max(sizes.most, 3.0));
+      break;
+    default:
+      piece.direction = (piece.direction + 0.4 * drawn_direction(sizes, random)).normalized();
+      break;
+  }
+}
+
+}  // namespace
+
+std::string to_text(const Waveform& wave) {
+  std::ostringstream out;
+  out.precision(4);
+  for (std::size_t i = 0; i < wave.size(); ++i) {
+    const Piece& p = wave[i];
+    out << (i > 0 ? "; " : "") << kWrongWords[static_cast<std::size_t>(p.wrong)] << " " << p.from_s << " " << p.for_s
+        << " " << p.fade_s << " " << p.size << " " << p.direction.x() << " " << p.direction.y() << " "
+        << p.direction.z();
+  }
+  return out.str();
+}
+
+Waveform waveform_of(const std::string& text) {
+  Waveform wave;
+  std::istringstream pieces(text);
+  for (std::string one; std::getline(pieces, one, ';');) {
+    std::istringstream words(one);
+    std::string word;
+    Piece p;
+    words >> word >> p.from_s >> p.for_s >> p.fade_s >> p.size >> p.direction.x() >> p.direction.y() >> p.direction.z();
+    const auto* const found = std::find(kWrongWords.begin(), kWrongWords.end(), word);
+    if (words.fail() || found == kWrongWords.end()) {
+      throw std::invalid_argument("no piece of a waveform: " + one);
+    }
+    p.wrong = static_cast<Wrong>(found - kWrongWords.begin());
+    wave.push_back(p);
+  }
+  return wave;
+}
+
+Teller::Teller(Waveform wave, std::uint64_t seed)
+    : wave_(std::move(wave)), anchors_(wave_.size()), noise_(seed, "teller") {}
+
+Value Teller::as_it_was(double t_s) const {
+  for (auto heard = heard_.rbegin(); heard != heard_.rend(); ++heard) {
+    if (heard->t_s <= t_s) {
+      return heard->truth;
+    }
+  }
+  return heard_.front().truth;
+}
+
+Value Teller::changed(std::size_t index, double t_s, const Value& value, const Value& truth) {
+  const Piece& piece = wave_[index];
+  const Value& anchor = *anchors_[index];
+  const double share = share_of(piece, t_s);
+  switch (piece.wrong) {
+    case Wrong::kBias:
+      return value + share * piece.size * piece.direction;
+    case Wrong::kDrift: {
+      const double ran_s = std::min(t_s - piece.from_s, piece.for_s);
+      return value + share * piece.size * ran_s * piece.direction;
+    }
+    case Wrong::kSwing: {
+      const double period_s = std::max(piece.fade_s, kShortestPeriod_s);
+      return value + piece.size * std::sin(2.0 * std::numbers::pi * (t_s - piece.from_s) / period_s) * piece.direction;
+    }
+    case Wrong::kDelay:
+      return value + as_it_was(t_s - share * piece.size) - truth;
+    case Wrong::kGain:
+      return value + share * piece.size * (truth - anchor);
+    case Wrong::kNoise:
+      return value + share * piece.size * noise_.normal() * piece.direction;
+    case Wrong::kSign:
+      return value - 2.0 * share * piece.direction.dot(truth - anchor) * piece.direction;
+    case Wrong::kDropout:
+      break;
+  }
+  return value;
+}
+
+std::optional<Value> Teller::tell(double t_s, const Value& truth, bool anchored) {
+  heard_.push_back({t_s, truth});
+  while (heard_.front().t_s < t_s - kRemembered_s) {
+    heard_.pop_front();
+  }
+  Value value = truth;
+  bool drops = false;
+  for (std::size_t i = 0; i < wave_.size(); ++i) {
+    const Piece& piece = wave_[i];
+    const bool keeps = piece.wrong == Wrong::kDrift;
+    if (t_s < piece.from_s || (!keeps && t_s > piece.from_s + piece.for_s)) {
+      continue;
+    }
+    if (!anchors_[i]) {
+      anchors_[i] = anchored ? truth : Value(Value::Zero());
+    }
+    drops = drops || piece.wrong == Wrong::kDropout;
+    value = changed(i, t_s, value, truth);
+  }
+  return drops ? std::nullopt : std::optional(value);
+}
+
+Waveform drawn_wave(const Sizes& sizes, double earliest_s, double within_s, sim::Random& random) {
+  Waveform wave;
+  for (std::size_t count = 1 + random.next() % kMostPieces; count > 0; --count) {
+    wave.push_back(drawn_piece(sizes, earliest_s, within_s, random));
+  }
+  return wave;
+}
+
+Waveform neighbour_of(const Waveform& wave, const Sizes& sizes, double earliest_s, double within_s,
+                      sim::Random& random) {
+  Waveform next = wave;
+  Piece& piece = next[random.next() % next.size()];
+  const double dice = random.uniform();
+  if (dice < 0.1 && next.size() < kMostPieces) {
+    next.push_back(drawn_piece(sizes, earliest_s, within_s, random));
+  } else if (dice < 0.2 && next.size() > 1) {
+    piece = next.back();
+    next.pop_back();
+  } else if (dice < 0.25) {
+    piece = drawn_piece(sizes, earliest_s, within_s, random);
+  } else {
+    for (std::uint64_t changes = 1 + random.next() % 2; changes > 0; --changes) {
+      nudge(piece, sizes, earliest_s, within_s, random);
+    }
+  }
+  return next;
+}
+
+}  // namespace m100::scenario

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/core/eigen.h"
+#include "host_tests/sim/world/random.h"
+
+namespace m100::scenario {
+
+/// One channel's value: up to three numbers, in the channel's unit; what a channel does not have is zero.
+using Value = core::Vector<double, 3>;
+
+/// What one piece of a waveform does to a value. `size` is in the channel's unit unless it is said otherwise.
+enum class Wrong : std::uint8_t {
+  kBias,     ///< adds the size along the direction
+  kDrift,    ///< adds the size times the time (unit/s), and keeps what it has added when it ends
+  kSwing,    ///< adds a sine of this size; its period is the piece's fade
+  kDelay,    ///< the value as it was `size` seconds ago
+  kGain,     ///< multiplies what has changed since the piece began by 1 + size (no unit)
+  kNoise,    ///< adds white noise of this standard deviation, along the direction
+  kDropout,  ///< no value
+  kSign,     ///< mirrors what has changed since the piece began, along the direction
+};
+inline constexpr std::array<std::string_view, 8> kWrongWords{"bias", "drift", "swing",   "delay",
+                                                             "gain", "noise", "dropout", "sign"};
+
+/// One fault in a channel, for a time. It fades in over `fade_s`, so that it may begin without a jump.
+struct Piece {
+  Wrong wrong = Wrong::kBias;
+  double from_s = 0.0;  ///< from the beginning of the course
+  double for_s = 1.0;
+  double fade_s = 0.0;
+  double size = 0.0;
+  Value direction = Value::UnitX();
+};
+using Waveform = std::vector<Piece>;
+
+/// "drift 2 20 0.5 0.3 1 0 0; ...": a piece's members in their order. Errors of the text: std::invalid_argument.
+std::string to_text(const Waveform& wave);
+Waveform waveform_of(const std::string& text);
+
+/// Tells a channel's values as a waveform has them. Values have to come in the order of their time.
+class Teller {
+ public:
+  Teller(Waveform wave, std::uint64_t seed);
+  /// @param anchored gain and sign count from the value at which the piece began; else from zero.
+  /// @returns nothing: no value is told.
+  std::optional<Value> tell(double t_s, const Value& truth, bool anchored);
+
+ private:
+  Value changed(std::size_t index, double t_s, const Value& value, const Value& truth);
+  Value as_it_was(double t_s) const;
+
+  struct Heard {
+    double t_s;
+    Value truth;
+  };
+  Waveform wave_;
+  std::vector<std::optional<Value>> anchors_;  ///< of each piece
+  std::deque<Heard> heard_;                    ///< of the last two seconds
+  sim::Random noise_;
+};
+
+/// How large the pieces of a channel may be.
+struct Sizes {
+  double least = 0.0;  ///< of bias, swing, noise, and of drift in a second
+  double most = 0.0;
+  int width = 3;  ///< how many of the three numbers the channel has
+};
+
+/// A waveform of one to three pieces, within `within_s` of the course's beginning.
+Waveform drawn_wave(const Sizes& sizes, double earliest_s, double within_s, sim::Random& random);
+/// A neighbour: one piece changed a little or drawn anew, added or left out.
+Waveform neighbour_of(const Waveform& wave, const Sizes& sizes, double earliest_s, double within_s,
+                      sim::Random& random);
+
+}  // namespace m100::scenario
