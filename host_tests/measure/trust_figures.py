@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far the tests themselves are tested: rows of the safety tables, states of the model, mutants."""
+"""How far the tests themselves are tested: rows of the safety tables, states of the model, mutants, lines and branches."""
 import json
 import re
 
@@ -31,5 +31,15 @@ def mutants(place):
                                     f"{counts['of']} with seed {counts['seed']}", 0.02)}
 
 
+def coverage(place):
+    note = place.root / "build" / "coverage" / "result.json"
+    if not note.is_file():
+        raise NotMeasuredHere("host_tests/coverage has not run to its end here")
+    counts = json.loads(note.read_text())
+    lines, branches = counts["run"] / counts["lines"], counts["taken"] / counts["branches"]
+    return {"trust.coverage": Figure(f"{100 * lines:.1f} % of {counts['lines']} lines, {100 * branches:.1f} % of "
+                                     f"{counts['branches']} branches", 0.02)}
+
+
 SOURCES = [Source(("trust.rows",), rows), Source(("trust.states",), states, quick=False),
-           Source(("trust.mutants",), mutants, quick=False)]
+           Source(("trust.mutants",), mutants, quick=False), Source(("trust.coverage",), coverage, quick=False)]
