@@ -125,7 +125,11 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
     }
     autopilot.advance(now);
     if (pose != nullptr) {
-      pose->source().set_faults({.silent = !autopilot.pose_on()});
+      pose->source().set_faults({.silent = !autopilot.pose_on(), .lie = [&autopilot](sim::PoseSample& sample) {
+                                   if (autopilot.liar() != nullptr) {
+                                     autopilot.liar()->tell(sample);
+                                   }
+                                 }});
       pose->step(now, vehicle, autopilot.ticked_at());
     }
     if (events != nullptr) {

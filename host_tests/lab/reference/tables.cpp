@@ -191,6 +191,11 @@ Table script_table() {
                           std::string(word.name),
                           {chirp ? "STICK COUNTS FROM_HZ TO_HZ SECONDS" : "STICK COUNTS SECONDS"}});
   }
+  for (const sim::Lie& lie : sim::lies()) {
+    table.rows.push_back({"a channel lies, and by how much",
+                          std::string(sim::kN1LieWord) + " " + std::string(lie.name),
+                          {lie.unit.empty() ? "-" : "[" + std::string(lie.unit) + "]"}});
+  }
   for (const std::string_view stick : sim::kN1StickNames) {
     table.rows.push_back({"names of a STICK", std::string(stick), {"-"}});
   }

@@ -110,6 +110,9 @@ void N1Autopilot::happen(const N1ScriptLine& line) {
   if (line.what == N1Happening::kStick) {
     tell("did", "stick", line.move.counts);
     pilot_.move(line.move);
+  } else if (line.what == N1Happening::kLie) {
+    tell("did", line.lie->name, line.value);
+    set_lie(*line.lie, line.value);
   } else {
     happen(line.what, line.value, line.asked);
   }
@@ -170,7 +173,8 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       end_virtual_rc("ended_by_script");
       break;
     case N1Happening::kStick:
-      break;  // which stick, and how: a line of a script tells
+    case N1Happening::kLie:
+      break;  // which stick, and how, or which lie: a line of a script tells
   }
 }
 

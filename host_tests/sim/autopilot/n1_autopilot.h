@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "firmware/core/time.h"
 #include "hal/uart.h"
+#include "host_tests/sim/autopilot/lies.h"
 #include "host_tests/sim/autopilot/n1_movement.h"
 #include "host_tests/sim/autopilot/n1_pilot.h"
 #include "host_tests/sim/autopilot/n1_script.h"
@@ -127,6 +129,10 @@ class N1Autopilot {
   const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
   /// The script's word about the room's poses, which are no part of an autopilot.
   bool pose_on() const { return pose_on_; }
+  /// Its lie: whoever sends poses for the room lets it pass over them. Null: none is told.
+  Liar* liar() { return liar_ ? &*liar_ : nullptr; }
+  /// From now on telemetry, and the room's poses, lie in this way.
+  void set_lie(const Lie& lie, double size) { liar_.emplace(lie, size); }
 
  private:
   /// Times of the last commands of one channel, for the count in any second.
@@ -227,6 +233,7 @@ class N1Autopilot {
   bool ioc_ = false;
   double tasks_ = 1.0;  ///< as N1Happening::kTasks has it
   bool pose_on_ = true;
+  std::optional<Liar> liar_;
   bool mobile_wants_control_ = false;
   core::TimePoint deaf_to_switch_until_{};
   N1Mode wanted_mode_;

@@ -82,6 +82,9 @@ void N1Autopilot::send_telemetry() {
   if (lie_) {
     lie_(telemetry);
   }
+  if (liar_) {
+    liar_->tell(telemetry);
+  }
   push(protocol::ids::kTelemetry, encode(telemetry));
   ++record_.telemetry_packages;
 }

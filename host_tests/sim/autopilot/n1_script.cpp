@@ -65,6 +65,22 @@ N1StickMove read_move(N1StickMove::Shape shape, std::istringstream& words, long 
   return move;
 }
 
+/// The rest of a line whose word is a lie.
+N1ScriptLine read_lie(core::TimePoint at, std::istringstream& words, long line) {
+  std::string name, more;
+  words >> name;
+  const Lie* const lie = lie_of(name);
+  if (lie == nullptr) {
+    throw N1ScriptError(line, "no lie '" + name + "' is known");
+  }
+  double size = lie->size;
+  const bool has_size = static_cast<bool>(words >> size);
+  if ((has_size && lie->unit.empty()) || (!has_size && !words.eof()) || words >> more || !(std::abs(size) <= 1e4)) {
+    throw N1ScriptError(line, "expected: lie NAME, and a number where the lie has a size");
+  }
+  return {.at = at, .what = N1Happening::kLie, .value = has_size ? size : lie->size, .lie = lie};
+}
+
 N1ScriptLine read_line(const std::string& text, long number) {
   std::istringstream words(text);
   double at_s = 0.0;
@@ -77,6 +93,9 @@ N1ScriptLine read_line(const std::string& text, long number) {
     if (known.name == name) {
       return {.at = at, .what = N1Happening::kStick, .move = read_move(known.shape, words, number)};
     }
+  }
+  if (name == kN1LieWord) {
+    return read_lie(at, words, number);
   }
   for (const N1Form& form : kN1Forms) {
     if (form.name != name) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "firmware/core/time.h"
+#include "host_tests/sim/autopilot/lies.h"
 #include "host_tests/sim/autopilot/n1_pilot.h"
 #include "protocol/catalogue.h"
 
@@ -33,6 +34,7 @@ enum class N1Happening : std::uint8_t {
   kEndTask,       ///< the autopilot breaks off what it does of them
   kPose,          ///< 0: no pose comes from the room from now on; 1: again
   kStick,         ///< the pilot moves a stick
+  kLie,           ///< telemetry, or the room's poses, lie from now on
 };
 
 /// Commands whose acknowledgements can be lost by name.
@@ -69,6 +71,7 @@ struct N1ScriptLine {
   double value = 0.0;
   N1Asked asked = N1Asked::kAny;  ///< of kLoseAcks
   N1StickMove move{};             ///< of kStick
+  const Lie* lie = nullptr;       ///< of kLie; `value` is its size
 };
 
 /// A line of a script that cannot be read: its number and what is wrong with it.
@@ -96,6 +99,10 @@ class N1ScriptError : public std::runtime_error {
 ///   52 doublet pitch 150 0.4           0.4 s to one side, 0.4 s to the other
 ///   55 3211 roll 150 0.3               3, 2, 1, 1 times 0.3 s, to either side in turn
 ///   60 chirp roll 100 0.4 2.5 8        a sine from 0.4 to 2.5 Hz within 8 s
+///
+/// and a lie of a channel by its name (lies.h), with its size where another one than the usual is meant:
+///
+///   30 lie standing                    30 lie drift 0.1
 ///
 /// @throws N1ScriptError
 std::vector<N1ScriptLine> read_n1_script(const std::string& text);

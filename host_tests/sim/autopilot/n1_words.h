@@ -54,6 +54,7 @@ struct N1StickWord {
 inline constexpr std::array kN1StickWords{
     N1StickWord{"stick", N1StickMove::Shape::kStep}, N1StickWord{"doublet", N1StickMove::Shape::kDoublet},
     N1StickWord{"3211", N1StickMove::Shape::k3211}, N1StickWord{"chirp", N1StickMove::Shape::kChirp}};
+inline constexpr std::string_view kN1LieWord = "lie";
 inline constexpr std::array<std::string_view, 4> kN1StickNames{"roll", "pitch", "throttle", "yaw"};
 
 }  // namespace m100::sim

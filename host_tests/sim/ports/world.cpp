@@ -61,4 +61,11 @@ void World::advance(core::Duration step) {
   }
 }
 
+void World::lie(const Lie& lie, double size) {
+  autopilot_.set_lie(lie, size);
+  PoseFaults faults = pose_source().faults();
+  faults.lie = [liar = autopilot_.liar()](PoseSample& sample) { liar->tell(sample); };
+  pose_source().set_faults(faults);
+}
+
 }  // namespace m100::sim

@@ -40,6 +40,9 @@ class World {
   /// Lets time pass: in steps of the autopilot's 400 Hz, and to each moment in which a pose is taken or arrives.
   void advance(core::Duration step);
 
+  /// From now on the channel of this lie tells it.
+  void lie(const Lie& lie, double size);
+
   Vehicle& vehicle() { return vehicle_; }
   N1Autopilot& autopilot() { return autopilot_; }
   PoseSource& pose_source() { return pose_sender_.source(); }

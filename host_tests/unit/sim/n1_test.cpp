@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The emulated autopilot, command by command, as a client's raw frames see it (protocol, sections 4 to 6 and 11).
+#include "firmware/core/frames.h"
 #include "host_tests/unit/sim/n1_fixture.h"
 #include "protocol/aes256.h"
 
@@ -184,6 +185,54 @@ TEST_F(N1Test, ARestartForgetsEverything) {
   run(seconds(2));
   EXPECT_GT(pushes(ids::kTelemetry), 0U);
   EXPECT_EQ(code(ids::kControlRequest, bytes({1})), 0xFF01U);
+}
+
+TEST(N1Script, NamesALieAndItsSize) {
+  const auto script = read_n1_script("1 lie standing\n2 lie drift\n3 lie drift -0.1\n");
+  ASSERT_EQ(script.size(), 3U);
+  EXPECT_EQ(script[0].lie, lie_of("standing"));
+  EXPECT_EQ(script[1].value, lie_of("drift")->size);
+  EXPECT_NEAR(script[2].value, -0.1, 1e-12);
+  for (const char* const bad : {"1 lie", "1 lie gravely", "1 lie standing 2", "1 lie drift fast", "1 lie drift 1 2",
+                                "1 lie drift nan", "1 lie drift 1e9"}) {
+    EXPECT_THROW((void)read_n1_script(bad), N1ScriptError) << bad;
+  }
+}
+
+// Catches a lie that changes another channel than its own, or none.
+TEST(Lies, EachChangesItsOwnChannelAlone) {
+  for (const Lie& lie : lies()) {
+    ASSERT_NE(lie.pose == nullptr, lie.telemetry == nullptr) << lie.name;
+    Liar liar(lie);
+    bool changed = false;
+    for (int i = 0; i < 20; ++i) {
+      PoseSample pose;
+      pose.captured = core::TimePoint{milliseconds(100 * i)};
+      pose.position_w_m = {0.1 * i + 1.0, 0.02 * i * i + 2.0, 0.05 * i + 1.0};
+      protocol::Telemetry telemetry;
+      telemetry.time.ticks = static_cast<std::uint32_t>(40 * i);
+      const core::Quaternion<double> q =
+          core::flip_yz(core::quaternion_of(core::Euler<double>{0.05 + 0.01 * i, 0.1 - 0.01 * i, 0.2}));
+      telemetry.attitude = {static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y),
+                            static_cast<float>(q.z)};
+      telemetry.angular_velocity_frd_rad_s = {0.1F + 0.01F * static_cast<float>(i), 0.2F, 0.3F};
+      telemetry.acceleration = {0.1F, 0.2F + 0.01F * static_cast<float>(i), -1.F};
+      telemetry.velocity_ned_m_s = {0.F, 0.F, 0.5F};
+      PoseSample told_pose = pose;
+      protocol::Telemetry told = telemetry;
+      liar.tell(told_pose);
+      liar.tell(told);
+      const bool pose_changed = told_pose.position_w_m != pose.position_w_m || told_pose.yaw_rad != pose.yaw_rad ||
+                                told_pose.stamp != pose.stamp;
+      const bool telemetry_changed = told.attitude != telemetry.attitude ||
+                                     told.acceleration != telemetry.acceleration ||
+                                     told.velocity_ned_m_s != telemetry.velocity_ned_m_s ||
+                                     told.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s;
+      EXPECT_FALSE(lie.pose == nullptr ? pose_changed : telemetry_changed) << lie.name;
+      changed = changed || pose_changed || telemetry_changed;
+    }
+    EXPECT_TRUE(changed) << lie.name;
+  }
 }
 
 TEST(N1Script, IsReadLineByLineAndErrorsNameTheLine) {

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/sim/autopilot/lies.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "firmware/core/frames.h"
+#include "firmware/core/maths.h"
+
+namespace m100::sim {
+namespace {
+
+using Place = core::Vector<double, 3>;
+using Poses = LieMemory<PoseSample>;
+using protocol::Telemetry;
+using Packages = LieMemory<Telemetry>;
+
+constexpr double kDegree = core::kPi / 180.0;
+constexpr double kTickHz = 400.0;
+
+// The pose.
+
+/// About the place of the first sample.
+void about(PoseSample& sample, const Poses& memory, double xx, double xy, double yx, double yy) {
+  const Place d = sample.position_w_m - memory.first->position_w_m;
+  sample.position_w_m.x() = memory.first->position_w_m.x() + xx * d.x() + xy * d.y();
+  sample.position_w_m.y() = memory.first->position_w_m.y() + yx * d.x() + yy * d.y();
+}
+
+void stands(PoseSample& sample, Poses& memory, double) {
+  const PoseSample& first = *memory.first;
+  const Place d = 1e5 * (sample.position_w_m - first.position_w_m);
+  sample.position_w_m = first.position_w_m + 1e-3 * Place(std::sin(d.x()), std::sin(d.y()), std::sin(d.z()));
+  sample.yaw_rad = first.yaw_rad + 2e-3 * std::sin(d.x() + d.y());
+}
+
+void walks(PoseSample& sample, Poses& memory, double size) {
+  stands(sample, memory, size);
+  const double t = memory.t_s;
+  sample.position_w_m += size * Place(0.5 - 0.5 * std::cos(t), 0.5 * std::sin(t) * (1.0 - std::exp(-t)), 0.0);
+}
+
+void drifts(PoseSample& sample, Poses& memory, double size) { sample.position_w_m.x() += size * memory.t_s; }
+void rises(PoseSample& sample, Poses& memory, double size) { sample.position_w_m.z() += size * memory.t_s; }
+void jumps(PoseSample& sample, Poses&, double size) { sample.position_w_m.x() += size; }
+void turns(PoseSample& sample, Poses& memory, double size) {
+  const double c = std::cos(size * kDegree), s = std::sin(size * kDegree);
+  about(sample, memory, c, -s, s, c);
+}
+void mirrors(PoseSample& sample, Poses& memory, double) { about(sample, memory, 1.0, 0.0, 0.0, -1.0); }
+void swaps(PoseSample& sample, Poses& memory, double) { about(sample, memory, 0.0, 1.0, 1.0, 0.0); }
+void scales(PoseSample& sample, Poses& memory, double size) {
+  about(sample, memory, 1.0 + 0.01 * size, 0.0, 0.0, 1.0 + 0.01 * size);
+}
+void sinks(PoseSample& sample, Poses& memory, double) {
+  sample.position_w_m.z() = 2.0 * memory.first->position_w_m.z() - sample.position_w_m.z();
+}
+void turns_heading(PoseSample& sample, Poses&, double size) { sample.yaw_rad += size * kDegree; }
+/// The stamp runs ahead of the capture: the pose is said to be younger than it is; older: negative.
+void tells_younger(PoseSample& sample, Poses&, double size) {
+  sample.stamp += core::Duration{std::llround(size * 1e3)};
+}
+void freezes(PoseSample& sample, Poses& memory, double) {
+  sample.position_w_m = memory.first->position_w_m;
+  sample.yaw_rad = memory.first->yaw_rad;
+}
+/// Each place is sent again and again for `size` seconds, with running stamps and noise.
+void repeats(PoseSample& sample, Poses& memory, double size) {
+  if (memory.kept.empty() || core::seconds<double>(sample.captured - memory.kept.front().captured) >= size) {
+    memory.kept.assign(1, sample);
+  }
+  Poses held;
+  held.first = memory.kept.front();
+  stands(sample, held, 0.0);
+}
+
+// Telemetry.
+
+core::Euler<double> euler_of(const Telemetry& telemetry) {
+  const std::array<float, 4>& q = telemetry.attitude;
+  return core::euler_of(core::flip_yz(core::Quaternion<double>{static_cast<double>(q[0]), static_cast<double>(q[1]),
+                                                               static_cast<double>(q[2]), static_cast<double>(q[3])}));
+}
+void set_euler(Telemetry& telemetry, const core::Euler<double>& euler) {
+  const core::Quaternion<double> q = core::flip_yz(core::quaternion_of(euler));
+  telemetry.attitude = {static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y),
+                        static_cast<float>(q.z)};
+}
+/// Changes the tilt and leaves the heading.
+template <typename Change>
+void tilts(Telemetry& telemetry, const Change& change) {
+  core::Euler<double> euler = euler_of(telemetry);
+  change(euler.roll_rad, euler.pitch_rad);
+  set_euler(telemetry, euler);
+}
+
+void sticks_attitude(Telemetry& telemetry, Packages& memory, double) {
+  const double digits = 1e6 * static_cast<double>(telemetry.attitude[1]);
+  core::Euler<double> euler = euler_of(*memory.first);
+  euler.roll_rad += 5e-5 * std::sin(digits);
+  euler.pitch_rad += 5e-5 * std::cos(digits);
+  euler.yaw_rad = euler_of(telemetry).yaw_rad;
+  set_euler(telemetry, euler);
+}
+/// For `size` of each second.
+void stutters_attitude(Telemetry& telemetry, Packages& memory, double size) {
+  if (std::fmod(memory.t_s, 1.0) >= size || memory.kept.empty()) {
+    memory.kept.assign(1, telemetry);
+  }
+  telemetry.attitude = memory.kept.front().attitude;
+}
+void sticks_rates(Telemetry& telemetry, Packages& memory, double) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double digits = 1e6 * static_cast<double>(telemetry.angular_velocity_frd_rad_s[i]);
+    telemetry.angular_velocity_frd_rad_s[i] =
+        memory.first->angular_velocity_frd_rad_s[i] + 0.003F * static_cast<float>(std::sin(digits));
+  }
+}
+void multiplies_rates(Telemetry& telemetry, Packages&, double size) {
+  for (float& rate : telemetry.angular_velocity_frd_rad_s) {
+    rate *= static_cast<float>(size);
+  }
+}
+void swaps_rates(Telemetry& telemetry, Packages&, double) {
+  std::swap(telemetry.angular_velocity_frd_rad_s[0], telemetry.angular_velocity_frd_rad_s[1]);
+}
+void inverts_rates(Telemetry& telemetry, Packages&, double) { telemetry.angular_velocity_frd_rad_s[0] *= -1.F; }
+void multiplies_tilt(Telemetry& telemetry, Packages&, double size) {
+  tilts(telemetry, [size](double& roll, double& pitch) {
+    roll *= size;
+    pitch *= size;
+  });
+}
+void swaps_tilt(Telemetry& telemetry, Packages&, double) {
+  tilts(telemetry, [](double& roll, double& pitch) { std::swap(roll, pitch); });
+}
+void swaps_tilt_and_rates(Telemetry& telemetry, Packages& memory, double size) {
+  swaps_tilt(telemetry, memory, size);
+  swaps_rates(telemetry, memory, size);
+  telemetry.angular_velocity_frd_rad_s[0] *= -1.F;  // FRD: the pitch of both families has the other sign
+  telemetry.angular_velocity_frd_rad_s[1] *= -1.F;
+}
+void inverts_roll(Telemetry& telemetry, Packages&, double) {
+  tilts(telemetry, [](double& roll, double&) { roll = -roll; });
+}
+void inverts_roll_and_rate(Telemetry& telemetry, Packages& memory, double size) {
+  inverts_roll(telemetry, memory, size);
+  inverts_rates(telemetry, memory, size);
+}
+void offsets_tilt(Telemetry& telemetry, Packages&, double size) {
+  tilts(telemetry, [size](double& roll, double&) { roll += size * kDegree; });
+}
+/// By `size` milliseconds, its own clock and everything in it.
+void delays(Telemetry& telemetry, Packages& memory, double size) {
+  memory.kept.push_back(telemetry);
+  const auto late = static_cast<std::size_t>(std::llround(size / 10.0));
+  if (memory.kept.size() > late + 1) {
+    memory.kept.pop_front();
+  }
+  const Telemetry old = memory.kept.front();
+  telemetry.attitude = old.attitude;
+  telemetry.angular_velocity_frd_rad_s = old.angular_velocity_frd_rad_s;
+  telemetry.acceleration = old.acceleration;
+}
+void turns_yaw(Telemetry& telemetry, Packages&, double size) {
+  core::Euler<double> euler = euler_of(telemetry);
+  euler.yaw_rad += size * kDegree;
+  set_euler(telemetry, euler);
+}
+void swaps_force(Telemetry& telemetry, Packages&, double) {
+  std::swap(telemetry.acceleration[0], telemetry.acceleration[1]);
+}
+void offsets_force(Telemetry& telemetry, Packages&, double size) {
+  telemetry.acceleration[0] += static_cast<float>(size / 9.8066);
+}
+void sticks_force(Telemetry& telemetry, Packages& memory, double) {
+  telemetry.acceleration = memory.first->acceleration;
+}
+void inverts_climb(Telemetry& telemetry, Packages&, double) { telemetry.velocity_ned_m_s[2] *= -1.F; }
+
+constexpr std::array kLies{
+    Lie{"standing", "a body that stands still, with noise", 0.0, "", stands},
+    Lie{"walking", "another body walks a circle", 0.5, "m", walks},
+    Lie{"drift", "drift sideways", 0.3, "m/s", drifts},
+    Lie{"rise", "drift upwards", 0.3, "m/s", rises},
+    Lie{"jump", "jump sideways", 0.5, "m", jumps},
+    Lie{"turn", "frame turned, the heading right", 20.0, "deg", turns},
+    Lie{"mirror", "y mirrored", 0.0, "", mirrors},
+    Lie{"swap", "x and y exchanged", 0.0, "", swaps},
+    Lie{"scale", "horizontal scale too large", 40.0, "%", scales},
+    Lie{"sink", "height with the wrong sign", 0.0, "", sinks},
+    Lie{"heading", "heading turned, the place right", 20.0, "deg", turns_heading},
+    Lie{"younger", "older than its age says", 60.0, "ms", tells_younger},
+    Lie{"frozen", "the same place, with running stamps", 0.0, "", freezes},
+    Lie{"repeated", "each place sent again for so long, with noise", 0.3, "s", repeats},
+    Lie{"attitude_stuck", "tilt stands still, rates right", 0.0, "", nullptr, sticks_attitude},
+    Lie{"attitude_stutters", "attitude stands for a share of each second", 0.4, "s", nullptr, stutters_attitude},
+    Lie{"tilt_times", "tilt in another unit", 57.2958, "times", nullptr, multiplies_tilt},
+    Lie{"tilt_swapped", "roll and pitch exchanged, rates right", 0.0, "", nullptr, swaps_tilt},
+    Lie{"tilt_rates_swapped", "roll and pitch exchanged, their rates too", 0.0, "", nullptr, swaps_tilt_and_rates},
+    Lie{"roll_inverted", "roll with the wrong sign, rates right", 0.0, "", nullptr, inverts_roll},
+    Lie{"roll_rate_inverted", "roll and its rate with the wrong sign", 0.0, "", nullptr, inverts_roll_and_rate},
+    Lie{"tilt_offset", "roll is wrong by", 5.0, "deg", nullptr, offsets_tilt},
+    Lie{"rates_stuck", "rates stand still, with noise", 0.0, "", nullptr, sticks_rates},
+    Lie{"rates_times", "rates in another unit", 57.2958, "times", nullptr, multiplies_rates},
+    Lie{"rates_swapped", "rates about x and y exchanged", 0.0, "", nullptr, swaps_rates},
+    Lie{"rates_inverted", "rate about x with the wrong sign", 0.0, "", nullptr, inverts_rates},
+    Lie{"telemetry_late", "attitude, rates, force late", 60.0, "ms", nullptr, delays},
+    Lie{"yaw", "autopilot's heading turned", 20.0, "deg", nullptr, turns_yaw},
+    Lie{"force_swapped", "specific force, x and y exchanged", 0.0, "", nullptr, swaps_force},
+    Lie{"force_offset", "specific force wrong by", 1.0, "m/s^2", nullptr, offsets_force},
+    Lie{"force_stuck", "specific force stands still", 0.0, "", nullptr, sticks_force},
+    Lie{"climb_inverted", "autopilot's climb with the wrong sign", 0.0, "", nullptr, inverts_climb},
+};
+
+}  // namespace
+
+std::span<const Lie> lies() { return kLies; }
+
+const Lie* lie_of(std::string_view name) {
+  const auto* const found = std::find_if(kLies.begin(), kLies.end(), [&](const Lie& lie) { return lie.name == name; });
+  return found == kLies.end() ? nullptr : found;
+}
+
+void Liar::tell(PoseSample& sample) {
+  if (lie_->pose == nullptr) {
+    return;
+  }
+  poses_.first = poses_.first ? poses_.first : sample;
+  poses_.t_s = core::seconds<double>(sample.captured - poses_.first->captured);
+  lie_->pose(sample, poses_, size_);
+}
+
+void Liar::tell(Telemetry& telemetry) {
+  if (lie_->telemetry == nullptr) {
+    return;
+  }
+  telemetry_.first = telemetry_.first ? telemetry_.first : telemetry;
+  telemetry_.t_s = static_cast<double>(telemetry.time.ticks - telemetry_.first->time.ticks) / kTickHz;
+  lie_->telemetry(telemetry, telemetry_, size_);
+}
+
+}  // namespace m100::sim
