@@ -5,6 +5,14 @@
 
 namespace m100::app {
 
+namespace {
+
+/// For a quarter of a second, until the tilt has turned round, the speed still grows; and what a gust adds until it is
+/// answered.
+constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
+
+}  // namespace
+
 template <typename T>
 void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung,
                           core::Duration elapsed) {
@@ -16,26 +24,39 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& esti
   const bool settles = rung == safety::Rung::kLevel || rung == safety::Rung::kRelease;
   const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
   lied_to_ = contradicted || refused || (lied_to_ && settles);
+  const T speed_m_s = core::sqrt(reckoning_.velocity_w_m_s().squaredNorm());
+  if (!lied_to_) {
+    most_m_s_ = speed_m_s + static_cast<T>(kTurnsRound_s) * cross_check_.moved_m_s2() + static_cast<T>(kGust_m_s);
+  }
+  const bool runs_away = settles && speed_m_s > most_m_s_;
+  tilt_lies_ = contradiction().check == est::Check::kRates || runs_away || (tilt_lies_ && settles);
   const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate.refused_poses == 0;
   reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, rung == safety::Rung::kSilent, elapsed);
 }
 
 template <typename T>
+est::Estimate<T> PoseTrust<T>::motion(const est::Estimate<T>& estimate) const {
+  constexpr T kNotToBeUsed_m2_s2 = T(1e6);
+  est::Estimate<T> known = lied_to_ ? reckoning_.instead_of(estimate) : estimate;
+  if (tilt_lies_) {
+    known.x.velocity_variance_m2_s2 = known.y.velocity_variance_m2_s2 = kNotToBeUsed_m2_s2;
+  }
+  return known;
+}
+
+template <typename T>
 double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
   constexpr T kWorthless_m2_s2 = T(1);
-  const auto speed_of = [](const est::AxisEstimate<T>& x, const est::AxisEstimate<T>& y) {
-    const bool known = x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2;
-    return known ? static_cast<double>(core::sqrt(x.velocity_m_s * x.velocity_m_s + y.velocity_m_s * y.velocity_m_s))
-                 : 0.0;
-  };
-  if (!estimate.predicts) {
+  const est::AxisEstimate<T>& x = estimate.x;
+  const est::AxisEstimate<T>& y = estimate.y;
+  const bool learned =
+      lied_to_ || (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
+  if (!estimate.predicts || tilt_lies_ || !learned) {
     return 0.0;
   }
-  if (!lied_to_) {
-    return speed_of(estimate.x, estimate.y);
-  }
-  const est::Estimate<T> known_motion = motion(estimate);
-  return speed_of(known_motion.x, known_motion.y);
+  const core::Vector<T, 2> velocity_m_s =
+      lied_to_ ? reckoning_.velocity_w_m_s() : core::Vector<T, 2>(x.velocity_m_s, y.velocity_m_s);
+  return static_cast<double>(core::sqrt(velocity_m_s.squaredNorm()));
 }
 
 template <typename T>

@@ -13,7 +13,10 @@ namespace m100::app {
 /// false motion, and then knows the motion that is braked instead.
 ///
 /// Poses that are contradicted have taught the observer a false motion; poses that the gate refuses may have, where it
-/// is far from the one that is reckoned without them. What was learned stays false until the ladder has ended.
+/// is far from the one that is reckoned without them. What was learned stays false until the ladder has ended. Where
+/// attitude and rates of the autopilot contradict each other, or the reckoned speed grows under a braking that takes it
+/// away, the reckoned motion is worth nothing either: the attitude that it is made of is wrong. The aircraft is then
+/// levelled by trim and wind, and nobody waits for it to slow down.
 ///
 /// No heap. Cost: that of its two parts. T is float or double.
 template <typename T>
@@ -26,13 +29,12 @@ class PoseTrust {
   void update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung, core::Duration elapsed);
 
   bool lied_to() const { return lied_to_; }
+  bool has_looked() const { return cross_check_.has_looked(); }
   const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
   /// What the specific force shows beside the tilt, for the observer.
   const est::Push<T>& push() const { return cross_check_.push(); }
   /// What is braked by: an estimate that is contradicted would fly the lie.
-  est::Estimate<T> motion(const est::Estimate<T>& estimate) const {
-    return lied_to_ ? reckoning_.instead_of(estimate) : estimate;
-  }
+  est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
   /// Horizontal. Of a prediction that is worth nothing, none: nobody waits for it to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
   /// What the supervisor is told of refused and contradicted poses; a contradicted one counts as long refused.
@@ -41,7 +43,9 @@ class PoseTrust {
  private:
   est::CrossCheck<T> cross_check_;
   est::DeadReckoning<T> reckoning_;
-  bool lied_to_ = false;  ///< the observer's motion was learned from poses that are contradicted
+  bool lied_to_ = false;    ///< the observer's motion was learned from poses that are contradicted
+  T most_m_s_{0};           ///< that the reckoned speed may reach under braking
+  bool tilt_lies_ = false;  ///< so was the reckoned one, from an attitude that is
 };
 
 extern template class PoseTrust<float>;

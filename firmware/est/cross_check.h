@@ -16,15 +16,17 @@
 
 namespace m100::est {
 
-/// What the pose's own motion is held against: each is what the autopilot tells of the same motion.
+/// What the pose's own motion is held against, each what the autopilot tells of the same motion; and the autopilot's
+/// own attitude, against its rates.
 enum class Check : std::uint8_t {
   kNone,
   kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
   kClimb,    ///< climb speed, against the autopilot's; m/s
   kHeading,  ///< how the heading changed, against the autopilot's; rad
   kMotion,   ///< the path of the last seconds, against that of the specific force; m
+  kRates,    ///< how the tilt changed, against the rates of the autopilot; rad
 };
-inline constexpr std::size_t kCheckCount = 5;
+inline constexpr std::size_t kCheckCount = 6;
 std::string_view name(Check check);
 std::string_view unit_of(Check check);
 /// By its name; nothing: there is no such check.
@@ -45,7 +47,8 @@ struct Felt {
   T roll_rad{0};
   T pitch_rad{0};
   T yaw_rad{0};
-  core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();  ///< specific force, FLU, in m/s^2 or in g
+  core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();  ///< FLU
+  core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();       ///< specific force, FLU, in m/s^2 or in g
   T climb_m_s{0};
 };
 
@@ -67,6 +70,7 @@ inline constexpr double kFeltMean_s = 0.1;
 ///   climb    c = climb_pose - climb_autopilot
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
 ///   motion   the last seconds of the path: MotionCheck, with evidence of its own
+///   rates    e' = tilt' - what the rates make of it - e / 0.25 s   roll and pitch together
 ///
 /// Each of the others is weighed by what is allowed and summed one-sidedly (CUSUM), from 0 to twice kEvidence_s:
 ///   S' = r - 1            r = |x| / allowed, up to 2
@@ -78,10 +82,10 @@ inline constexpr double kFeltMean_s = 0.1;
 /// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time and else begins
 /// again at zero and drifts by 0.4 m/s in the root of a second, which hides what the specific force shows. Nothing is
 /// judged while no pose was used for 0.3 s, and where a part of telemetry does not come; poses that the gate begins to
-/// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1 g nor 9.8 m/s^2 has
-/// gravity taken away, and is no evidence.
+/// refuse take nothing of the evidence away. The rates need no pose. An acceleration whose mean over time is neither 1
+/// g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
 ///
-/// No heap. Cost: four sine-cosine pairs, nine square roots and about 200 products a tick. T is float or double.
+/// No heap. Cost: four sine-cosine pairs, twelve square roots and about 220 products a tick. T is float or double.
 template <typename T>
 class CrossCheck {
  public:
@@ -96,6 +100,9 @@ class CrossCheck {
               core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
+  /// The force, where it comes and is asked, has been held against the poses for two seconds: a body that moves, and
+  /// does not feel it, has been seen by then.
+  bool has_looked() const { return !force_known_ || (off_ & set_of(Check::kForce)) != 0 || force_seen_s_ >= T(2); }
   /// Force or path disagree by more than is allowed, though not yet for long enough to say so.
   bool doubts() const { return doubts_; }
   /// Horizontal acceleration that is felt, averaged over kFeltMean_s, without the offset: forward and left of the
@@ -103,6 +110,8 @@ class CrossCheck {
   std::optional<core::Vector<T, 2>> felt_h_m_s2() const {
     return force_seen_s_ > T(0) ? std::optional<core::Vector<T, 2>>(felt_h_m_s2_) : std::nullopt;
   }
+  /// The largest acceleration lately, without the rotors' shaking.
+  T moved_m_s2() const { return moved_m_s2_; }
   /// Not known where the force does not come or the operator has switched its check off.
   const Push<T>& push() const { return push_; }
 
@@ -112,6 +121,7 @@ class CrossCheck {
   void note_push(const core::Turn<T>& yaw, bool is_known, T step_s);
   T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
+  void tilted(const Felt<T>& felt, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   bool mends(const Estimate<T>& estimate, T step_s);
   void follow(const Estimate<T>& estimate, T step_s);
@@ -134,6 +144,13 @@ class CrossCheck {
   Vector2 gained_w_m_s_ = Vector2::Zero();
   T summed_s_{0};  ///< over how long it is a sum
   T heading_offset_rad_{0};
+  T attitude_age_s_{1};                        ///< how long ago the newest attitude came
+  Vector2 tilt_rad_ = Vector2::Zero();         ///< roll and pitch of the newest attitude
+  Vector2 tilt_rate_rad_s_ = Vector2::Zero();  ///< what its rates make of them
+  Vector2 unturned_rad_ = Vector2::Zero();     ///< tilt that was gained without the rates, leaky
+  Vector2 turned_rad_ = Vector2::Zero();       ///< with them, likewise
+  T fastest_rad_s_{0};                         ///< of the rates, lately
+  T farthest_rad_{0};                          ///< of turned_rad_, lately
   std::array<T, kCheckCount> evidence_s_{};
   MotionCheck<T> motion_;
   T mends_for_s_{0};  ///< the poses still mend what the observer predicted without them

@@ -25,10 +25,13 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
 }
 
 void add_refusal(TextLine& line, const safety::Observation& seen) {
-  line.add("pose refused: ");
-  if (seen.contradicted_by != 0) {
-    const auto check = static_cast<est::Check>(seen.contradicted_by);
-    line.add("the autopilot contradicts it, check ").add(est::name(check)).add(": ");
+  const auto check = static_cast<est::Check>(seen.contradicted_by);
+  line.add(check == est::Check::kRates ? "attitude refused: " : "pose refused: ");
+  if (check != est::Check::kNone) {
+    line.add(check == est::Check::kRates ? "the autopilot's rates contradict it, check "
+                                         : "the autopilot contradicts it, check ")
+        .add(est::name(check))
+        .add(": ");
     line.add(seen.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");
     line.add(seen.contradicted_allowed, 2).add(" ").add(est::unit_of(check));
     return;
