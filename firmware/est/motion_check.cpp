@@ -17,7 +17,8 @@ struct Scale {
                        ///< times 1 + |speed|: a gap hides more where more moves
   double leans_s2;     ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
 };
-constexpr std::array<Scale, 2> kScales{{{0.75, 0.0052, 0.10, 0.0098}, {3.0, 0.0010, 0.021, 0.0006}}};
+constexpr std::array<Scale, 3> kScales{
+    {{0.75, 0.0052, 0.10, 0.0098}, {3.0, 0.0010, 0.021, 0.0006}, {1.5, 0.0017, 0.044, 0.0024}}};
 /// The offset belongs to the body, and what is learned of it to its mean tilt: who leans turns another part of it into
 /// the horizontal. The largest acceleration lately says how far.
 constexpr double kLeansMemory_s = 2.0;

@@ -12,8 +12,9 @@ namespace m100::est {
 ///
 /// Both paths pass the same high-pass of third order, s^3 / (s + a)^3: of a force that is all that is left of it after
 /// two integrations, so that no offset has to be known (a constant one is forgotten), and a place and a speed have no
-/// meaning. In two scales: the slow one (a = 0.75 1/s) sees what drifts for seconds, the fast one (a = 3 1/s) has
-/// settled two seconds after the start.
+/// meaning. In three scales: the slow one (a = 0.75 1/s) sees what drifts for seconds, the middle one (a = 1.5 1/s)
+/// what a hover moves by, above the rotors' noise, and the fast one (a = 3 1/s) has settled two seconds after the
+/// start.
 ///
 ///   w  of the observer's position; y  of the force;  e = w - y
 ///
@@ -27,7 +28,7 @@ namespace m100::est {
 ///
 /// The observer's position serves, not the poses: it has their age and their gaps already in it.
 ///
-/// No heap. Cost: a tick about 110 products and six square roots. T is float or double.
+/// No heap. Cost: a tick about 140 products and six square roots. T is float or double.
 template <typename T>
 class MotionCheck {
  public:
@@ -57,7 +58,7 @@ class MotionCheck {
   T allowed_m() const { return worst().allowed_m; }
 
  private:
-  static constexpr std::size_t kScales = 2;
+  static constexpr std::size_t kScales = 3;
   struct Path {
     Vector2 mean_m_s2 = Vector2::Zero();  ///< of the force
     Vector2 felt_m_s = Vector2::Zero();
@@ -73,7 +74,10 @@ class MotionCheck {
     T apart_m{0};
     T allowed_m{0};
   };
-  const Path& worst() const { return paths_[0].evidence > paths_[1].evidence ? paths_[0] : paths_[1]; }
+  const Path& worst() const {
+    const Path& slower = paths_[0].evidence > paths_[2].evidence ? paths_[0] : paths_[2];
+    return slower.evidence > paths_[1].evidence ? slower : paths_[1];
+  }
   void begin(const Motion& motion);
   Vector2 bridged(const Motion& motion, bool sees, T step_s);
   Vector2 timed(std::size_t scale, const Vector2& seen_m, T step_s);
