@@ -91,6 +91,8 @@ class FlightController {
   const link::PoseLink& pose_link() const { return pose_link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
+  /// The poses have been held against the autopilot for long enough to see a body that moves by itself.
+  bool has_looked() const { return trust_.has_looked(); }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::Grant<T>& grant() const { return grant_; }
   /// What the supervisor was told in the last tick.

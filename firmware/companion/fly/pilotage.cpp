@@ -58,7 +58,8 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
   const bool is_known = !wishes_.take_off || GroundView(controller_.link(), now).known;
   const bool all_ready =
       view.stage == safety::Stage::kReady && is_known && obstacle_now(takes_off_from_here(now)) == safety::Cause::kNone;
-  if (wishes_.take_control && !order_given_ && all_ready) {
+  // Who gives a word has looked at the aircraft; this order is given in the tick in which all is ready.
+  if (wishes_.take_control && !order_given_ && all_ready && controller_.has_looked()) {
     order_given_ = true;
     try_to_engage(now, input.guarded);
   } else if (input.word) {

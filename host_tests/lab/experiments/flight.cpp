@@ -164,7 +164,8 @@ class Flight {
     bool ordered = false;
     for (const core::TimePoint last = world_.now() + kMostStartUp; world_.now() < last;) {
       tick();
-      const bool ready = controller_->link().authority().stage == safety::Stage::kReady;
+      const bool looked = !plan_.looks_first || controller_->has_looked();
+      const bool ready = looked && controller_->link().authority().stage == safety::Stage::kReady;
       if (ready && !ordered) {
         if (plan_.pilot_holds_place) {
           start_.position_w_m = world_.vehicle().state().position_w_m;

@@ -34,6 +34,8 @@ struct FlightPlan {
   /// The pilot holds the aircraft at its place until control is taken, and the course begins where it is then; else his
   /// sticks rest, and it drifts with the wind. Not beside keep_log: the log's notes stand before the flight.
   bool pilot_holds_place = false;
+  bool looks_first =
+      false;  ///< as `m100 fly --take-control`: asks for control once the poses were held against the force
   std::optional<companion::FlightFile> flight_file;  ///< what the flight may do; none: the defaults of the program
   /// Called once, before the first tick: what is wrong from the start.
   std::function<void(sim::World&)> prepare;
