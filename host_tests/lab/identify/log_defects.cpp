@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numbers>
 
 #include "host_tests/lab/identify/quantile.h"
@@ -15,6 +16,10 @@ namespace {
 using logs::FlightLog;
 
 constexpr double kAfterTakeOff_s = 1.0;  // ground effect, motors still spinning up
+
+std::size_t row_in_samples(const Clock& clock) {
+  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(clock.row_s / clock.period_s)));
+}
 
 }  // namespace
 
@@ -48,7 +53,31 @@ double hold_s(const std::vector<double>& values, const std::vector<char>& used, 
   return quantile(std::move(runs), 0.5) * period_s;
 }
 
-double cut_share(const std::vector<double>& stick, const std::vector<char>& used) {
+namespace {
+
+/// Share of a stick's arrivals at its stops that come from further off than a quarter of the travel within one row. A
+/// machine places it there (pulses, steps); a hand that the log cut passes through what lies before.
+double placed_share(const std::vector<double>& stick, const std::vector<char>& used, std::size_t row, double low,
+                    double high) {
+  const double slack = 0.005 * (high - low);
+  const auto at_stop = [&](std::size_t i) { return stick[i] > high - slack || stick[i] < low + slack; };
+  double arrivals = 0.0;
+  double placed = 0.0;
+  for (std::size_t i = row; i < stick.size(); ++i) {
+    if (used[i] != 0 && used[i - row] != 0 && at_stop(i) && std::abs(stick[i] - stick[i - 1]) > slack) {
+      arrivals += 1.0;
+      placed += std::abs(stick[i] - stick[i - row]) > 0.25 * (high - low) ? 1.0 : 0.0;
+    }
+  }
+  return arrivals > 0.0 ? placed / arrivals : 0.0;
+}
+
+}  // namespace
+
+double cut_share(const std::vector<double>& stick, const std::vector<char>& used, const Clock& clock) {
+  constexpr double kTellsHand_s =
+      0.055;  // a hand is not across a quarter of its travel in this time; slower rows hide it
+  constexpr double kMostly = 0.5;
   double low = 0.0;
   double high = 0.0;
   for (std::size_t i = 0; i < stick.size(); ++i) {
@@ -57,6 +86,9 @@ double cut_share(const std::vector<double>& stick, const std::vector<char>& used
   }
   const double slack = 0.005 * (high - low);
   if (!(std::abs(high + low) < 4.0 * slack)) {
+    return 0.0;
+  }
+  if (clock.row_s < kTellsHand_s && placed_share(stick, used, row_in_samples(clock), low, high) > kMostly) {
     return 0.0;
   }
   std::size_t at_stop = 0;
@@ -153,12 +185,15 @@ bool stops_at_once(const std::vector<double>& values, std::size_t begin, double 
   return begin > 0 && step > 0.5 * usual;
 }
 
-Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used) {
+/// @param row  samples between the rows in which the signal was logged
+Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used, std::size_t row) {
   constexpr double kLeastRows = 5.0;
   constexpr double kCadences = 4.0;
-  constexpr double kJump = 3.0;       // of the usual step from row to row
-  constexpr double kNever = 10.0;     // times as long as nearly all other runs: not of this signal's own
-  constexpr double kFineSteps = 3.0;  // of the smallest step: a signal counted in steps may well repeat itself
+  constexpr double kFewRepeats = 20.0;  // more freezes than a log has
+  constexpr double kJump = 3.0;         // of the usual step from row to row
+  constexpr double kOrdinary = 0.99;    // of all steps from row to row
+  constexpr double kNever = 10.0;       // times as long as nearly all other runs: not of this signal's own
+  constexpr double kFineSteps = 3.0;    // of the smallest step: a signal counted in steps may well repeat itself
   const auto runs = equal_runs(values, used);
   std::vector<double> lengths;
   std::vector<double> steps;
@@ -169,12 +204,20 @@ Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used
     }
   }
   const double unheard = kNever * quantile(lengths, 0.99);
-  const double least = std::max(kLeastRows, kCadences * quantile(std::move(lengths), 0.9));
-  const double usual = quantile(std::move(steps), 0.5);
+  // A rounded signal repeats itself again and again: what is long is asked of its repeats, where there are enough of
+  // them.
+  std::vector<double> repeats;
+  std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(repeats), [](double length) { return length > 1.0; });
+  const bool rounded = static_cast<double>(repeats.size()) > kFewRepeats;
+  const double least = std::max(kLeastRows * static_cast<double>(row),
+                                kCadences * quantile(std::move(rounded ? repeats : lengths), 0.9));
+  const double usual = quantile(steps, 0.5);
   const bool fine = usual > kFineSteps * quantum_of(values);
+  // A signal counted in steps rests on one of them and starts from there: only more than it ever moves is a jump.
+  const double leap = fine ? kJump * usual : quantile(std::move(steps), kOrdinary);
   Found out;
   for (const auto& [begin, end] : runs) {
-    const bool jumps = end < values.size() && used[end] != 0 && std::abs(values[end] - values[begin]) > kJump * usual;
+    const bool jumps = end < values.size() && used[end] != 0 && std::abs(values[end] - values[begin]) > leap;
     const auto length = static_cast<double>(end - begin);
     const bool alien = fine && length > unheard && stops_at_once(values, begin, usual);
     if (length > least && (jumps || alien)) {
@@ -238,10 +281,6 @@ std::vector<Finding> said_of(const Found& found, const Clock& clock, const char*
            .text = std::to_string(found.samples) + " samples of " + signal + text}};
 }
 
-std::size_t row_in_samples(const Clock& clock) {
-  return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(clock.row_s / clock.period_s)));
-}
-
 constexpr double kSigmas = 12.0;
 constexpr double kOutlierShare = 0.05;  // of the signal's large values: less does no harm
 
@@ -249,8 +288,8 @@ constexpr double kOutlierShare = 0.05;  // of the signal's large values: less do
 
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const Clock& clock,
                                     const std::string& signal) {
-  std::vector<Finding> out =
-      said_of(take_frozen_out(values, used), clock, "frozen", signal, " repeat the one before: kept out");
+  std::vector<Finding> out = said_of(take_frozen_out(values, used, row_in_samples(clock)), clock, "frozen", signal,
+                                     " repeat the one before: kept out");
   const std::size_t row = row_in_samples(clock);
   const double sigma = sigma_of(values, used, row);
   if (sigma > 0.0) {

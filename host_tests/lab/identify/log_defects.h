@@ -22,9 +22,16 @@ void mask_unusable(const logs::FlightLog& log, const std::vector<std::uint8_t>& 
 /// not held.
 double hold_s(const std::vector<double>& values, const std::vector<char>& used, double period_s);
 
+struct Clock {
+  double start_s = 0.0;
+  double period_s = 0.01;
+  double row_s = 0.0;  ///< between the rows in which the signal was logged, where that is more than a period
+};
+
 /// Share of the used samples on which a stick stands at one and the same largest value, on both sides alike: a log that
-/// was cut there, or a pilot who flies stops only.
-double cut_share(const std::vector<double>& stick, const std::vector<char>& used);
+/// was cut there, or a pilot who flies stops only. 0 where it mostly comes there at once, as pulses of a machine do and
+/// no hand; rows of 55 ms and more cannot tell.
+double cut_share(const std::vector<double>& stick, const std::vector<char>& used, const Clock& clock);
 
 /// Degrees, taken for radians: roll or pitch beyond half a turn, which no attitude is. Turns them into radians.
 /// @param used  which samples are looked at: what was not asked about does not matter
@@ -41,11 +48,6 @@ std::vector<char> inside(const logs::FlightLog& log, const std::vector<std::pair
 /// of `used`. Outliers: more than 12 sigma from the median of five, sigma from second differences, and more than 5 % of
 /// the amplitude; the median takes their place.
 /// @returns at most one finding for each kind, over the times of all its samples.
-struct Clock {
-  double start_s = 0.0;
-  double period_s = 0.01;
-  double row_s = 0.0;  ///< between the rows in which the signal was logged, where that is more than a period
-};
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const Clock& clock,
                                     const std::string& signal);
 

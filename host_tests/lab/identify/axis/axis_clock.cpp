@@ -40,7 +40,8 @@ std::vector<Knob> knobs_of(const StickAxis& axis) {
 ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   ClockShift out;
   const StickAxis found = family.model(fit);
-  const double period_s = family.period_s();
+  // Sticks that ramp between rows, where they were held, read half a row early: of the log's rows, not of our samples.
+  const double period_s = std::max(family.period_s(), family.stick_row_s());
   constexpr double kClearDelay_s = 0.015;
   const bool has_zero = found.lead_zero_s > 0.0;
   const double net_s = has_zero ? 0.0 : found.transport_delay_s;

@@ -39,6 +39,24 @@ std::vector<RegressorGroup> thinned(std::vector<RegressorGroup> groups, const Th
   return groups;
 }
 
+/// By how much the response of each sample of a run may be off because nobody knows the stick between its rows.
+std::vector<double> unknown_of(const AxisData& data, const AxisBlocks& whole, const Range& run, double longest_s,
+                               const model::StickAxis& model) {
+  const std::vector<double> line = whole.response(model);
+  std::vector<double> out(line.size(), 0.0);
+  if (!slow_rows(data)) {
+    return out;
+  }
+  for (const bool next : {false, true}) {
+    const AxisData held = held_between_rows(data, next);
+    const std::vector<double> other = AxisBlocks(held, {run}, longest_s).response(model);
+    for (std::size_t i = 0; i < std::min(out.size(), other.size()); ++i) {
+      out[i] = std::max(out[i], std::abs(other[i] - line[i]));
+    }
+  }
+  return out;
+}
+
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
 /// @param first_flight  number of the log's first flight, so that two logs have no number in common
 void append_free_run(const AxisPart& part, const model::StickAxis& model, std::size_t first_flight,
@@ -52,6 +70,8 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
     const AxisBlocks whole(data, {run}, range.second - range.first + 2.0 * kSettle_s);
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
+    const std::vector<double> unknown =
+        unknown_of(data, whole, run, range.second - range.first + 2.0 * kSettle_s, model);
     auto from = error.begin();
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const std::size_t samples = whole[number].end - whole[number].begin;
@@ -67,6 +87,8 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
           input.flight.push_back(first_flight + flight_of(data, i));
         }
         residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
+        const auto known = unknown.begin() + (from - error.begin());
+        input.unknown.insert(input.unknown.end(), known + static_cast<std::ptrdiff_t>(settle), known + (to - from));
         const Thinned rows = thin_run(data.period_s, length, end - begin);
         merge(input.groups, thinned(axis_regressors(part.log, part.signals, begin, end), rows));
         merge(input.activity, thinned(axis_activity(part.signals, begin, end), rows));
@@ -77,6 +99,15 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
 }
 
 }  // namespace
+
+AxisData held_between_rows(AxisData data, bool next) {
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  const std::vector<double> line = data.stick;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    data.stick[i] = line[std::min((i / row + (next ? 1 : 0)) * row, line.size() - 1)];
+  }
+  return data;
+}
 
 AxisSignals without_trims(AxisSignals signals, const std::vector<double>& trims) {
   AxisData& data = signals.data;

@@ -45,4 +45,9 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
 /// @returns 0 where the stick hardly ever rested.
 double quiet_floor(const AxisPart& part, const model::StickAxis& model, double minimum_counts);
 
+/// The stick as it may have been between its rows, where it was held: at its next or at its last row all the way.
+AxisData held_between_rows(AxisData data, bool next);
+/// Whether the stick was logged in rows further apart than samples.
+inline bool slow_rows(const AxisData& data) { return data.stick_row_s > 1.5 * data.period_s; }
+
 }  // namespace m100::lab::identify

@@ -92,12 +92,12 @@ AxisStudy::AxisStudy(const Request& request, double stick_earlier_s, const std::
   family_.emplace(training_.blocks);
 }
 
-FreeRun AxisStudy::free_run() const {
+FreeRun AxisStudy::free_run(const AxisData& data) const {
   std::vector<Range> ranges = training_.ranges;
   if (&validation_.log == &training_.log) {
     ranges.insert(ranges.end(), validation_.ranges.begin(), validation_.ranges.end());
   }
-  return {training_.signals.data, ranges};
+  return {data, ranges};
 }
 
 std::vector<std::vector<double>> AxisStudy::validation_errors(const Fit& fit) const {
@@ -221,7 +221,8 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
   if (travel(validation_) < kHardlyMoves * travel(training_)) {
     result.unexplained.push_back("the validation part hardly moves " + signals.stick_name + ": it tests nothing");
   }
-  const double cut = cut_share(signals.data.stick, signals.data.valid);
+  const double cut = cut_share(signals.data.stick, signals.data.valid,
+                               {signals.data.start_s, signals.data.period_s, signals.data.stick_row_s});
   if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
     result.unexplained.push_back(signals.stick_name + " stands at its largest value for " +
                                  std::to_string(std::lround(100.0 * cut)) +
@@ -241,7 +242,7 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
                                        signals.stick_name + ": two columns are probably exchanged"});
   }
   if (fit_percent > kHardlyFollows) {
-    misreadings(model.scale_per_count, result);
+    misreadings(model, result);
   }
 }
 
@@ -284,8 +285,9 @@ bool AxisStudy::follows_the_other() const {
          share_explained(data.other, data.measured, data.valid, data.period_s) > kSwappedOther;
 }
 
-void AxisStudy::misreadings(double gain, IdentifyResult& result) const {
+void AxisStudy::misreadings(const model::StickAxis& model, IdentifyResult& result) const {
   const AxisSignals& signals = training_.signals;
+  const double gain = model.scale_per_count;
   // The yaw stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
   // Where it turns round in mid-flight, that is what is said: no sign of the map is right for both sides.
   const bool turns_round = std::any_of(result.changes.begin(), result.changes.end(), [](const Change& change) {
@@ -308,7 +310,11 @@ void AxisStudy::misreadings(double gain, IdentifyResult& result) const {
     return;
   }
   constexpr double kCounts = 5.0;  // a stick that never goes beyond is a share of its travel
-  const double full = std::abs(gain) * (family_->scale().stick > kCounts ? kFullStick : 1.0);
+  // By what large sticks of this log do: beside a dead zone the gain alone may be anything where only they were flown.
+  const double large = family_->scale().stick;
+  const model::StickLaw<double> law(model, signals.data.period_s);
+  const double per_count = 0.5 * std::abs(law.shaped(large) - law.shaped(-large)) / large;
+  const double full = per_count * (large > kCounts ? kFullStick : 1.0);
   const bool turns = request_.axis == "yaw_rate";
   if (request_.axis != "climb" && full > (turns ? kFastestTurn : kSteepest)) {
     result.findings.push_back({.what = "wrong_unit",

@@ -26,7 +26,9 @@ class AxisStudy final : public Study {
   const Request& request() const { return request_; }
   const std::string& stick_name() const { return training_.signals.stick_name; }
   /// Training part and, where it lies in the same log, validation part, without restarts.
-  FreeRun free_run() const;
+  FreeRun free_run() const { return free_run(training_.signals.data); }
+  /// The same of another reading of the log, which must outlive it.
+  FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
   ModelResult errors_of(const Fit& fit) const override;
@@ -46,7 +48,7 @@ class AxisStudy final : public Study {
   /// Whether the response is that of the other stick. Precondition: the other stick was logged.
   bool follows_the_other() const;
   /// What a gain [unit per count, or per unit of the command] says about the signs and units of the column map.
-  void misreadings(double gain, IdentifyResult& result) const;
+  void misreadings(const model::StickAxis& model, IdentifyResult& result) const;
   Request request_;
   AxisPart training_;
   AxisPart validation_;

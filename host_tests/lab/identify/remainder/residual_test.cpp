@@ -139,9 +139,10 @@ Line strongest_line(const Vector& target, const ResidualInput& input, const Thin
   return line;
 }
 
-// A coloured Gaussian residual stays within four robust sigmas; a command that was lost for a while does not.
-void report_bursts(const Vector& target, const Thinned& thinned, const std::vector<double>& time_s,
-                   const ResidualOptions& options, std::vector<std::string>& out) {
+// A coloured Gaussian residual stays within four robust sigmas; a command that was lost for a while does not. What the
+// unknown input may have done is no burst: `beyond` is the size of the target without it.
+void report_bursts(const Vector& target, const Vector& beyond, const Thinned& thinned,
+                   const std::vector<double>& time_s, const ResidualOptions& options, std::vector<std::string>& out) {
   std::vector<double> sizes(target.data(), target.data() + target.size());
   for (double& size : sizes) {
     size = std::abs(size);
@@ -152,7 +153,7 @@ void report_bursts(const Vector& target, const Thinned& thinned, const std::vect
   double burst = 0.0;
   Eigen::Index largest = 0;
   for (Eigen::Index row = 0; row < target.size(); ++row) {
-    burst += std::abs(target(row)) > options.burst_sigma * sigma ? target(row) * target(row) : 0.0;
+    burst += beyond(row) > options.burst_sigma * sigma ? beyond(row) * beyond(row) : 0.0;
     largest = std::abs(target(row)) > std::abs(target(largest)) ? row : largest;
   }
   if (sigma > 0.0 && burst > options.burst_share * target.squaredNorm()) {
@@ -178,6 +179,15 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
     out.push_back(before + best.source + " (" + percent(best.predicted) + " of what is left, chance reaches " +
                   percent(std::max(0.0, best.shifted)) + ")");
   }
+}
+
+// Sizes of a residual without what is owed to an input that is not known between its rows: by least squares, and never
+// more than that can be, so that an input that is known takes nothing away.
+Vector less_unknown(const Vector& sizes, const Vector& unknown) {
+  const Vector about = unknown.array() - unknown.mean();
+  const double power = about.squaredNorm();
+  const double slope = power > 0.0 ? about.dot(sizes) / power : 0.0;
+  return sizes - std::clamp(slope, 0.0, 1.0) * unknown;
 }
 
 // One line of the residuals, and one drift.
@@ -273,12 +283,14 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
     return finding;
   }
   const Thinned thinned = thin(input, input.residuals.front().size());
+  const Vector unknown = input.unknown.empty() ? Vector(Vector::Zero(static_cast<Eigen::Index>(thinned.begin.size())))
+                                               : mean_of(input.unknown, thinned);
   std::vector<Vector> targets;
   std::vector<Vector> sizes;
   double square = 0.0;
   for (const std::vector<double>& residual : input.residuals) {
     targets.push_back(mean_of(residual, thinned));
-    sizes.push_back(targets.back().cwiseAbs());
+    sizes.push_back(less_unknown(targets.back().cwiseAbs(), unknown));
     square += std::inner_product(residual.begin(), residual.end(), residual.begin(), 0.0) /
               static_cast<double>(residual.size());
   }
@@ -290,7 +302,8 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
   report_lines(input, targets, thinned, options, finding);
   for (const Vector& target : targets) {
     const std::size_t before = finding.unexplained.size();
-    report_bursts(target, thinned, input.time_s, options, finding.unexplained);
+    report_bursts(target, (target.cwiseAbs() - unknown).cwiseMax(0.0), thinned, input.time_s, options,
+                  finding.unexplained);
     if (finding.unexplained.size() > before) {
       break;
     }

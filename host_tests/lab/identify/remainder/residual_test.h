@@ -26,7 +26,10 @@ struct ResidualInput {
   std::vector<std::size_t> flight;             ///< in which each sample lies: one clock each; empty: all in one
   std::vector<RegressorGroup> groups;          ///< may explain the residual
   std::vector<RegressorGroup> activity;        ///< may explain its size
-  double noise_floor = 0.0;                    ///< declared root mean square; 0: not declared
+  /// Of each sample, by how much the residual may be off because the input is not known between two rows; at least 0.
+  /// It is taken from the residual's size before that is asked about. Empty: the input is known.
+  std::vector<double> unknown;
+  double noise_floor = 0.0;  ///< declared root mean square; 0: not declared
 };
 
 struct ResidualOptions {
