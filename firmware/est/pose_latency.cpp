@@ -12,9 +12,12 @@ constexpr double kHalfWindow_s = 0.5;
 constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a window of use
 constexpr double kLeastResidual_m = 5e-4;                 // better than this no pose is
-/// Errors of the model last for some ten poses (gusts, the attitude loop): so many poses count as one.
-constexpr double kPosesPerSample = 10.0;
-constexpr double kEarliest_s = -0.1, kLatest_s = 0.25;
+/// What is left in a window is mostly a push that nobody saw, integrated twice, less its parabola: so smooth that the
+/// whole window is worth two samples of an axis, however many poses it has (by simulation of pushes that are white or
+/// last for seconds, at 30 and 100 poses a second: 1.3 to 2.6).
+constexpr double kSamplesPerWindow = 2.0;
+/// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
+constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
 
 core::Duration duration_of(double seconds) { return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6)); }
 
@@ -73,9 +76,16 @@ void PoseLatency<T>::believe(T tau_s, T sigma_s) {
 
 template <typename T>
 void PoseLatency<T>::conclude() {
-  const T all = information_ + believed_information_;
-  tau_s_ = core::clamp((weighted_ + believed_information_ * believed_s_) / all, static_cast<T>(kEarliest_s),
-                       static_cast<T>(kLatest_s));
+  T belief = believed_information_;
+  if (information_ > T(0)) {
+    // By how much the belief must be wrong, if motion is not: its variance is that at the least.
+    const T apart_s = weighted_ / information_ - believed_s_;
+    const T apart_s2 = apart_s * apart_s - T(1) / information_;
+    belief = apart_s2 * belief > T(1) ? T(1) / apart_s2 : belief;
+  }
+  const T all = information_ + belief;
+  tau_s_ =
+      core::clamp((weighted_ + belief * believed_s_) / all, static_cast<T>(kEarliest_s), static_cast<T>(kLatest_s));
   sigma_s_ = T(1) / core::sqrt(all);
 }
 
@@ -193,7 +203,8 @@ void PoseLatency<T>::close_window() {
     const T spare = static_cast<T>(2 * sums_.count - 7);
     const T left = (rates > T(0) ? remainders - products * products / rates : remainders) / spare;
     constexpr T kLeast = static_cast<T>(kLeastResidual_m * kLeastResidual_m);
-    const T weight = T(1) / ((left > kLeast ? left : kLeast) * static_cast<T>(kPosesPerSample));
+    const T weight = T(1) / ((left > kLeast ? left : kLeast) *
+                             (static_cast<T>(sums_.count) * static_cast<T>(1.0 / kSamplesPerWindow)));
     if (rates > T(0)) {
       information_ = static_cast<T>(kMemoryPerWindow) * information_ + rates * weight;
       weighted_ = static_cast<T>(kMemoryPerWindow) * weighted_ + weight * (products + rates * tau_in_window_s_);

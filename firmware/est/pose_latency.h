@@ -28,7 +28,8 @@ class PoseLatency {
   using Vector2 = core::Vector<T, 2>;
   static constexpr double kKnown_s = 0.010;  ///< a larger uncertainty is called not observable
 
-  /// What is believed before anything was seen, by mean and standard deviation.
+  /// What is believed before anything was seen, by mean and standard deviation. It is believed only as far as motion
+  /// agrees: where the two are farther apart than both allow, that distance is the deviation of the belief.
   void believe(T tau_s, T sigma_s);
   /// The horizontal acceleration (world, m/s^2) at a moment; moments ascend.
   void note_acceleration(core::TimePoint at, const Vector2& acceleration_w_m_s2);

@@ -234,6 +234,19 @@ TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
   }
 }
 
+// Catches a belief that keeps its weight though motion contradicts it. A swing of 5 cm does so a little: a sender that
+// says 20 ms and is 100 ms late was taken to be 78 ms late, give or take 11.
+TYPED_TEST(PoseTimingOf, WhatIsToldIsBelievedOnlyAsFarAsMotionAgrees) {
+  Swing<TypeParam> swing;
+  swing.amplitude_m = 0.05;
+  swing.offset = found_offset(0.0, 0.005);
+  swing.stamped_late_s = 0.08;
+  swing.source = {.rate_hz = 97.0, .latency_s = 0.1, .jitter_s = 0.02};
+  const PoseTimingReport<TypeParam> report = swing.fly(10.0);
+  EXPECT_NEAR(core::seconds<double>(report.least), 0.1, 0.01);
+  EXPECT_LE(std::abs(core::seconds<double>(report.least) - 0.1), static_cast<double>(report.sigma_s));
+}
+
 // Catches a limit of freshness that one pause of the network lifts for a minute, and one that does not follow a way
 // which has become longer within the time of a coast.
 TYPED_TEST(PoseTimingOf, AQueueIsOneEventAndALongerWayIsNot) {
