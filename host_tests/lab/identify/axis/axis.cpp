@@ -5,14 +5,17 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "host_tests/lab/identify/axis/axis_change.h"
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
+#include "host_tests/lab/identify/axis/axis_trace.h"
 #include "host_tests/lab/identify/axis/flight_trims.h"
 #include "host_tests/lab/identify/axis/stick_freeze.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
+#include "host_tests/lab/identify/search/verdict.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
@@ -40,6 +43,7 @@ class AxisInquiry {
       ask_for_a_change();
     }
     ask_for_trims();
+    ask_for_traces();
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
     result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
     return result;
@@ -87,6 +91,35 @@ class AxisInquiry {
     if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
       beside_.unexplained.emplace_back("neutral points that differ from flight to flight; declare trim_offset");
     }
+  }
+
+  /// Asked last, where all else would end in a clean bill.
+  void ask_for_traces() {
+    const bool clean = chosen_.steps.empty() && beside_.changes.empty() && beside_.unexplained.empty() &&
+                       std::none_of(beside_.findings.begin(), beside_.findings.end(), forbids_clean_bill);
+    if (!clean) {
+      return;
+    }
+    const AxisData& data = study_->training().signals.data;
+    std::vector<AxisData> held;
+    if (slow_rows(data)) {
+      held = {held_between_rows(data, false), held_between_rows(data, true)};
+    }
+    std::vector<FreeRun> readings{study_->free_run()};
+    for (const AxisData& reading : held) {
+      readings.push_back(study_->free_run(reading));
+    }
+    const std::optional<AxisTrace> trace = trace_of(readings, study_->axis_family(), chosen_.final_model.fit);
+    if (!trace) {
+      return;
+    }
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        "something like %s is certain (likelihood ratio %.0f beyond its price), and too little of what is left "
+        "is explained by it to name it",
+        trace->name.c_str(), trace->likelihood_ratio);
+    beside_.unexplained.emplace_back(text.data());
   }
 
   /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained
@@ -151,6 +184,55 @@ class AxisInquiry {
     }
   }
 
+  /// Whether the response rests on one side of a date, as no air lets it: less than a fifth of what the model leaves of
+  /// the other side, a twenty-fifth in power, which two samples of one air never are over seconds.
+  bool stands(double date_s, bool after) const {
+    constexpr double kComesToRest_s = 1.0;
+    constexpr double kLeast_s = 3.0;
+    constexpr double kCalm = 0.2;
+    const AxisData& data = study_->training().signals.data;
+    const FreeRun run = study_->free_run();
+    const Rows error = run.error(study_->axis_family().model(chosen_.final_model.fit));
+    double flown = 0.0;
+    double flown_rows = 0.0;
+    for (std::size_t row = 0; row < run.size(); ++row) {
+      const bool other_side = (run.time_s()[row] > date_s) != after;
+      flown += other_side ? error(static_cast<Eigen::Index>(row)) * error(static_cast<Eigen::Index>(row)) : 0.0;
+      flown_rows += other_side ? 1.0 : 0.0;
+    }
+    double sum = 0.0;
+    double squares = 0.0;
+    double samples = 0.0;
+    for (const Range& range : request_.asked) {
+      const double from_s = after ? std::max(range.first, date_s + kComesToRest_s) : range.first;
+      const double to_s = after ? range.second : std::min(range.second, date_s - kComesToRest_s);
+      for (std::size_t i = 0; i < data.measured.size(); ++i) {
+        const bool counts = data.valid[i] != 0 && data.time_s(i) >= from_s && data.time_s(i) < to_s;
+        sum += counts ? data.measured[i] : 0.0;
+        squares += counts ? data.measured[i] * data.measured[i] : 0.0;
+        samples += counts ? 1.0 : 0.0;
+      }
+    }
+    if (samples * data.period_s < kLeast_s || flown_rows < kLeast_s / FreeRun::kMean_s) {
+      return false;
+    }
+    const double rest = squares / samples - (sum / samples) * (sum / samples);
+    return rest < kCalm * kCalm * flown / flown_rows;
+  }
+
+  /// What changes where the vehicle comes to rest is no number of it.
+  bool on_the_ground(const Change& change) {
+    const bool after = stands(change.at_s, true);
+    if (!after && !stands(change.at_s, false)) {
+      return false;
+    }
+    std::array<char, 160> text{};
+    std::snprintf(text.data(), text.size(), "%s rests %s %.1f s as no air lets it: on the ground; leave that part out",
+                  request_.axis.c_str(), after ? "after" : "before", change.at_s);
+    beside_.unexplained.emplace_back(text.data());
+    return true;
+  }
+
   /// A stick that is no longer answered is no other gain: the vehicle stands, or another hand or mode flies it.
   bool silent(const Change& change) {
     constexpr double kSilent = 0.15;  // of the other side's gain: as in ground_times, no answer
@@ -173,7 +255,7 @@ class AxisInquiry {
   }
 
   void take(const Change& change) {
-    if (silent(change)) {
+    if (silent(change) || on_the_ground(change)) {
       return;
     }
     if (!change.rivals.empty()) {

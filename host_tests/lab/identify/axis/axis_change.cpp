@@ -10,9 +10,9 @@
 #include "host_tests/lab/identify/remainder/change_scan.h"
 
 namespace m100::lab::identify {
-namespace {
-
 using model::StickAxis;
+
+namespace {
 
 constexpr double kThreshold = 30.0;
 constexpr double kWorthRefitting =
@@ -28,7 +28,8 @@ struct Candidate {
 
 double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
 
-/// Everything that the structure has, to be fitted again beside a change.
+}  // namespace
+
 std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
   const StickAxis axis = family.model(fit);
   const double counts = family.scale().minimum_counts;
@@ -52,6 +53,8 @@ std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
   }
   return out;
 }
+
+namespace {
 
 std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
   const StickAxis axis = family.model(fit);

@@ -9,6 +9,9 @@
 
 namespace m100::lab::identify {
 
+/// Everything that a structure has, to be fitted again to whitened free runs.
+std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit);
+
 /// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct AxisChange {
   bool found = false;

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "host_tests/lab/identify/axis/axis_family.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+
+namespace m100::lab::identify {
+
+/// An effect that is certainly there and explains too little to be named.
+struct AxisTrace {
+  std::string name;
+  double likelihood_ratio = 0.0;  ///< twice the logarithm, less Schwarz's price of its parameters
+};
+
+/// The likeliest of all effects that a model does not have, each fitted to whitened free runs with all that the model
+/// has; nothing where none is certain or none means something by its size. Selection asks for a better prediction of
+/// blocks, in which strong slow air hides what a likelihood ratio sees: what it does not take may be there all the
+/// same, and no clean bill is due. Cost: two fits for each effect.
+/// @param readings  of the log: as it is first; then with the stick otherwise between its rows, where that is not
+///   known. What is certain is so in each of them. Precondition: at least one.
+std::optional<AxisTrace> trace_of(std::span<const FreeRun> readings, const AxisFamily& family, const Fit& fit);
+
+}  // namespace m100::lab::identify
