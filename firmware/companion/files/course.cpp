@@ -18,22 +18,6 @@ constexpr std::string_view kTable = "t_s";
 
 core::Duration seconds_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
 
-/// Why the trajectory refuses, for the person who wrote the line.
-std::string reason(core::Status status) {
-  switch (status) {
-    case core::Status::kResourceExhausted:
-      return "the course has more than " + std::to_string(ref::Trajectory<double>::kMaxPieces) +
-             " pieces; take fewer points or turns";
-    case core::Status::kInvalidArgument:
-      return "times must rise by 0.05 s to an hour from point to point";
-    case core::Status::kOutOfRange:
-      return "a time must be above 0, a place within 1000 m, a curve 5 cm to 500 m wide, flown at 0.01 to 100 m/s in "
-             "0.01 to 100 turns";
-    default:
-      return std::string(core::name(status));
-  }
-}
-
 /// Lays one line after the other.
 template <typename T>
 class Layer {
@@ -285,16 +269,6 @@ class Layer {
 };
 
 }  // namespace
-
-std::string course_help() {
-  std::string help =
-      "A course file has one piece a line; places are offsets from the start [m, rad], along the axes of the world:\n";
-  for (const CourseWord& word : kCourseWords) {
-    help += "  " + std::string(word.word) + (word.arguments.empty() ? "" : " ") + std::string(word.arguments) +
-            "\n      " + std::string(word.sentence) + "\n";
-  }
-  return help;
-}
 
 template <typename T>
 std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,

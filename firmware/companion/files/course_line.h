@@ -22,6 +22,22 @@ struct Spot {
   }
 };
 
+/// Why the trajectory refuses, for the person who wrote the line.
+inline std::string reason(core::Status status) {
+  switch (status) {
+    case core::Status::kResourceExhausted:
+      return "the course has more than " + std::to_string(ref::Trajectory<double>::kMaxPieces) +
+             " pieces; take fewer points or turns";
+    case core::Status::kInvalidArgument:
+      return "times must rise by 0.05 s to an hour from point to point";
+    case core::Status::kOutOfRange:
+      return "a time must be above 0, a place within 1000 m, a curve 5 cm to 500 m wide, flown at 0.01 to 100 m/s in "
+             "0.01 to 100 turns";
+    default:
+      return std::string(core::name(status));
+  }
+}
+
 inline std::vector<std::string> split(const std::string& line, char separator) {
   std::vector<std::string> out;
   std::string part;
