@@ -86,10 +86,11 @@ inline constexpr std::array kHiddenPlants{
 };
 
 /// What the loop finds with the project's vehicle file, without the tables before and after.
-inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed) {
+inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed,
+                           const companion::VehicleFile& vehicle = companion::as_file(mpc::generated::kVehicle)) {
   LoopOptions options;
   options.plant = plant;
-  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.vehicle = vehicle;
   options.seed = seed;
   options.tasks = {};
   return close_loop(options);
@@ -108,6 +109,19 @@ inline void expect_nothing_found(std::uint64_t seed) {
                                 << " -> " << one.found.value;
     }
   }
+}
+
+/// Channels that are refused their clean bill where this vehicle file itself is the plant, with what is said of them.
+inline std::string without_a_clean_bill(std::uint64_t seed, const std::string& vehicle_file) {
+  const LoopResult result =
+      found_on(sim::plant_of_options("", vehicle_file), seed, companion::load_vehicle(vehicle_file));
+  std::string out;
+  for (const auto& [channel, found] : result.identified) {
+    if (found.verdict != "nothing_missing") {
+      out += "seed " + std::to_string(seed) + ": " + channel + " " + ::testing::PrintToString(found.unexplained) + "\n";
+    }
+  }
+  return out;
 }
 
 /// Pose RMS of the trajectory task, calm and windy together; what never flew is a kilometre away.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,9 @@ class AxisStudy final : public Study {
   FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
+  std::size_t start_samples() const override {
+    return static_cast<std::size_t>(std::lround(FreeRun::kSettle_s / training_.signals.data.period_s));
+  }
   ModelResult errors_of(const Fit& fit) const override;
   std::vector<Parameter> parameters(const Fit& fit) const override;
   std::vector<double> coordinates(const Fit& fit) const override { return fit.parameters; }

@@ -73,7 +73,8 @@ class Conclusion {
     study_.annotate(selection_, result_);
     figures(study_.traces(selection_.declared.fit, final_fit));
     const std::vector<int> all(family_.block_count(), 1);
-    guard(compare_parts(family_.errors(final_fit, all), study_.validation_errors(final_fit), final_fit.free_parameters),
+    guard(compare_parts(family_.errors(final_fit, all), study_.validation_errors(final_fit), final_fit.free_parameters,
+                        study_.start_samples()),
           GuardLimits{}, result_);
     result_.verdict = verdict_of(result_);
     if (result_.verdict == "unexplained" && result_.unexplained.empty()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 
 namespace m100::lab::identify {
 namespace {
@@ -44,6 +45,27 @@ Power power_of(const std::vector<std::vector<double>>& blocks) {
   }
   const double n = static_cast<double>(samples);
   return {power / n, std::max(1.0, n / squares)};
+}
+
+/// Blocks without their first samples; as they are where nothing would be left.
+std::vector<std::vector<double>> beyond(const std::vector<std::vector<double>>& blocks, std::size_t start) {
+  std::vector<std::vector<double>> out;
+  for (const std::vector<double>& block : blocks) {
+    if (block.size() > start) {
+      out.emplace_back(block.begin() + static_cast<std::ptrdiff_t>(start), block.end());
+    }
+  }
+  return out.empty() ? blocks : out;
+}
+
+double mean_square(const std::vector<std::vector<double>>& blocks) {
+  double sum = 0.0;
+  double samples = 0.0;
+  for (const std::vector<double>& block : blocks) {
+    sum = std::inner_product(block.begin(), block.end(), block.begin(), sum);
+    samples += static_cast<double>(block.size());
+  }
+  return sum / std::max(1.0, samples);
 }
 
 /// Continued fraction of the incomplete beta function, by the modified Lentz algorithm.
@@ -93,18 +115,20 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 }
 
 PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
-                            const std::vector<std::vector<double>>& validation, std::size_t parameters) {
-  const Power seen = power_of(training);
-  const Power unseen = power_of(validation);
+                            const std::vector<std::vector<double>>& validation, std::size_t parameters,
+                            std::size_t start) {
+  const Power seen = power_of(beyond(training, start));
+  const Power unseen = power_of(beyond(validation, start));
   PartsCompared out;
   out.validation_degrees = unseen.degrees;
   out.training_degrees = std::max(1.0, seen.degrees - static_cast<double>(parameters));
   if (!(seen.mean_square > 0.0)) {
     return out;  // a perfect fit: made, not measured
   }
-  out.ratio = unseen.mean_square / seen.mean_square;
+  out.ratio = mean_square(validation) / mean_square(training);
+  out.beyond_start = unseen.mean_square / seen.mean_square;
   // The fit has made the training error smaller by its share of parameters.
-  const double fair = out.ratio * out.training_degrees / seen.degrees;
+  const double fair = out.beyond_start * out.training_degrees / seen.degrees;
   out.probability = fair > 1.0 ? f_tail(fair, out.validation_degrees, out.training_degrees) : 1.0;
   return out;
 }
@@ -125,11 +149,12 @@ void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult
   }
   // What was named has passed the validation part already: there only the ratio counts.
   const bool by_chance = !result.effects.empty() || parts.probability >= limits.least_probability;
-  const bool little = rms_ratio < limits.least_ratio;
+  const double later_ratio = std::sqrt(parts.beyond_start);
+  const bool little = later_ratio < limits.least_ratio;
   if (rms_ratio > limits.most_ratio || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
-    std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)", rms_ratio,
-                  parts.probability);
+    std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)",
+                  rms_ratio > limits.most_ratio ? rms_ratio : later_ratio, parts.probability);
     result.unexplained.emplace_back(text);
     if (alone) {
       result.findings.push_back(

@@ -11,8 +11,9 @@ namespace m100::lab::identify {
 
 /// How much worse unseen data are predicted than those that were fitted.
 struct PartsCompared {
-  double ratio = 1.0;        ///< mean square of validation over mean square of training
-  double probability = 1.0;  ///< of so large a ratio by chance (F test); 1 where the ratio is below one
+  double ratio = 1.0;         ///< mean square of validation over mean square of training
+  double beyond_start = 1.0;  ///< the same of what comes after the start of each block: what the F test is asked of
+  double probability = 1.0;   ///< of so large a ratio by chance (F test); 1 where the ratio is below one
   double training_degrees = 0.0;
   double validation_degrees = 0.0;
 };
@@ -20,9 +21,16 @@ struct PartsCompared {
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
 /// both signs of the lag to the first value below 0.05), the number of independent squares that a coloured Gaussian
 /// series is worth. Errors stand block by block; blocks are correlated within, not across.
+///
+/// A block that begins where the stick has just jumped begins in a wrong state, because no smoothing of a measurement
+/// follows a kink: its first half second can hold a third of the power of thirty blocks. That is one accident and not
+/// as many squares as it has samples, and says nothing of the model: the F test leaves the starts out.
 /// @param parameters  that were fitted to the training part; they take their number of degrees of freedom.
+/// @param start  samples of each block in which its start shows; a block that is not longer than that is left out, and
+///   where that would be all of a part, nothing is.
 PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
-                            const std::vector<std::vector<double>>& validation, std::size_t parameters);
+                            const std::vector<std::vector<double>>& validation, std::size_t parameters,
+                            std::size_t start = 0);
 
 /// Upper tail of the F distribution, P(F > ratio), for degrees of freedom above zero.
 double f_tail(double ratio, double numerator_degrees, double denominator_degrees);
