@@ -41,6 +41,7 @@ struct Options {
   std::string axis, declare, train, validate, split, within, validation_log, validation_columns, believed, vehicle,
       json, report, forecast;
   double noise_floor = 0.0;
+  double wind_from_first_s = 0.0;
   std::size_t draws = 200;
   std::uint64_t seed = 1;
 };
@@ -168,6 +169,22 @@ void ask_for_ranges(const Options& options, const logs::FlightLog& log, const lo
   }
 }
 
+/// @throws InputError
+double wind_from_first(const Options& options) {
+  constexpr double kBlock_s = 2.5;
+  if (options.wind_from_first_s == 0.0) {
+    return 0.0;
+  }
+  if (options.axis != "translation") {
+    throw InputError("--wind-from-first", 0, options.axis, "is a question of --axis translation");
+  }
+  if (!(options.wind_from_first_s >= kBlock_s && options.wind_from_first_s < 1e6)) {
+    throw InputError("--wind-from-first", 0, std::to_string(options.wind_from_first_s),
+                     "must be at least 2.5 s: a wind is estimated from whole blocks");
+  }
+  return options.wind_from_first_s;
+}
+
 void find_gaps(const identify::Request& request, identify::IdentifyResult& result) {
   std::vector<Range> used = request.train;
   const bool one_log = request.log == request.validation_log;
@@ -204,6 +221,7 @@ void run(const Options& options) {
   request.log = &log;
   request.validation_log = other ? &*other : &log;
   request.noise_floor = options.noise_floor;
+  request.wind_from_first_s = wind_from_first(options);
   request.bootstrap_draws = options.draws;
   request.seed = options.seed;
   ask_for_ranges(options, log, other ? &*other : nullptr, request);
@@ -276,6 +294,9 @@ void add_identify(CLI::App& lab) {
   app->add_option("--validate-columns", options->validation_columns, "its column map, if not the same");
   app->add_option("--noise-floor", options->noise_floor, "root mean square that the air leaves, unit of the axis")
       ->check(from_to(0.0, 1e6));
+  app->add_option("--wind-from-first", options->wind_from_first_s,
+                  "translation: one model, and each flight's wind estimated from its first so many seconds (10 in a "
+                  "wind tunnel), in which no error is counted");
   app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
   app->add_option("--vehicle-believed", options->believed,
                   "vehicle file that was believed: its numbers are set against those found");

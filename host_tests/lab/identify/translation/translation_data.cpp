@@ -217,6 +217,9 @@ TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
   const bool has_attitude = log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
   const bool has_direction = log.has3(Signal::kThrustDirX);
   has_velocity = log.has3(Signal::kVelocityX);
+  for (std::size_t k = 1; k < log.flights.size(); ++k) {
+    flights.push_back(log.flights[k].begin);
+  }
   require(log, has_attitude || has_direction, "attitude_roll",
           "translation needs attitude_roll and attitude_pitch, or thrust_dir_x, _y, _z");
   require(log, has_velocity || log.has3(Signal::kPositionX) || has_force(log), "velocity_x",
@@ -254,6 +257,11 @@ TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
   }
 }
 
+std::size_t TranslationData::flight_of(std::size_t i) const {
+  const auto after = std::upper_bound(flights.begin() + 1, flights.end(), i);
+  return static_cast<std::size_t>(after - flights.begin()) - 1;
+}
+
 double TranslationData::filtered(const std::vector<double>& acceleration, std::size_t i) const {
   double sum = 0.0;
   for (std::size_t m = 0; m < weights.size(); ++m) {
@@ -262,7 +270,35 @@ double TranslationData::filtered(const std::vector<double>& acceleration, std::s
   return sum;
 }
 
-TranslationBlocks::TranslationBlocks(const TranslationData& of, const std::vector<Range>& ranges) : data(&of) {
+namespace {
+
+/// Takes the first seconds of each flight out of the ranges. @returns what was taken.
+std::vector<Range> taken_heads(const TranslationData& data, double head_s, std::vector<Range>& ranges) {
+  std::sort(ranges.begin(), ranges.end());
+  std::vector<double> left_s(data.flights.size(), head_s);
+  std::vector<Range> heads;
+  for (Range& range : ranges) {
+    const double first = std::ceil((range.first - data.start_s) / data.period_s - 1e-6);
+    double& left = left_s[data.flight_of(static_cast<std::size_t>(std::max(0.0, first)))];
+    const double here_s = std::min(left, range.second - range.first);
+    if (here_s > 0.0) {
+      heads.emplace_back(range.first, range.first + here_s);
+      range.first += here_s;
+      left -= here_s;
+    }
+  }
+  return heads;
+}
+
+}  // namespace
+
+TranslationBlocks::TranslationBlocks(const TranslationData& of, const std::vector<Range>& all, double head_s)
+    : data(&of) {
+  std::vector<Range> ranges = all;
+  if (head_s > 0.0) {
+    const std::vector<Range> heads = taken_heads(of, head_s, ranges);
+    head = std::make_shared<const TranslationBlocks>(of, heads);
+  }
   const auto step = static_cast<std::size_t>(std::max(1L, std::lround(1.0 / (kRate_hz * of.period_s))));
   const auto length = static_cast<std::size_t>(std::lround(kBlock_s / of.period_s));
   sample_period_s = static_cast<double>(step) * of.period_s;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,8 @@ struct TranslationData {
   /// inside of the log.
   double filtered(const std::vector<double>& acceleration, std::size_t i) const;
   double time_s(std::size_t i) const { return start_s + period_s * static_cast<double>(i); }
+  /// Number of the flight in which a sample lies.
+  std::size_t flight_of(std::size_t i) const;
   bool usable(std::size_t i) const { return i >= margin && i + margin < valid.size() && valid[i] != 0; }
 
   double start_s = 0.0;
@@ -52,6 +55,8 @@ struct TranslationData {
   bool has_thrust = false;                       ///< T is a set point, and gain and lag of thrust mean something
   Shown shown = Shown::kWhole;                   ///< how much of an outer force the difference to the rigid body shows
   bool has_velocity = false;                     ///< drag means something
+  bool winds_per_flight = false;                 ///< the flights have winds of their own (flight_winds.h)
+  std::vector<std::size_t> flights{0};           ///< first samples of the logs that were joined; of a log alone: 0
   bool has_yaw = false;                          ///< body and world can be told apart
   std::string source;                            ///< of a: "velocity", "position" or "force"
   std::array<std::vector<double>, 3> measured;   ///< a, filtered [m/s^2]
@@ -70,7 +75,8 @@ struct TranslationData {
 struct TranslationBlocks {
   /// The data must outlive the blocks. Ranges may overlap the log's ends; what is shorter than half a block, or less
   /// than half usable, is left out, so that there may be no block at all.
-  TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges);
+  /// @param head_s  the first so many seconds of each flight in the ranges become `head` instead; 0: none
+  TranslationBlocks(const TranslationData& data, const std::vector<Range>& ranges, double head_s = 0.0);
 
   struct Block {
     std::vector<std::size_t> samples;  ///< indices of the log
@@ -83,6 +89,7 @@ struct TranslationBlocks {
   std::vector<Block> blocks;
   std::size_t rows = 0;
   double sample_period_s = 0.04;
+  std::shared_ptr<const TranslationBlocks> head;  ///< where each flight's wind is taken from; null: nowhere apart
 };
 
 inline constexpr double kStandardGravity_m_s2 = 9.80665;

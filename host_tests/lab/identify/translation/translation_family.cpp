@@ -59,6 +59,10 @@ bool TranslationFamily::can_see(const std::string& name) const {
     return true;  // rigid_body
   }
   const TranslationData& data = *training_.data;
+  if (training_.head != nullptr && effect->searched_count() > 0 &&
+      effect->searched[0].start == model::Start::kWindSpeed) {
+    return false;  // the wind of each flight is taken from its begin
+  }
   return (!effect->needs.velocity || data.has_velocity) && (!effect->needs.thrust_set_point || data.has_thrust) &&
          (!effect->needs.tilt_in_thrust || data.source != "force");
 }
@@ -91,8 +95,10 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
   out.structure = structure;
   out.parameters.assign(at.begin(), at.end());
   out.parameters.insert(out.parameters.end(), solution.linear.begin(), solution.linear.end());
+  out.parameters.insert(out.parameters.end(), solution.winds.begin(), solution.winds.end());
   out.sum_of_squares = solution.sum_of_squares;
   out.free_parameters = linear_count(structure) + static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
+  out.free_parameters += solution.winds.empty() ? 0 : solution.winds.size() - 2;  // about their mean
   return out;
 }
 

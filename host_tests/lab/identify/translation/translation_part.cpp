@@ -10,8 +10,10 @@ namespace m100::lab::identify::translation {
 
 using logs::Signal;
 
-Part::Part(const logs::FlightLog& of, const std::vector<Range>& ranges, Thrust thrust)
-    : log(of), data(of, thrust), blocks(data, ranges), measured(TranslationFamily::measured(blocks)) {}
+Part::Part(const logs::FlightLog& of, const std::vector<Range>& ranges, Thrust thrust, WindOfFlight winds)
+    : log(of), data(of, thrust), blocks(data, ranges, winds.head_s), measured(TranslationFamily::measured(blocks)) {
+  data.winds_per_flight = winds.own;
+}
 
 double Part::rmse(const std::vector<double>& predicted) const {
   double sum = 0.0;

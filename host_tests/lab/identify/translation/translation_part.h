@@ -10,10 +10,16 @@
 
 namespace m100::lab::identify::translation {
 
+/// Whether the flights of joined logs have winds of their own, and where those are taken from (flight_winds.h).
+struct WindOfFlight {
+  bool own = false;     ///< from all blocks of the flight
+  double head_s = 0.0;  ///< from so many seconds at its begin; 0: not
+};
+
 /// One log with its ranges cut into blocks. A series of rows has blocks.rows values (see TranslationBlocks).
 struct Part {
   /// The log must outlive the part. @throws InputError as TranslationData does.
-  Part(const logs::FlightLog& of, const std::vector<Range>& ranges, Thrust thrust);
+  Part(const logs::FlightLog& of, const std::vector<Range>& ranges, Thrust thrust, WindOfFlight winds = {});
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "host_tests/lab/identify/translation/flight_winds.h"
+
 namespace m100::lab::identify::translation {
 
 Vector measured_rows(const TranslationBlocks& part) {
@@ -90,12 +92,29 @@ Vector solve_inside(const Matrix& normal, const Vector& right, const Bounds& bou
   return x;
 }
 
+/// Takes the winds of the flights from a regression: what is left is fitted as if there were none.
+void take_winds(const TranslationBlocks& part, const Structure& structure, const Searched& searched,
+                std::span<const int> weights, const FlightWinds& winds, Matrix& columns, Vector& target) {
+  if (part.head == nullptr) {
+    winds.take_from(columns, {}, target, {}, weights);
+    return;
+  }
+  const Regression head(*part.head, structure, searched);
+  winds.take_from(columns, head.columns, target, measured_rows(*part.head) - head.base, weights);
+}
+
 }  // namespace
 
 Solution solve(const TranslationBlocks& part, const Vector& measured, const Structure& structure,
                const Searched& searched, std::span<const int> weights) {
-  const Regression model(part, structure, searched);
-  const Vector target = measured - model.base;
+  Regression model(part, structure, searched);
+  Vector target = measured - model.base;
+  const FlightWinds winds(part);
+  const Matrix whole_columns = winds.active() ? model.columns : Matrix();
+  const Vector whole_target = winds.active() ? target : Vector();
+  if (winds.active()) {
+    take_winds(part, structure, searched, weights, winds, model.columns, target);
+  }
   const Eigen::Index n = model.columns.cols();
   Matrix normal = Matrix::Zero(n, n);
   Vector right = Vector::Zero(n);
@@ -109,10 +128,14 @@ Solution solve(const TranslationBlocks& part, const Vector& measured, const Stru
     normal.noalias() += weights[b] * columns.transpose() * columns;
     right.noalias() += weights[b] * columns.transpose() * target.segment(row, count);
   }
-  Solution out{.linear = Vector::Zero(n), .sum_of_squares = 0.0};
+  Solution out{.linear = Vector::Zero(n), .sum_of_squares = 0.0, .winds = {}};
   if (n > 0) {
     normal.diagonal().array() += 1e-9 * normal.trace() + 1e-12;
     out.linear = solve_inside(normal, right, bounds_of(structure));
+  }
+  if (part.data->winds_per_flight && part.head == nullptr) {
+    const Winds found = winds.of(whole_target - whole_columns * out.linear, {}, weights);
+    out.winds.assign(found.data(), found.data() + found.size());
   }
   const Vector error = model.columns * out.linear - target;
   for (std::size_t b = 0; b < part.blocks.size(); ++b) {
@@ -167,6 +190,12 @@ Vector residual_of(const TranslationBlocks& part, const Vector& measured, const 
   Vector out = measured - model.base;
   if (model.columns.cols() > 0) {
     out.noalias() -= model.columns * Eigen::Map<const Vector>(fit.parameters.data() + kSearched, model.columns.cols());
+  }
+  const FlightWinds winds(part);
+  if (part.head != nullptr) {
+    winds.take(winds.of(out, residual_of(*part.head, measured_rows(*part.head), fit), {}), out);
+  } else if (winds.active()) {
+    winds.take(winds_in(fit), out);
   }
   return out;
 }

@@ -16,6 +16,7 @@ Vector measured_rows(const TranslationBlocks& part);
 struct Solution {
   Vector linear;
   double sum_of_squares = 0.0;
+  std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted beside (flight_winds.h)
 };
 
 /// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.

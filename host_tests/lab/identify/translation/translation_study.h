@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "host_tests/lab/identify/request.h"
+#include "host_tests/lab/identify/search/study.h"
+#include "host_tests/lab/identify/translation/flight_winds.h"
+#include "host_tests/lab/identify/translation/translation_family.h"
+#include "host_tests/lab/identify/translation/translation_part.h"
+
+namespace m100::lab::identify::translation {
+
+/// Translation of a request: its models, its errors, its own questions. The request must outlive it.
+class TranslationStudy final : public Study {
+ public:
+  /// @param own_winds  each flight of the training log has a wind of its own
+  TranslationStudy(const Request& request, bool own_winds);
+  const Family& family() const override { return family_; }
+
+  double validation_rmse(const Fit& fit) const override;
+  std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
+  ModelResult errors_of(const Fit& fit) const override;
+  std::vector<Parameter> parameters(const Fit& fit) const override;
+  std::vector<double> coordinates(const Fit& fit) const override;
+
+  /// An interval ends where the physical range does.
+  double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
+
+  /// By which the flights of the training log differ from each other.
+  std::vector<FlightWind> winds(const Fit& fit) const { return flight_winds(training_, fit); }
+
+  /// A force that grows with the distance from a place (translation_change.h).
+  std::vector<Finding> tether(const Fit& fit) const;
+
+  /// What changed in mid-flight, over both parts where they are of one log.
+  std::vector<Change> changes(const Fit& fit) const;
+  void examine(const Selection& selection, IdentifyResult& result) const override;
+  bool shadow_only(const Selection& selection, const IdentifyResult& result) const override;
+  void annotate(const Selection& selection, IdentifyResult& result) const override;
+  Traces traces(const Fit& declared, const Fit& final_fit) const override;
+
+ private:
+  void check_heads() const;
+
+  /// Little of the error is explained: with a remainder of unknown cause, so small a share may be the cause's shadow.
+  static bool weak(const Selection& selection);
+
+  /// A line was named, and yet what is left still swings: it was never a line.
+  static bool swinging(const std::vector<Step>& steps, const IdentifyResult& result);
+
+  /// At constant heading a wind, a bias of the body and a trim of the sticks are one and the same: said by name.
+  void twins(const std::vector<Step>& steps, IdentifyResult& result) const;
+
+  const Request& request_;
+  Thrust thrust_;
+  Part training_;
+  Part validation_;
+  TranslationFamily family_;
+};
+
+}  // namespace m100::lab::identify::translation
