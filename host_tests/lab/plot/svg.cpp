@@ -172,6 +172,24 @@ Sheet sheet_of(const Figure& figure) {
   return s;
 }
 
+/// The ends of an interval as shares of its value.
+std::pair<double, double> shares(const IntervalRow& row) {
+  const double size = std::abs(row.value) > 0.0 ? std::abs(row.value) : std::max(std::abs(row.low), std::abs(row.high));
+  return size > 0.0 ? std::pair{(row.low - row.value) / size, (row.high - row.value) / size} : std::pair{0.0, 0.0};
+}
+
+/// A round number of per cent that holds every interval, as far as 50.
+double widest_percent(const IntervalChart& chart) {
+  constexpr std::array kRound{1.0, 2.0, 5.0, 10.0, 20.0, 50.0};
+  double widest = 0.0;
+  for (const IntervalRow& row : chart.rows) {
+    const auto [low, high] = shares(row);
+    widest = std::max({widest, -100.0 * low, 100.0 * high});
+  }
+  const auto* const found = std::find_if(kRound.begin(), kRound.end(), [&](double round) { return round >= widest; });
+  return found == kRound.end() ? kRound.back() : *found;
+}
+
 }  // namespace
 
 std::string escape(const std::string& words) {
@@ -296,25 +314,30 @@ std::string svg(const IntervalChart& chart) {
   }
   const double left = 18.0 + kGlyph * static_cast<double>(longest);
   const double words = 250.0;
-  const double height = 34.0 + 26.0 * static_cast<double>(chart.rows.size());
+  const double scale = widest_percent(chart);
+  const double height = 54.0 + 26.0 * static_cast<double>(chart.rows.size());
   std::ostringstream out;
   out << open_svg(chart.width, height);
   text(out, 12, 16, chart.title, "start", "font-weight=\"bold\"");
-  double y = 40;
+  const Sheet s{.left = left,
+                .top = 40,
+                .width = chart.width - left - words,
+                .height = 1,
+                .x = {-1.1 * scale, 1.1 * scale},
+                .y = {0, 1}};
+  for (const double tick : {-scale, -0.5 * scale, 0.0, 0.5 * scale, scale}) {
+    text(out, s.px(tick), 36, (tick > 0.0 ? "+" : "") + number(tick) + " %", "middle", "font-size=\"10\"");
+    out << "<line x1=\"" << s.px(tick) << "\" x2=\"" << s.px(tick) << "\" y1=\"42\" y2=\"" << height - 8
+        << "\" stroke=\"#e6e6e6\"/>\n";
+  }
+  double y = 60;
   for (const IntervalRow& row : chart.rows) {
-    Range range;
-    range.take(row.low);
-    range.take(row.high);
-    range.take(row.value);
-    const Sheet s{.left = left,
-                  .top = y,
-                  .width = chart.width - left - words,
-                  .height = 1,
-                  .x = padded(range, 0.35),
-                  .y = {0, 1}};
+    const auto [low, high] = shares(row);
+    const double from = std::max(-1.1 * scale, 100.0 * low);
+    const double to = std::min(1.1 * scale, 100.0 * high);
     out << "<line x1=\"" << s.left << "\" x2=\"" << s.left + s.width << "\" y1=\"" << y << "\" y2=\"" << y
-        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << s.px(row.low) << "\" x2=\"" << s.px(row.high) << "\" y1=\"" << y
-        << "\" y2=\"" << y << "\" stroke=\"" << kBlue << "\" stroke-width=\"4\"/>\n<circle cx=\"" << s.px(row.value)
+        << "\" stroke=\"#e6e6e6\"/>\n<line x1=\"" << s.px(from) << "\" x2=\"" << s.px(to) << "\" y1=\"" << y
+        << "\" y2=\"" << y << "\" stroke=\"" << kBlue << "\" stroke-width=\"4\"/>\n<circle cx=\"" << s.px(0.0)
         << "\" cy=\"" << y << "\" r=\"5\" fill=\"" << kOrange << "\"/>\n";
     text(out, left - 8, y + 4, row.label, "end");
     text(out, s.left + s.width + 10, y + 4,

@@ -64,7 +64,9 @@ struct BarChart {
 };
 std::string svg(const BarChart& chart);
 
-/// One row per parameter, each on a scale of its own: the interval as a line, the value as a dot, the numbers in words.
+/// One row per parameter: the interval as a line, the value as a dot, the numbers in words. All rows share one scale,
+/// per cent of the value, as wide as the widest interval and at most +-50 %: what goes beyond is cut at the edge. A
+/// value of nought has no per cent: there it is per cent of the larger end.
 struct IntervalRow {
   std::string label;
   double value = 0.0;

@@ -6,6 +6,7 @@
 
 #include "firmware/model/axis_effects.h"
 #include "firmware/model/translation.h"
+#include "host_tests/lab/identify/answer/report_figures.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::identify {
@@ -44,15 +45,6 @@ std::string in_flight(const std::string& effect) {
   }
   const model::TranslationEffect* row = model::translation_effect(effect);
   return row == nullptr ? "" : std::string(words(row->in_flight));
-}
-
-const Series* series_named(const IdentifyResult& result, const std::string& name) {
-  for (const Series& series : result.figures.series) {
-    if (series.name == name) {
-      return &series;
-    }
-  }
-  return nullptr;
 }
 
 /// The stretches of validation samples, for the shading.
@@ -112,7 +104,8 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
                number(r.declared.validation_rmse), number(r.declared.fit_percent)},
               {"with what was found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
                number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
-  page.paragraph("The validation error changes by " + number(-gain) + " %." +
+  page.paragraph("The validation error changes by " + number(-gain) + " %; of the final model it is " +
+                 number(r.validation_over_training) + " times that of training." +
                  (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
   std::vector<std::string> means;
   for (const EffectResult& effect : r.effects) {
@@ -200,9 +193,10 @@ void time_figures(plot::Page& page, const IdentifyResult& r) {
   }
 }
 
-void other_figures(plot::Page& page, const IdentifyResult& r) {
+void autocorrelations(plot::Page& page, const IdentifyResult& r) {
   const Figures& f = r.figures;
   if (!f.lag_s.empty()) {
+    const double white = 1.96 / std::sqrt(std::max(1.0, static_cast<double>(f.t_s.size())));
     page.figure(
         plot::svg(plot::Figure{
             .title = "Autocorrelation of the residual",
@@ -211,10 +205,13 @@ void other_figures(plot::Page& page, const IdentifyResult& r) {
             .lines =
                 {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
                  {.name = "with what was found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
-            .levels = {{0.0, ""}},
+            .levels = {{white, "95 % of white noise"}, {-white, ""}, {0.0, ""}},
             .height = 230}),
-        "White noise would drop to zero at the first lag; air and autopilot leave a coloured floor.");
+        "White noise would drop into the band at the first lag; air and autopilot leave a coloured floor.");
   }
+}
+
+void other_figures(plot::Page& page, const IdentifyResult& r) {
   if (!r.candidates.empty()) {
     plot::BarChart chart{.title = "Candidates of the first round: error they would remove (cross-validated)",
                          .x_label = "gain [% of mean square]",
@@ -237,7 +234,9 @@ void other_figures(plot::Page& page, const IdentifyResult& r) {
       chart.rows.push_back(
           {.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
     }
-    page.figure(plot::svg(chart), "Dot: estimate; bar: interval; each on its own scale.");
+    page.figure(plot::svg(chart),
+                "Dot: estimate; bar: interval, in per cent of the estimate, so that long is uncertain; "
+                "one that reaches the edge goes on beyond it.");
   }
   if (!r.final_model.horizon_rmse.empty()) {
     plot::Figure figure{.title = "Prediction error by horizon (validation)",
@@ -267,6 +266,8 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   effect_table(page, result);
   page.heading("Figures");
   time_figures(page, result);
+  autocorrelations(page, result);
+  specialist_figures(page, result);
   other_figures(page, result);
   return page;
 }

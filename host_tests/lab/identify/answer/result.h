@@ -115,6 +115,7 @@ struct Series {
 struct Figures {
   std::vector<double> t_s;       ///< of all series below: the training and validation ranges
   std::vector<char> validation;  ///< 1 where t_s lies in the validation part
+  double sample_period_s = 0.0;  ///< of t_s inside of a range
   std::vector<Series> series;    ///< translation: "measured_x", "measured_y", ... one set per axis
   std::vector<double> lag_s;     ///< of the autocorrelations
   std::vector<double> declared_autocorrelation;

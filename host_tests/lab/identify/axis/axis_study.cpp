@@ -183,13 +183,14 @@ Traces AxisStudy::traces(const Fit& declared, const Fit& final_fit) const {
   Traces out;
   out.sample_period_s = training_.signals.data.period_s;
   out.lag_step = 2;
-  out.directions.push_back({"", {}, {}, {}});
+  out.directions.push_back({"", {}, {}, {}, {}});
   Trace& trace = out.directions.front();
   for (const AxisPart* part : {&training_, &validation_}) {
     for (std::size_t block = 0; block < part->blocks.size(); ++block) {
       for (std::size_t i = part->blocks[block].begin; i < part->blocks[block].end; ++i) {
         out.t_s.push_back(part->signals.data.time_s(i));
         out.validation.push_back(part == &validation_ ? 1 : 0);
+        trace.input.push_back(part->signals.data.stick[i]);
         trace.measured.push_back(part->signals.data.measured[i]);
       }
     }

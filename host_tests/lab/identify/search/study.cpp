@@ -171,6 +171,7 @@ class Conclusion {
   void figures(const Traces& traces) {
     Figures& out = result_.figures;
     out.t_s = traces.t_s;
+    out.sample_period_s = traces.sample_period_s;
     out.validation = traces.validation;
     std::vector<double> all_declared;
     std::vector<double> all_final;
@@ -178,6 +179,7 @@ class Conclusion {
       const auto add = [&](const char* name, std::vector<double> values) {
         out.series.push_back({name + trace.suffix, std::move(values)});
       };
+      add("input", trace.input);
       add("measured", trace.measured);
       add("declared", trace.declared);
       add("final", trace.final_model);

@@ -15,7 +15,8 @@ namespace m100::lab::identify {
 
 /// What is shown of one direction of motion, one value for each sample of training and validation part together.
 struct Trace {
-  std::string suffix;  ///< of the series' names: "", or "_x", ...
+  std::string suffix;         ///< of the series' names: "", or "_x", ...
+  std::vector<double> input;  ///< the stick or command; of translation the acceleration that the tilted thrust gives
   std::vector<double> measured;
   std::vector<double> declared;
   std::vector<double> final_model;

@@ -169,7 +169,7 @@ Traces TranslationStudy::traces(const Fit& declared, const Fit& final_fit) const
   out.longest_lag_s = 3.0;
   out.about_mean = true;
   for (std::size_t c = 0; c < training_.data.axes; ++c) {
-    out.directions.push_back({kAxes[c], {}, {}, {}});
+    out.directions.push_back({kAxes[c], {}, {}, {}, {}});
   }
   for (const Part* part : {&training_, &validation_}) {
     for (const auto& block : part->blocks.blocks) {
@@ -178,6 +178,8 @@ Traces TranslationStudy::traces(const Fit& declared, const Fit& final_fit) const
         out.validation.push_back(part == &validation_ ? 1 : 0);
       }
     }
+    Fit rigid{.structure = {"rigid_body"}, .parameters = std::vector<double>(kSearched, 0.0), .shape = {}};
+    const std::vector<double> tilted = TranslationFamily::prediction(part->blocks, rigid);
     const std::vector<double> as_declared = TranslationFamily::prediction(part->blocks, declared);
     const std::vector<double> as_found = TranslationFamily::prediction(part->blocks, final_fit);
     for (std::size_t c = 0; c < out.directions.size(); ++c) {
@@ -185,6 +187,7 @@ Traces TranslationStudy::traces(const Fit& declared, const Fit& final_fit) const
         const std::vector<double> axis = part->axis(rows, c);
         to.insert(to.end(), axis.begin(), axis.end());
       };
+      append(out.directions[c].input, tilted);
       append(out.directions[c].measured, part->measured);
       append(out.directions[c].declared, as_declared);
       append(out.directions[c].final_model, as_found);
