@@ -75,6 +75,10 @@ double sine_of(const Reduced& angle, std::int32_t turn) {
 }
 
 Turn<double> both(double angle_rad) {
+  constexpr double kNotReduced_rad = 0.78;  // below pi/4: the reduction would return it as it is, with a rest of zero
+  if (within(angle_rad, kNotReduced_rad)) {
+    return {.sine = sine_kernel(angle_rad, 0.0), .cosine = cosine_kernel(angle_rad, 0.0)};
+  }
   if (!within(angle_rad, kLargestAngle_rad)) {
     return {.sine = kNan, .cosine = kNan};
   }
