@@ -3,10 +3,12 @@
 """Aircraft that are not what the vehicle file says: which changes the loop stands, one by one, in pairs and all at once.
 
 Usage: changes.py M100_LAB [--mode field|calm_room] [--vehicles N] [--flights N]
+       changes.py M100_LAB --drawn FROM:TO [--mode M]
 Every change is one of the measured plant, on both tilt axes; all six tasks. Prints how many flights swing (a limit cycle, as
 m100-lab campaign judges it), in how many it was noticed in flight, and how many did not stay: of each single change, 3 seeds (--flights); of pairs, one seed of hover
 and a step of 3 m; of N (default 40) drawn vehicles that differ in everything at once, one seed of each task. Exit 1 if a flight
-of a single change swings or does not stay.
+of a single change swings or does not stay. With --drawn the drawn vehicles of these numbers alone, a row for each that swings
+or does not stay, and their sum.
 """
 import itertools
 import json
@@ -83,9 +85,22 @@ def value(words, option, otherwise):
     return words[words.index(option) + 1] if option in words else otherwise
 
 
+def fly_drawn(program, first, last, common):
+    """-> rows: each of the drawn vehicles first to last - 1 that swings or does not stay, with what was drawn, and their sum"""
+    worlds = {name: changes for name, changes in list(drawn(last).items())[first:]}
+    reports = fly(program, worlds, "--flights", "1", *common)
+    rows = [row(name + ": " + ", ".join(f"{key} {value:.3g}" for key, value in worlds[name].items()), [report])
+            for name, report in reports.items() if report["oscillating"] or report["stayed"] < report["flights"]]
+    return rows + [row(f"vehicles {first} to {last - 1}", reports.values())]
+
+
 def main():
     words = sys.argv[1:]
     common = ("--mode", value(words, "--mode", "field"))
+    if "--drawn" in words:
+        first, last = map(int, value(words, "--drawn", "").split(":"))
+        print("\n".join(" | ".join(cells) for cells in fly_drawn(words[0], first, last, common)))
+        return 0
     single = fly(words[0], SINGLE, "--flights", value(words, "--flights", "3"), *common)
     rows = [["change", "flights", "did not stay", "swing", "noticed", "worst tilt [deg]"]]
     rows += [row(name, [report]) for name, report in single.items()]
