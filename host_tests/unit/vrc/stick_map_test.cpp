@@ -159,5 +159,56 @@ TEST(CommandMap, ANumberThatIsNoneChangesNothing) {
   EXPECT_EQ(map.to_sticks({.roll_rad = std::numeric_limits<float>::infinity()}).status(), core::Status::kOutOfRange);
 }
 
+// Every member alone: one that is not looked at would reach the sticks.
+TEST(CommandMap, EachNumberThatIsNoneIsRefused) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  CommandMap map(paper_like());
+  EXPECT_EQ(map.to_sticks({.roll_rad = nan}).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(map.to_sticks({.pitch_rad = nan}).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(map.to_sticks({.climb_m_s = nan}).status(), core::Status::kOutOfRange);
+  EXPECT_EQ(map.to_sticks({.yaw_rate_rad_s = nan}).status(), core::Status::kOutOfRange);
+}
+
+// An axis that nobody has identified is flown by the paper's scale, not divided by zero.
+TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
+  RecordProperty("paper", "Table I");
+  model::Vehicle unknown;
+  for (model::StickAxis* axis : {&unknown.roll, &unknown.pitch, &unknown.climb, &unknown.yaw_rate}) {
+    axis->scale_per_count = 0.0;
+    axis->trim_counts = 7.0;
+  }
+  const CommandMap map(unknown);
+  EXPECT_EQ(map.roll().scale_si_per_vrc, 8.65e-4F);
+  EXPECT_EQ(map.pitch().scale_si_per_vrc, 8.44e-4F);
+  EXPECT_EQ(map.throttle().scale_si_per_vrc, 2.65e-3F);
+  EXPECT_EQ(map.yaw().scale_si_per_vrc, 2.24e-3F);
+  EXPECT_EQ(map.yaw().sign, -1.F);
+  for (std::size_t stick = 0; stick < 4; ++stick) {
+    EXPECT_EQ(map.map(stick).neutral_vrc, 1031.F) << stick;
+    EXPECT_EQ(map.map(stick).sign, stick == 3 ? -1.F : 1.F) << stick;
+  }
+  const Sticks neutral = map.neutral();
+  for (const Stick stick : {neutral.roll, neutral.pitch, neutral.throttle, neutral.yaw}) {
+    EXPECT_EQ(static_cast<int>(stick), 1031);
+  }
+}
+
+// What rounding leaves is carried on to the next stick of the same axis, at most the dead zone and a count.
+TEST(CommandMap, CarriesAtMostTheDeadZoneAndACount) {
+  model::Vehicle vehicle;
+  vehicle.roll.scale_per_count = 1e-3;
+  vehicle.roll.dead_zone_counts = 20.0;
+  vehicle.roll.dead_zone_shape = model::DeadZoneShape::kJump;
+  CommandMap map(vehicle);
+  ctl::Command<float> far;
+  far.roll_rad = 5.F;  // beyond the travel: the rest can never be made up for
+  ASSERT_TRUE(map.to_sticks(far).has_value());
+  ctl::Command<float> none;
+  const core::Expected<Sticks> after = map.to_sticks(none);
+  ASSERT_TRUE(after.has_value());
+  EXPECT_EQ(static_cast<int>(after->roll), 1024 + 21) << "21 counts were left over";
+  EXPECT_EQ(static_cast<int>(map.to_sticks(none)->roll), 1024) << "and are paid back";
+}
+
 }  // namespace
 }  // namespace m100::vrc
