@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a calm hover can tell about its pose at all: the bound behind the lies that THREATS.md calls unseen.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numbers>
+
+#include "host_tests/scenario/lies/lies_bench.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kTick_s = 0.01;
+constexpr double kSettled_s = 8.0;
+/// As est::MotionCheck asks for before it contradicts a pose.
+constexpr double kNats = 16.0;
+
+/// Mean square of the path of an honest hover, high-passed by s^3 / (s + a)^3, m^2, both axes together.
+double moved_m2(const lab::experiments::Trace& trace, double a_per_s) {
+  std::array<std::array<double, 3>, 2> slow_m{};
+  double sum_m2 = 0.0;
+  int count = 0;
+  for (const lab::experiments::TracePoint& point : trace) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      double left_m = point.position_m[axis] - trace.front().position_m[axis];
+      for (double& slow : slow_m[axis]) {
+        slow += (left_m - slow) * a_per_s * kTick_s;
+        left_m -= slow;
+      }
+      sum_m2 += point.t_s > kSettled_s ? left_m * left_m : 0.0;
+    }
+    count += point.t_s > kSettled_s ? 1 : 0;
+  }
+  return sum_m2 / count;
+}
+
+/// Noise of the path that the specific force makes, m, one axis: the rotors' 0.1 m/s^2 at 100 Hz, a third of a tenth of
+/// a degree that the attitude may wander by in seconds, and 0.7 mm of the observer's place.
+double noise_m(double a_per_s) {
+  const double rotors_m = 0.1 * std::sqrt(kTick_s / (16.0 * a_per_s * a_per_s * a_per_s));
+  const double attitude_m = 0.27 / (a_per_s * a_per_s) * 0.02 / 3.0;
+  return std::sqrt(rotors_m * rotors_m + attitude_m * attitude_m + 0.0007 * 0.0007);
+}
+
+/// What who knows the lie in advance learns in a second, in the best scale of high-pass. @param share of the path that
+/// is wrong.
+double nats_per_s(double share) {
+  double best = 0.0;
+  for (const double a_per_s : {0.75, 1.5, 3.0}) {
+    double most = 0.0;
+    for (int seed = 1; seed <= 4; ++seed) {
+      most = std::max(most, moved_m2(honestly_flown({}, seed).trace, a_per_s));
+    }
+    const double sigma_m = noise_m(a_per_s);
+    best = std::max(best, a_per_s * share * share * most / (2.0 * sigma_m * sigma_m));
+  }
+  return best;
+}
+
+TEST(CalmHover, TellsTooLittleOfAFrameThatIsTurnedByTwentyDegrees) {
+  RecordProperty("promise", "R14");
+  const double share = 2.0 * std::sin(10.0 * std::numbers::pi / 180.0);
+  const double standing = nats_per_s(1.0);
+  const double turned = nats_per_s(share);
+  char text[96];
+  static_cast<void>(std::snprintf(text, sizeof text, "%.1f nats/s | %.1f s", turned, kNats / turned));
+  RecordProperty("figure.information.turn20", text);
+  std::printf("turn20 | %s\n", text);
+  static_cast<void>(std::snprintf(text, sizeof text, "%.1f nats/s | %.1f s", standing, kNats / standing));
+  RecordProperty("figure.information.standing", text);
+  std::printf("standing | %s\n", text);
+  EXPECT_GT(kNats / turned, 3.0) << "then the promise of 3 s can be held, and must be";
+}
+
+}  // namespace
+}  // namespace m100::scenario

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Every lie of every channel by its name, in calm air and in wind, in a hover and before control is taken: what becomes
+// of it. For the nightly run.
+#include <gtest/gtest.h>
+
+#include "host_tests/scenario/lies/lies_bench.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr int kSeeds = 5;
+/// The farthest that a lie was seen to take the aircraft is 10.5 m: roll and its rate with the wrong sign, from the start.
+constexpr double kRoom_m = 12.0;
+
+class EveryLie : public ::testing::TestWithParam<sim::Lie> {};
+
+TEST_P(EveryLie, IsFlownInCalmAirAndInWindBeforeAndAfterControlIsTaken) {
+  RecordProperty("promise", "R14");
+  const sim::Lie& lie = GetParam();
+  std::string row;
+  for (const double from_s : {kStruckAt_s, kFromStart}) {
+    for (const Air air : {Air::kCalm, Air::kWind}) {
+      Worst worst;
+      for (int seed = 1; seed <= kSeeds; ++seed) {
+        worst.note(noticed({.lie = &lie, .size = lie.size, .from_s = from_s, .air = air}, seed));
+      }
+      EXPECT_LE(worst.of.away_m, kRoom_m);
+      EXPECT_LE(worst.of.farthest_m, kRoom_m);
+      row += (row.empty() ? "" : " | ") + worst.cell();
+    }
+  }
+  RecordProperty("figure.every." + std::string(lie.name), row);
+  std::printf("%s | %s\n", std::string(lie.name).c_str(), row.c_str());
+}
+INSTANTIATE_TEST_SUITE_P(Lies, EveryLie, ::testing::ValuesIn(sim::lies().begin(), sim::lies().end()),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+const SizedLie kSizedLies[] = {
+    {"tilt_times", "tilt_times", "hover", 1.05, 57.0},     {"tilt_offset", "tilt_offset", "hover", 0.5, 45.0},
+    {"rates_times", "rates_times", "hover", 1.05, 57.0},   {"telemetry_late", "telemetry_late", "hover", 10.0, 400.0},
+    {"younger", "younger", "step_3m", 10.0, 400.0},        {"repeated", "repeated", "hover", 0.02, 1.0},
+    {"force_offset", "force_offset", "hover", 0.05, 10.0}, {"yaw", "yaw", "hover", 1.0, 90.0},
+};
+
+class SmallestLie : public ::testing::TestWithParam<SizedLie> {};
+
+TEST_P(SmallestLie, ThatIsNoticedWithEverySeed) {
+  RecordProperty("promise", "R14");
+  const SizedLie& sized = GetParam();
+  const std::string found = smallest(sized, kSeeds);
+  char none[64];
+  static_cast<void>(std::snprintf(none, sizeof none, "none up to %.3g %s | - | - | -", sized.large,
+                                  sim::lie_of(sized.lie)->unit.data()));
+  const std::string row = found == "none" ? none : found;
+  RecordProperty("figure.least." + std::string(sized.name), row);
+  std::printf("smallest %s | %s\n", sized.name, row.c_str());
+}
+INSTANTIATE_TEST_SUITE_P(Lies, SmallestLie, ::testing::ValuesIn(kSizedLies),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace m100::scenario
