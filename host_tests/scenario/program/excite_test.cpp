@@ -2,18 +2,16 @@
 // m100-lab excite, m100 fly --excite against m100-lab autopilot in simulated time, and m100-lab identify on the log.
 #include <cmath>
 
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/program/world_fixture.h"
 #include "host_tests/sim/world/plant.h"
 
 namespace m100::scenario {
 namespace {
 
-class Excite : public ProgramTest {
+class Excite : public WorldTest {
  protected:
   const fs::path sticks = folder / "sticks.csv";
   const fs::path forecast = folder / "forecast.json";
-  const fs::path said = folder / "said.txt";
-  const std::string world = "sim:" + (folder / "world").string();
 
   void make(const std::string& axes, std::vector<std::string> more) {
     std::vector<std::string> arguments{"excite", "--axis", axes, "--out", sticks.string(), "--json", forecast.string()};
@@ -26,48 +24,12 @@ class Excite : public ProgramTest {
   }
   /// Flies the sticks. @returns the exit code; result and said are written.
   int fly(const std::string& script = "", const std::string& plant = "") {
-    std::vector<std::string> of_autopilot{"autopilot", "--sim", (folder / "world").string(), "--events",
-                                          events.string()};
+    std::vector<std::string> of_autopilot;
     if (!script.empty()) {
       std::ofstream(folder / "script.txt") << script;
-      of_autopilot.insert(of_autopilot.end(), {"--script", (folder / "script.txt").string()});
+      of_autopilot = {"--script", (folder / "script.txt").string()};
     }
-    if (!plant.empty()) {
-      std::ofstream(folder / "plant.toml") << plant;
-      of_autopilot.insert(of_autopilot.end(), {"--plant", (folder / "plant.toml").string()});
-    }
-    Process autopilot(M100_LAB_PROGRAM, of_autopilot);
-    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    std::string line = M100_PROGRAM;
-    for (const std::string& word : {std::string("fly"),
-                                    std::string("--port"),
-                                    world,
-                                    std::string("--pose-port"),
-                                    world + ".pose",
-                                    std::string("--vehicle"),
-                                    vehicle.string(),
-                                    std::string("--gains"),
-                                    table.string(),
-                                    std::string("--flight"),
-                                    flight_file.string(),
-                                    std::string("--excite"),
-                                    sticks.string(),
-                                    std::string("--take-control"),
-                                    std::string("--once"),
-                                    std::string("--hold"),
-                                    std::string("5"),
-                                    std::string("--log"),
-                                    log.string(),
-                                    std::string("--json"),
-                                    result.string()}) {
-      line += " " + word;
-    }
-    const int code = Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(kPatience);
-    autopilot.interrupt();
-    EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
-    return code;
+    return fly_in_world(plant, {"--excite", sticks.string(), "--hold", "5"}, of_autopilot);
   }
   json flown() const { return json::parse(std::ifstream(result))["excitation"]; }
   /// How far the aircraft really was from where it began, along x and y [m].
@@ -151,7 +113,7 @@ TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
     ASSERT_NE(begin, std::string::npos);
     std::ofstream(sticks) << made.substr(0, begin) + "limits roll " + narrow + made.substr(made.find('\n', begin));
     fs::remove(log);
-    fs::remove(folder / "world");
+    fs::remove(world);
     EXPECT_EQ(fly(), 1) << "an excitation that was not flown to its end";
     const json excitation = flown();
     EXPECT_EQ(excitation["abort"]["why"], why);

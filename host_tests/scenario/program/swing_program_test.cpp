@@ -3,33 +3,16 @@
 // result and in the log, and how the flight goes on.
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/safety/ladder.h"
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/program/world_fixture.h"
 
 namespace m100::scenario {
 namespace {
 
-class Swinging : public ProgramTest {
+class Swinging : public WorldTest {
  protected:
-  const fs::path said = folder / "said.txt";
-  const fs::path plant = folder / "plant.toml";
-
   /// A hover in the world of this plant file. @returns the exit code.
-  int hover(const std::string& world, const std::string& hold_s = "20") {
-    std::ofstream(plant) << world;
-    const std::string sim = "sim:" + (folder / "world").string();
-    Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", (folder / "world").string(), "--events", events.string(),
-                                         "--plant", plant.string()});
-    for (int i = 0; i < 3000 && !fs::exists(folder / "world"); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    const std::string line = std::string(M100_PROGRAM) + " fly --port " + sim + " --pose-port " + sim +
-                             ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
-                             flight_file.string() + " --log " + log.string() + " --json " + result.string() +
-                             " --once --take-control --hold " + hold_s + " > " + said.string() + " 2> " +
-                             errors.string();
-    const int code = Process("/bin/sh", {"-c", line}).wait(kPatience);
-    (void)examined(autopilot);
-    return code;
+  int hover(const std::string& plant, const std::string& hold_s = "20") {
+    return fly_in_world(plant, {"--hold", hold_s});
   }
   /// Tick numbers with this sign in the log.
   std::size_t ticks_with(safety::LadderSign sign) const {
