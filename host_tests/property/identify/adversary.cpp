@@ -204,7 +204,7 @@ Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result
   const bool said = std::any_of(result.findings.begin(), result.findings.end(),
                                 [&](const auto& finding) { return finding.what == truth.finding && finding.certain; });
   if (clean) {
-    return truth.usable && said ? Answer::kRight : Answer::kFalseClean;
+    return truth.usable && (said || truth.finding == "note") ? Answer::kRight : Answer::kFalseClean;
   }
   const bool other = std::any_of(result.effects.begin(), result.effects.end(), [&](const auto& effect) {
     return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end() &&

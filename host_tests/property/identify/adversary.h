@@ -25,7 +25,9 @@ struct Adversary {
   std::string finding;             ///< what must be found about the log; empty: nothing
   std::vector<std::string> named;  ///< effects that may be named
   std::string effect;              ///< what the declared model lacks throughout; empty: nothing
-  bool usable = false;             ///< a clean bill is right where the finding is said: the rest of the log is sound
+  /// A clean bill is right where the finding is said: the rest of the log is sound. A change of the air alone ("note")
+  /// need not be said: the model lacks nothing.
+  bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
   /// Bound of what the log can tell of what is hidden (stranger_bound.h); empty: anyone sees it. Costs up to a second.
   std::function<double()> evidence;

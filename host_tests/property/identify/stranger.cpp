@@ -158,6 +158,7 @@ std::vector<Kind> change_kinds() {
          flight.after = flight.before;
          flight.air_later = 4.0;
          out.finding = "note";
+         out.usable = true;
        },
        kSound}};
 }
