@@ -326,7 +326,7 @@ std::string svg(const IntervalChart& chart) {
                 .x = {-1.1 * scale, 1.1 * scale},
                 .y = {0, 1}};
   for (const double tick : {-scale, -0.5 * scale, 0.0, 0.5 * scale, scale}) {
-    text(out, s.px(tick), 36, (tick > 0.0 ? "+" : "") + number(tick) + " %", "middle", "font-size=\"10\"");
+    text(out, s.px(tick), 36, (tick > 0.0 ? "+" : "") + number(tick) + " %", "middle");
     out << "<line x1=\"" << s.px(tick) << "\" x2=\"" << s.px(tick) << "\" y1=\"42\" y2=\"" << height - 8
         << "\" stroke=\"#e6e6e6\"/>\n";
   }
@@ -348,6 +348,32 @@ std::string svg(const IntervalChart& chart) {
   return out.str();
 }
 
+namespace {
+
+constexpr double kCell = 30.0;
+
+/// One row of a matrix: a square for each count, the fuller the larger its share of the row.
+void draw_counts(std::ostringstream& out, const Matrix& matrix, std::size_t r, double left, double y) {
+  int total = 0;
+  for (const int count : matrix.counts[r]) {
+    total += count;
+  }
+  for (std::size_t c = 0; c < matrix.columns.size(); ++c) {
+    const int count = matrix.counts[r][c];
+    const double share = total > 0 ? static_cast<double>(count) / total : 0.0;
+    const bool right = matrix.rows[r] == matrix.columns[c];
+    const double x = left + kCell * static_cast<double>(c);
+    out << "<rect x=\"" << x << "\" y=\"" << y << "\" width=\"" << kCell - 1 << "\" height=\"" << kCell - 1
+        << "\" fill=\"" << (right ? kGreen : kOrange) << "\" fill-opacity=\"" << (count > 0 ? 0.15 + 0.75 * share : 0)
+        << "\" stroke=\"#ddd\"/>\n";
+    if (count > 0) {
+      text(out, x + kCell / 2, y + 20, std::to_string(count), "middle");
+    }
+  }
+}
+
+}  // namespace
+
 std::string svg(const Matrix& matrix) {
   std::size_t longest_row = 4;
   std::size_t longest_column = 4;
@@ -357,39 +383,23 @@ std::string svg(const Matrix& matrix) {
   for (const std::string& column : matrix.columns) {
     longest_column = std::max(longest_column, column.size());
   }
-  const double cell = 30.0;
   const double left = 20.0 + kGlyph * static_cast<double>(longest_row);
   const double top = 34.0 + 0.75 * kGlyph * static_cast<double>(longest_column);
-  const double width = left + cell * static_cast<double>(matrix.columns.size()) + 90.0;
-  const double height = top + cell * static_cast<double>(matrix.rows.size()) + 12.0;
+  const double width = left + kCell * static_cast<double>(matrix.columns.size()) + 90.0;
+  const double height = top + kCell * static_cast<double>(matrix.rows.size()) + 12.0;
   std::ostringstream out;
   out << open_svg(width, height);
   text(out, 12, 16, matrix.title, "start", "font-weight=\"bold\"");
   for (std::size_t c = 0; c < matrix.columns.size(); ++c) {
-    const double x = left + cell * (static_cast<double>(c) + 0.6);
+    const double x = left + kCell * (static_cast<double>(c) + 0.6);
     std::ostringstream turned;
     turned << "transform=\"rotate(-48 " << x << ' ' << top - 6 << ")\"";
     text(out, x, top - 6, matrix.columns[c], "start", turned.str());
   }
   for (std::size_t r = 0; r < matrix.rows.size(); ++r) {
-    const double y = top + cell * static_cast<double>(r);
+    const double y = top + kCell * static_cast<double>(r);
     text(out, left - 8, y + 20, matrix.rows[r], "end");
-    int total = 0;
-    for (const int count : matrix.counts[r]) {
-      total += count;
-    }
-    for (std::size_t c = 0; c < matrix.columns.size(); ++c) {
-      const int count = matrix.counts[r][c];
-      const double share = total > 0 ? static_cast<double>(count) / total : 0.0;
-      const bool right = matrix.rows[r] == matrix.columns[c];
-      const double x = left + cell * static_cast<double>(c);
-      out << "<rect x=\"" << x << "\" y=\"" << y << "\" width=\"" << cell - 1 << "\" height=\"" << cell - 1
-          << "\" fill=\"" << (right ? kGreen : kOrange) << "\" fill-opacity=\"" << (count > 0 ? 0.15 + 0.75 * share : 0)
-          << "\" stroke=\"#ddd\"/>\n";
-      if (count > 0) {
-        text(out, x + cell / 2, y + 20, std::to_string(count), "middle");
-      }
-    }
+    draw_counts(out, matrix, r, left, y);
   }
   out << "</svg>\n";
   return out.str();

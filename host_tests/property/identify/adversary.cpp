@@ -83,6 +83,7 @@ Maker no_delay(const std::string& what) {
 }
 
 // Deviation: over 60 lines; a table, one row for each kind.
+// NOLINTNEXTLINE(readability-function-size)
 const std::vector<Kind>& kinds() {
   const Harm none = [](FlightLog&, Chance&, Adversary&) {};
   static const std::vector<Kind> kKinds{
@@ -160,6 +161,21 @@ bool stands_for(const lab::identify::IdentifyResult& result, const std::string& 
                                        [&](const auto& group) { return holds(group, one) && holds(group, other); });
 }
 
+/// Something is named that is not there.
+bool names_another(const Adversary& truth, const lab::identify::IdentifyResult& result) {
+  return std::any_of(result.effects.begin(), result.effects.end(), [&](const auto& effect) {
+    return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end() &&
+           !(effect.name == truth.effect || stands_for(result, effect.name, truth.effect));
+  });
+}
+
+/// The change is named, near its time.
+bool names_change(const Adversary& truth, const lab::identify::IdentifyResult& result) {
+  return std::any_of(result.changes.begin(), result.changes.end(), [&](const auto& one) {
+    return one.name == truth.change && std::abs(one.at_s - truth.change_s) < 3.0;
+  });
+}
+
 }  // namespace
 
 const std::vector<std::string>& adversary_kinds() {
@@ -206,15 +222,9 @@ Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result
   if (clean) {
     return truth.usable && (said || truth.finding == "note") ? Answer::kRight : Answer::kFalseClean;
   }
-  const bool other = std::any_of(result.effects.begin(), result.effects.end(), [&](const auto& effect) {
-    return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end() &&
-           !(effect.name == truth.effect || stands_for(result, effect.name, truth.effect));
-  });
-  const bool changed = std::any_of(result.changes.begin(), result.changes.end(), [&](const auto& one) {
-    return one.name == truth.change && std::abs(one.at_s - truth.change_s) < 3.0;
-  });
   const bool named = truth.effect.empty() ? said : !result.effects.empty();
-  if (!other && (truth.change.empty() ? named && result.changes.empty() : changed)) {
+  const bool hit = truth.change.empty() ? named && result.changes.empty() : names_change(truth, result);
+  if (hit && !names_another(truth, result)) {
     return Answer::kRight;
   }
   return result.verdict == "unexplained" ? Answer::kUndecided : Answer::kWrongName;

@@ -77,6 +77,18 @@ Shape clock(double low_s, double high_s) {
   };
 }
 
+void hold(std::vector<double>& column, const std::vector<double>& time_s, double from_s, double to_s) {
+  double held = 0.0;
+  bool holds = false;
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    if (time_s[k] >= from_s && time_s[k] < to_s) {
+      held = holds ? held : column[k];
+      holds = true;
+      column[k] = held;
+    }
+  }
+}
+
 /// Spells in which a column does not move.
 Harm freezes(bool stick) {
   return [=](StrangerRows& rows, StrangerChance& chance, Adversary& out) {
@@ -86,15 +98,7 @@ Harm freezes(bool stick) {
     for (int spell = 0; spell < (stick ? 1 : 4); ++spell) {
       const double from_s = to_s + (stick ? chance.between(5.0, 25.0) : chance.between(3.0, 8.0));
       to_s = from_s + (stick ? chance.between(3.0, 8.0) : std::max(8.0 * row_s, chance.between(0.3, 1.5)));
-      double held = 0.0;
-      bool holds = false;
-      for (std::size_t k = 0; k < column.size(); ++k) {
-        if (rows.time_s[k] >= from_s && rows.time_s[k] < to_s) {
-          held = holds ? held : column[k];
-          holds = true;
-          column[k] = held;
-        }
-      }
+      hold(column, rows.time_s, from_s, to_s);
     }
     out.finding = "frozen";
   };

@@ -9,7 +9,8 @@ namespace m100::scenario {
 namespace {
 
 constexpr int kSeeds = 5;
-/// The farthest that a lie was seen to take the aircraft is 10.5 m: roll and its rate with the wrong sign, from the start.
+/// The farthest that a lie was seen to take the aircraft is 10.5 m: roll and its rate with the wrong sign, from the
+/// start.
 constexpr double kRoom_m = 12.0;
 
 class EveryLie : public ::testing::TestWithParam<sim::Lie> {};

@@ -198,9 +198,9 @@ TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
 
 TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "6 end_task\n", false), 1) << all();
+  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "8 end_task\n", false), 1) << all();
   EXPECT_NE(all().find("landing: the autopilot has broken it off"), std::string::npos) << all();
-  EXPECT_LE(at("transmitter_has_control", "did", 6.0) - 6.0, 1.0 + 1.0 + 0.2) << "seen for 1 s, then R15";
+  EXPECT_LE(at("transmitter_has_control", "did", 8.0) - 8.0, 1.0 + 1.0 + 0.2) << "seen for 1 s, then R15";
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 0.3) << "it hovers meanwhile";
 }
 
