@@ -12,10 +12,10 @@ constexpr double kHalfWindow_s = 0.5;
 constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a window of use
 constexpr double kLeastResidual_m = 5e-4;                 // better than this no pose is
-/// What is left in a window is mostly a push that nobody saw, integrated twice, less its parabola: so smooth that the
-/// whole window is worth two samples of an axis, however many poses it has (by simulation of pushes that are white or
-/// last for seconds, at 30 and 100 poses a second: 1.3 to 2.6).
-constexpr double kSamplesPerWindow = 2.0;
+/// Errors of the model last for some ten poses (gusts, the attitude loop): so many poses count as one. A push that
+/// nobody saw, integrated twice, lasts longer (a window is worth 1.3 to 2.6 samples, simulated); but with so few samples a
+/// slow drift of the pose hides behind the doubt about its time.
+constexpr double kPosesPerSample = 10.0;
 /// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
 
@@ -203,8 +203,7 @@ void PoseLatency<T>::close_window() {
     const T spare = static_cast<T>(2 * sums_.count - 7);
     const T left = (rates > T(0) ? remainders - products * products / rates : remainders) / spare;
     constexpr T kLeast = static_cast<T>(kLeastResidual_m * kLeastResidual_m);
-    const T weight = T(1) / ((left > kLeast ? left : kLeast) *
-                             (static_cast<T>(sums_.count) * static_cast<T>(1.0 / kSamplesPerWindow)));
+    const T weight = T(1) / ((left > kLeast ? left : kLeast) * static_cast<T>(kPosesPerSample));
     if (rates > T(0)) {
       information_ = static_cast<T>(kMemoryPerWindow) * information_ + rates * weight;
       weighted_ = static_cast<T>(kMemoryPerWindow) * weighted_ + weight * (products + rates * tau_in_window_s_);
