@@ -37,7 +37,8 @@ FenceKeeper<T>::FenceKeeper(const core::Fence& fence, const Braking& braking)
       y_(side_of(fence.side[core::Fence::kY])),
       z_(side_of(fence.side[core::Fence::kZ])),
       braking_m_s2_(static_cast<T>(braking.acceleration_m_s2)),
-      reaction_s_(static_cast<T>(braking.reaction_s)),
+      // What is left now may be spent in the next tick, when it is looked at again.
+      reaction_s_(static_cast<T>(braking.reaction_s) + core::seconds<T>(core::kTickPeriod)),
       unknown_drag_per_s_(static_cast<T>(braking.unknown_drag_per_s)),
       wind_m_s2_(static_cast<T>(braking.drag_per_s * fence.wind_m_s)),
       unseen_m_s2_(static_cast<T>(braking.drag_per_s * kGustShare * fence.wind_m_s + est::kForceOffset_m_s2)) {}

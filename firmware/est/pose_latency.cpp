@@ -13,8 +13,8 @@ constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
 constexpr std::uint32_t kFewest = 12;                     // poses in a window of use
 constexpr double kLeastResidual_m = 5e-4;                 // better than this no pose is
 /// Errors of the model last for some ten poses (gusts, the attitude loop): so many poses count as one. A push that
-/// nobody saw, integrated twice, lasts longer (a window is worth 1.3 to 2.6 samples, simulated); but with so few samples a
-/// slow drift of the pose hides behind the doubt about its time.
+/// nobody saw, integrated twice, lasts longer (a window is worth 1.3 to 2.6 samples, simulated); but with so few
+/// samples a slow drift of the pose hides behind the doubt about its time.
 constexpr double kPosesPerSample = 10.0;
 /// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;

@@ -17,9 +17,10 @@ core::Fence box(double half_m) {
 
 /// The x axis at 2 m/s, leaning onwards by 0.1 rad, pushed by 0.2 m/s^2. The speed may hide 0.6 of the 0.8 m/s^2 that
 /// are left to the class, a third of which counts: 0.4. With gusts and 0.2 of the force's offset that nobody sees 0.9,
-/// so braking is 2.1. In 0.45 s of turning round it gains (0.98066 + 0.9) 0.45 = 0.846297 m/s, and stops within
-///   2 * 0.5 + 0.846297 (0.5 - 0.225) + 2.846297^2 / (2 * 2.1) = 3.161638 m.
-constexpr double kStop_m = 1.0 + 0.846297 * 0.275 + 2.846297 * 2.846297 / 4.2;
+/// so braking is 2.1. With a tick until it is looked at again the reaction is 0.51 s; in 0.46 s of turning round it
+/// gains (0.98066 + 0.9) 0.46 = 0.865104 m/s, and stops within
+///   2 * 0.51 + 0.865104 (0.51 - 0.23) + 2.865104^2 / (2 * 2.1) = 3.216710 m.
+constexpr double kStop_m = 1.02 + 0.865104 * 0.28 + 2.865104 * 2.865104 / 4.2;
 
 est::AxisEstimate<double> fast(double direction, double position_m, double tilt_sign) {
   return {.position_m = position_m,
@@ -50,8 +51,8 @@ TEST(FenceNumbers, LeaningBackAndHeadWindAreNoHelpThatIsCountedOn) {
   estimate.x.disturbance_m_s2 = -1.5;  // the wind may be hidden drag: 0.6 of it, a third: -1.3, which is no push
   ref::Window<double> window;
   keeper.hold(window, estimate);
-  const double gained = 0.5 * 0.45, top = 2.0 + gained;
-  EXPECT_NEAR(keeper.reserve_m(), 8.0 - (1.0 + gained * 0.275 + top * top / (2.0 * 2.5)), 1e-9);
+  const double gained = 0.5 * 0.46, top = 2.0 + gained;
+  EXPECT_NEAR(keeper.reserve_m(), 8.0 - (1.02 + gained * 0.28 + top * top / (2.0 * 2.5)), 1e-9);
 }
 
 TEST(FenceNumbers, AWindThatLeavesNothingStillLeavesAnAnswer) {
@@ -61,8 +62,8 @@ TEST(FenceNumbers, AWindThatLeavesNothingStillLeavesAnAnswer) {
   estimate.x.disturbance_m_s2 = 4.0;
   ref::Window<double> window;
   keeper.hold(window, estimate);
-  const double gained = 4.5 * 0.45, top = 1.0 + gained;
-  EXPECT_NEAR(keeper.reserve_m(), 1000.0 - (0.5 + gained * 0.275 + top * top / (2.0 * 0.05)), 1e-6);
+  const double gained = 4.5 * 0.46, top = 1.0 + gained;
+  EXPECT_NEAR(keeper.reserve_m(), 1000.0 - (0.51 + gained * 0.28 + top * top / (2.0 * 0.05)), 1e-6);
 }
 
 // From four tenths of a metre before three sigmas and the way to a stop reach the side, the reference goes behind.
