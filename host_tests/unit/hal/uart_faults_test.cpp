@@ -6,34 +6,13 @@
 #include <array>
 #include <vector>
 
-#include "hal/mock/manual_clock.h"
-#include "hal/mock/uart_pair.h"
+#include "host_tests/unit/hal/line_bytes.h"
 
 namespace m100::hal {
 namespace {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-
-std::vector<std::byte> counting(std::size_t size) {
-  std::vector<std::byte> bytes(size);
-  for (std::size_t i = 0; i < size; ++i) {
-    bytes[i] = static_cast<std::byte>(i);
-  }
-  return bytes;
-}
-
-std::vector<std::byte> read_all(Uart& uart) {
-  std::vector<std::byte> all;
-  std::array<std::byte, 512> chunk;
-  while (true) {
-    const core::Expected<std::size_t> count = uart.read(chunk);
-    if (!count || *count == 0) {
-      return all;
-    }
-    all.insert(all.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(*count));
-  }
-}
 
 struct UartFaults : ::testing::Test {
   ManualClock clock;
