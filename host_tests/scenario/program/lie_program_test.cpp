@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lies as the two programs that ship fly them, in simulated time: what the operator reads, and how far the aircraft is
+// taken until the pilot has it.
+#include <algorithm>
+#include <cmath>
+
+#include "host_tests/scenario/program/world_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr double kStruckAt_s = 18.0;
+
+struct LieFlown {
+  const char* name;
+  const char* script;  ///< of the autopilot
+  const char* said;    ///< to the operator, among other things
+  double within_m;     ///< of where it began, until the transmitter has the aircraft: THREATS.md and half as much again
+};
+
+class Lies : public WorldTest, public ::testing::WithParamInterface<LieFlown> {};
+
+TEST_P(Lies, AreSaidByNameAndEndWithThePilot) {
+  RecordProperty("promise", "R14");
+  const LieFlown& lie = GetParam();
+  std::ofstream(folder / "script.txt") << lie.script;
+  EXPECT_EQ(fly_in_world("", {"--hold", "60"}, {"--script", (folder / "script.txt").string()}), 1) << error();
+  const std::string all = text_of(said) + error();
+  EXPECT_NE(all.find(lie.said), std::string::npos) << all;
+  std::ifstream file(events);
+  double from_m[2] = {}, farthest_m = 0.0;
+  bool struck = false, handed = false;
+  json summary;
+  for (std::string line; std::getline(file, line); summary = json::parse(line)) {
+    const json event = json::parse(line);
+    handed = handed || (struck && line.find("transmitter_has_control") != std::string::npos);
+    if (event.value("what", "") != "truth" || event["t_s"] < kStruckAt_s || handed) {
+      continue;
+    }
+    const double x_m = event["x_m"], y_m = event["y_m"];
+    from_m[0] = struck ? from_m[0] : x_m;
+    from_m[1] = struck ? from_m[1] : y_m;
+    struck = true;
+    farthest_m = std::max(farthest_m, std::hypot(x_m - from_m[0], y_m - from_m[1]));
+  }
+  EXPECT_TRUE(struck) << "the program commanded when the lie began";
+  EXPECT_LE(farthest_m, lie.within_m);
+  EXPECT_FALSE(summary["client_in_control"].get<bool>());
+  EXPECT_EQ(summary["control_after_loss"], 0);
+}
+INSTANTIATE_TEST_SUITE_P(Flown, Lies,
+                         ::testing::Values(LieFlown{"Standing", "18 lie standing\n", "contradicts it, check ", 3.1},
+                                           LieFlown{"Mirror", "18 lie mirror\n", "contradicts it, check ", 0.75},
+                                           LieFlown{"Drift", "18 lie drift\n", "contradicts it, check ", 0.35},
+                                           LieFlown{"RollInverted", "18 lie roll_inverted\n",
+                                                    "attitude refused: ", 0.15}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace m100::scenario
