@@ -26,6 +26,7 @@ class Process {
           int output = -1) {
     arguments.insert(arguments.begin(), std::move(program));
     std::vector<char*> pointers;
+    pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) {
       pointers.push_back(argument.data());
     }

@@ -60,7 +60,7 @@ struct ProgramTest : ::testing::Test {
   }
   /// A key in a file that only its owner can read.
   fs::path key_file(const std::string& hex) const {
-    const fs::path path = folder / "key";
+    fs::path path = folder / "key";
     std::ofstream(path, std::ios::trunc) << hex << "\n";
     fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
     return path;
