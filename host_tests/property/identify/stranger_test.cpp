@@ -35,13 +35,15 @@ TEST_P(StrangersLog, IsAnsweredRight) {
 
 INSTANTIATE_TEST_SUITE_P(
     Table, StrangersLog,
-    ::testing::Values(Case{"Healthy", "healthy, any hand", 1}, Case{"SharpSticks", "healthy, sharp sticks", 4},
-                      Case{"ClosedLoop", "healthy, closed loop", 4}, Case{"GainChanges", "gain changes 10 to 35 %", 2},
-                      Case{"Backlash", "lacks: backlash", 12}, Case{"CrossAxis", "lacks: cross axis", 11},
-                      Case{"PulsesOfAMachine", "healthy, sharp sticks", 103},
-                      Case{"RoundedAtRest", "healthy, any hand", 102}, Case{"SlowRows", "healthy, closed loop", 102},
-                      Case{"CertainButSmall", "lacks: lead zero", 203},
-                      Case{"EarlyClock", "clock, net -20 to -60 ms", 12}),
+    ::testing::Values(
+        Case{"Healthy", "healthy, any hand", 1}, Case{"SharpSticks", "healthy, sharp sticks", 4},
+        Case{"ClosedLoop", "healthy, closed loop", 4}, Case{"GainChanges", "gain changes 10 to 35 %", 2},
+        Case{"Backlash", "lacks: backlash", 12}, Case{"CrossAxis", "lacks: cross axis", 11},
+        Case{"PulsesOfAMachine", "healthy, sharp sticks", 103}, Case{"RoundedAtRest", "healthy, any hand", 102},
+        Case{"SlowRows", "healthy, closed loop", 102}, Case{"CertainButSmall", "lacks: lead zero", 203},
+        Case{"EarlyClock", "clock, net -20 to -60 ms", 12}, Case{"CurveBehindAJump", "lacks: stick curve", 11},
+        Case{"HoldsInSlowRows", "healthy, any hand", 7101}, Case{"LoopInSlowRows", "healthy, closed loop", 7102},
+        Case{"GainThatLooksLikeDrift", "gain changes 10 to 35 %", 7003}),
     [](const auto& one) { return one.param.name; });
 
 // Catches a judge that excuses false clean bills: what is hidden and large must count as visible, and what is not there

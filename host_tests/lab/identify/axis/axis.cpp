@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 
 #include "host_tests/lab/identify/axis/axis_change.h"
 #include "host_tests/lab/identify/axis/axis_clock.h"
+#include "host_tests/lab/identify/axis/axis_rest.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
 #include "host_tests/lab/identify/axis/axis_trace.h"
 #include "host_tests/lab/identify/axis/flight_trims.h"
@@ -109,7 +111,8 @@ class AxisInquiry {
     for (const AxisData& reading : held) {
       readings.push_back(study_->free_run(reading));
     }
-    const std::optional<AxisTrace> trace = trace_of(readings, study_->axis_family(), chosen_.final_model.fit);
+    const std::optional<AxisTrace> trace =
+        trace_of(std::move(readings), study_->axis_family(), chosen_.final_model.fit);
     if (!trace) {
       return;
     }
@@ -184,78 +187,10 @@ class AxisInquiry {
     }
   }
 
-  /// Whether the response rests on one side of a date, as no air lets it: less than a fifth of what the model leaves of
-  /// the other side, a twenty-fifth in power, which two samples of one air never are over seconds.
-  bool stands(double date_s, bool after) const {
-    constexpr double kComesToRest_s = 1.0;
-    constexpr double kLeast_s = 3.0;
-    constexpr double kCalm = 0.2;
-    const AxisData& data = study_->training().signals.data;
-    const FreeRun run = study_->free_run();
-    const Rows error = run.error(study_->axis_family().model(chosen_.final_model.fit));
-    double flown = 0.0;
-    double flown_rows = 0.0;
-    for (std::size_t row = 0; row < run.size(); ++row) {
-      const bool other_side = (run.time_s()[row] > date_s) != after;
-      flown += other_side ? error(static_cast<Eigen::Index>(row)) * error(static_cast<Eigen::Index>(row)) : 0.0;
-      flown_rows += other_side ? 1.0 : 0.0;
-    }
-    double sum = 0.0;
-    double squares = 0.0;
-    double samples = 0.0;
-    for (const Range& range : request_.asked) {
-      const double from_s = after ? std::max(range.first, date_s + kComesToRest_s) : range.first;
-      const double to_s = after ? range.second : std::min(range.second, date_s - kComesToRest_s);
-      for (std::size_t i = 0; i < data.measured.size(); ++i) {
-        const bool counts = data.valid[i] != 0 && data.time_s(i) >= from_s && data.time_s(i) < to_s;
-        sum += counts ? data.measured[i] : 0.0;
-        squares += counts ? data.measured[i] * data.measured[i] : 0.0;
-        samples += counts ? 1.0 : 0.0;
-      }
-    }
-    if (samples * data.period_s < kLeast_s || flown_rows < kLeast_s / FreeRun::kMean_s) {
-      return false;
-    }
-    const double rest = squares / samples - (sum / samples) * (sum / samples);
-    return rest < kCalm * kCalm * flown / flown_rows;
-  }
-
-  /// What changes where the vehicle comes to rest is no number of it.
-  bool on_the_ground(const Change& change) {
-    const bool after = stands(change.at_s, true);
-    if (!after && !stands(change.at_s, false)) {
-      return false;
-    }
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "%s rests %s %.1f s as no air lets it: on the ground; leave that part out",
-                  request_.axis.c_str(), after ? "after" : "before", change.at_s);
-    beside_.unexplained.emplace_back(text.data());
-    return true;
-  }
-
-  /// A stick that is no longer answered is no other gain: the vehicle stands, or another hand or mode flies it.
-  bool silent(const Change& change) {
-    constexpr double kSilent = 0.15;  // of the other side's gain: as in ground_times, no answer
-    if (change.name != "gain") {
-      return false;
-    }
-    // A reversed answer is an answer: sizes are compared.
-    const double before = std::abs(change.parameters.front().value);
-    const double after = std::abs(change.parameters.back().value);
-    const bool stops = after < before;
-    if ((stops ? after / before : before / after) > kSilent) {
-      return false;
-    }
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(),
-                  "%s is not answered %s %.1f s: on the ground, or in another mode; leave that part out",
-                  study_->stick_name().c_str(), stops ? "after" : "before", change.at_s);
-    beside_.unexplained.emplace_back(text.data());
-    return true;
-  }
-
   void take(const Change& change) {
-    if (silent(change) || on_the_ground(change)) {
+    const std::string reason = no_flight_beside(*study_, request_, chosen_.final_model.fit, change);
+    if (!reason.empty()) {
+      beside_.unexplained.push_back(reason);
       return;
     }
     if (!change.rivals.empty()) {
@@ -280,11 +215,17 @@ class AxisInquiry {
   AxisChange change_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = study_->axis_family();
     const AxisChange with_effects = change_of(run, family, chosen.final_model.fit);
-    if (with_effects.found || chosen.steps.empty()) {
+    if (chosen.steps.empty()) {
       return with_effects;
     }
-    constexpr double kBetter = 6.0;
     const AxisChange plain = change_of(run, family, chosen.declared.fit);
+    if (with_effects.found) {  // a change is imitated by an effect and another change: the shorter tale is preferred
+      const double more = static_cast<double>(chosen.final_model.fit.free_parameters) -
+                          static_cast<double>(chosen.declared.fit.free_parameters);
+      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      return plain.found && plain.score < with_effects.score + price ? plain : with_effects;
+    }
+    constexpr double kBetter = 6.0;
     return plain.found && plain.score + kBetter < unchanged_score(run, family, chosen.final_model.fit) ? plain
                                                                                                        : with_effects;
   }

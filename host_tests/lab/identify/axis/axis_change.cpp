@@ -40,8 +40,10 @@ std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
     if (jump || number.member == &StickAxis::other_scale_per_count) {
       continue;  // flat between two stick positions
     }
+    const bool slews = number.member == &StickAxis::rate_limit_per_s && fit.shape.find("slew") != std::string::npos;
+    double StickAxis::*const member = slews ? &StickAxis::command_slew_per_s : number.member;
     const double scale = family.scale().of(number.unit);
-    const double value = axis.*number.member;
+    const double value = axis.*member;
     const bool in_counts = number.unit == model::AxisNumber::FitUnit::kStick;
     const double step = in_counts ? 2.0 * counts
                         : number.logarithmic || number.unit == model::AxisNumber::FitUnit::kGain
@@ -49,7 +51,7 @@ std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
                             : 0.005 * std::abs(scale);
     const double a = number.fit.low * scale;
     const double b = number.fit.high * scale;
-    out.push_back({std::string(number.parameter), number.member, step, std::min(a, b), std::max(a, b)});
+    out.push_back({std::string(number.parameter), member, step, std::min(a, b), std::max(a, b)});
   }
   return out;
 }

@@ -223,6 +223,36 @@ std::vector<Fit> AxisFamily::starts_of(const Structure& structure, const Fit* wa
   return starts;
 }
 
+Fit AxisFamily::moved_to(Fit like, const StickAxis& axis) const {
+  const Parameters parameters = parameters_of(like.structure);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const AxisNumber& number = *parameters[k].number;
+    const bool slews = number.member == &StickAxis::rate_limit_per_s && has_token(like.shape, "slew");
+    const double value = slews ? axis.command_slew_per_s : axis.*number.member;
+    like.parameters[k] = to_fitted(number, std::clamp(value / scale_.of(number.unit), number.fit.low, number.fit.high));
+  }
+  return like;
+}
+
+std::vector<Fit> AxisFamily::starts_with(const Edit& edit, const Fit& known) const {
+  std::vector<Fit> out = starts_of(edit.structure, &known);
+  const Parameters parameters = parameters_of(edit.structure);
+  for (Fit& start : out) {
+    start.sum_of_squares = known.sum_of_squares;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const AxisNumber& number = *parameters[k].number;
+      if (parameters[k].effect->name != edit.name || number.least <= 0.0 ||
+          from_fitted(number, start.parameters[k]) != number.neutral) {
+        continue;
+      }
+      const bool counts = number.unit == AxisNumber::FitUnit::kStick;
+      const double least = counts ? number.least * scale_.minimum_counts / scale_.stick : number.least;
+      start.parameters[k] = to_fitted(number, number.neutral) + least;
+    }
+  }
+  return out;
+}
+
 std::vector<double> AxisFamily::error(const Fit& fit, std::size_t block) const {
   std::vector<int> weights(training_.size(), 0);
   weights[block] = 1;

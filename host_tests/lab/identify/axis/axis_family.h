@@ -37,6 +37,11 @@ class AxisFamily final : public Family {
   std::vector<ParameterName> parameter_names(const Structure& structure) const;
   /// A fit's parameter as a physical number.
   double physical(const Fit& fit, std::size_t parameter) const;
+  /// A fit of the same structure and shape whose parameters are an axis' numbers, kept inside of their bounds.
+  Fit moved_to(Fit like, const model::StickAxis& axis) const;
+  /// Where fits of a structure with one effect more begin: at each start and variant of the effect, or, where that is
+  /// as good as no effect, at the least size that means something.
+  std::vector<Fit> starts_with(const Edit& edit, const Fit& known) const;
   const AxisScale& scale() const { return scale_; }
   double period_s() const { return training_.data().period_s; }
   double stick_row_s() const { return training_.data().stick_row_s; }

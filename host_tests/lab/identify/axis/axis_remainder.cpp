@@ -39,24 +39,6 @@ std::vector<RegressorGroup> thinned(std::vector<RegressorGroup> groups, const Th
   return groups;
 }
 
-/// By how much the response of each sample of a run may be off because nobody knows the stick between its rows.
-std::vector<double> unknown_of(const AxisData& data, const AxisBlocks& whole, const Range& run, double longest_s,
-                               const model::StickAxis& model) {
-  const std::vector<double> line = whole.response(model);
-  std::vector<double> out(line.size(), 0.0);
-  if (!slow_rows(data)) {
-    return out;
-  }
-  for (const bool next : {false, true}) {
-    const AxisData held = held_between_rows(data, next);
-    const std::vector<double> other = AxisBlocks(held, {run}, longest_s).response(model);
-    for (std::size_t i = 0; i < std::min(out.size(), other.size()); ++i) {
-      out[i] = std::max(out[i], std::abs(other[i] - line[i]));
-    }
-  }
-  return out;
-}
-
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
 /// @param first_flight  number of the log's first flight, so that two logs have no number in common
 void append_free_run(const AxisPart& part, const model::StickAxis& model, std::size_t first_flight,
@@ -71,7 +53,7 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
     const std::vector<double> unknown =
-        unknown_of(data, whole, run, range.second - range.first + 2.0 * kSettle_s, model);
+        unknown_between_rows(data, {run}, model, range.second - range.first + 2.0 * kSettle_s);
     auto from = error.begin();
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const std::size_t samples = whole[number].end - whole[number].begin;
@@ -99,6 +81,24 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
 }
 
 }  // namespace
+
+std::vector<double> unknown_between_rows(const AxisData& data, const std::vector<Range>& ranges,
+                                         const model::StickAxis& model, double block_s) {
+  const AxisBlocks blocks(data, ranges, block_s);
+  std::vector<double> out(blocks.samples(), 0.0);
+  if (!slow_rows(data)) {
+    return out;
+  }
+  const std::vector<double> line = blocks.response(model);
+  for (const bool next : {false, true}) {
+    const AxisData held = held_between_rows(data, next);
+    const std::vector<double> other = AxisBlocks(held, ranges, block_s).response(model);
+    for (std::size_t i = 0; i < std::min(out.size(), other.size()); ++i) {
+      out[i] = std::max(out[i], std::abs(other[i] - line[i]));
+    }
+  }
+  return out;
+}
 
 AxisData held_between_rows(AxisData data, bool next) {
   const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));

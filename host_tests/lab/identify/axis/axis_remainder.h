@@ -45,6 +45,12 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
 /// @returns 0 where the stick hardly ever rested.
 double quiet_floor(const AxisPart& part, const model::StickAxis& model, double minimum_counts);
 
+/// By how much the response of each sample of the ranges' blocks, one after the other, may be off because nobody knows
+/// the stick between its rows: the larger difference to the two sticks of held_between_rows(). Nought where it is
+/// known.
+std::vector<double> unknown_between_rows(const AxisData& data, const std::vector<Range>& ranges,
+                                         const model::StickAxis& model, double block_s = AxisBlocks::kBlock_s);
+
 /// The stick as it may have been between its rows, where it was held: at its next or at its last row all the way.
 AxisData held_between_rows(AxisData data, bool next);
 /// Whether the stick was logged in rows further apart than samples.

@@ -92,13 +92,15 @@ AxisStudy::AxisStudy(const Request& request, double stick_earlier_s, const std::
   family_.emplace(training_.blocks);
 }
 
-FreeRun AxisStudy::free_run(const AxisData& data) const {
+std::vector<Range> AxisStudy::free_ranges() const {
   std::vector<Range> ranges = training_.ranges;
   if (&validation_.log == &training_.log) {
     ranges.insert(ranges.end(), validation_.ranges.begin(), validation_.ranges.end());
   }
-  return {data, ranges};
+  return ranges;
 }
+
+FreeRun AxisStudy::free_run(const AxisData& data) const { return {data, free_ranges()}; }
 
 std::vector<std::vector<double>> AxisStudy::validation_errors(const Fit& fit) const {
   std::vector<double> flat(validation_.blocks.samples());
@@ -111,6 +113,21 @@ std::vector<std::vector<double>> AxisStudy::validation_errors(const Fit& fit) co
     at += length;
   }
   return out;
+}
+
+void AxisStudy::keep_what_is_known(const Fit& fit, std::vector<std::vector<double>>& training,
+                                   std::vector<std::vector<double>>& validation) const {
+  const model::StickAxis model = family_->model(fit);
+  for (const auto& [part, errors] : {std::pair{&training_, &training}, std::pair{&validation_, &validation}}) {
+    const std::vector<double> unknown = unknown_between_rows(part->signals.data, part->ranges, model);
+    std::size_t at = 0;
+    for (std::vector<double>& block : *errors) {
+      for (double& error : block) {
+        error = at < unknown.size() ? std::copysign(std::max(0.0, std::abs(error) - unknown[at]), error) : error;
+        ++at;
+      }
+    }
+  }
 }
 
 ModelResult AxisStudy::errors_of(const Fit& fit) const {

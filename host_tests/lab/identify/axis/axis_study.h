@@ -26,12 +26,16 @@ class AxisStudy final : public Study {
   const AxisPart& validation() const { return validation_; }
   const Request& request() const { return request_; }
   const std::string& stick_name() const { return training_.signals.stick_name; }
-  /// Training part and, where it lies in the same log, validation part, without restarts.
+  /// Of the training part, and of the validation part where it is in the same log.
+  std::vector<Range> free_ranges() const;
+  /// These, without restarts.
   FreeRun free_run() const { return free_run(training_.signals.data); }
   /// The same of another reading of the log, which must outlive it.
   FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
+  void keep_what_is_known(const Fit& fit, std::vector<std::vector<double>>& training,
+                          std::vector<std::vector<double>>& validation) const override;
   std::size_t start_samples() const override {
     return static_cast<std::size_t>(std::lround(FreeRun::kSettle_s / training_.signals.data.period_s));
   }

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
+#include <vector>
 
 #include "host_tests/lab/identify/axis/axis_family.h"
 #include "host_tests/lab/identify/axis/free_run.h"
@@ -19,9 +19,12 @@ struct AxisTrace {
 /// The likeliest of all effects that a model does not have, each fitted to whitened free runs with all that the model
 /// has; nothing where none is certain or none means something by its size. Selection asks for a better prediction of
 /// blocks, in which strong slow air hides what a likelihood ratio sees: what it does not take may be there all the
-/// same, and no clean bill is due. Cost: two fits for each effect.
+/// same, and no clean bill is due. Each effect is begun at several sizes, and fitted where a step toward it promises
+/// something; where the model jumps at its dead zone's edge, beside the zone without the jump as well. Cost: a
+/// simulation for each beginning, a few fits.
 /// @param readings  of the log: as it is first; then with the stick otherwise between its rows, where that is not
-///   known. What is certain is so in each of them. Precondition: at least one.
-std::optional<AxisTrace> trace_of(std::span<const FreeRun> readings, const AxisFamily& family, const Fit& fit);
+///   known. What is certain is so in each of them, and rows in which they differ count less. Precondition: at least
+///   one.
+std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisFamily& family, const Fit& fit);
 
 }  // namespace m100::lab::identify

@@ -123,6 +123,20 @@ Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& afte
   return out;
 }
 
+void FreeRun::make_white(const Ar& filter, Eigen::Ref<Rows> values) const {
+  whiten(filter, segments_, values);
+  if (weights_.size() == values.size()) {
+    values.array() *= weights_.array();
+  }
+}
+
+double FreeRun::score(const Rows& error) const {
+  const double count = whitened_rows(segments_);
+  Rows white = error;
+  make_white(autoregression(error, segments_), white);
+  return count > 0.0 ? count * std::log(std::max(1e-300, white.squaredNorm() / count)) : 0.0;
+}
+
 namespace {
 
 /// The fit of fit_whitened(), step by step. Parameters: the knobs, the size of the break, the offset.
@@ -160,7 +174,7 @@ class Descent {
     out.before = before;
     out.after = after;
     out.offset = offset_;
-    out.score = whitened_score(error_, run_.segments());
+    out.score = run_.score(error_);
     out.values.assign(values_.begin(), values_.end());
     Columns regular = normal_;  // each column by itself: their units differ by many powers of ten
     regular.diagonal() = regular.diagonal() * (1.0 + 1e-9) + Rows::Constant(regular.rows(), 1e-300);
@@ -203,7 +217,7 @@ class Descent {
     const Ar filter = autoregression(error_, run_.segments());
     filter_ = filter;
     white_ = error_;
-    whiten(filter, run_.segments(), white_);
+    run_.make_white(filter, white_);
     power_ = white_.squaredNorm();
     const Eigen::Index n = values_.size();
     slopes_.resize(error_.size(), n + 1);
@@ -217,7 +231,7 @@ class Descent {
     }
     slopes_.col(n).setConstant(-1.0);
     for (Eigen::Index k = 0; k <= n; ++k) {
-      whiten(filter, run_.segments(), slopes_.col(k));
+      run_.make_white(filter, slopes_.col(k));
     }
     normal_ = slopes_.transpose() * slopes_;
   }
@@ -250,7 +264,7 @@ class Descent {
       const double offset = offset_ + move(values_.size());
       Rows tried = error(trial).array() - offset;
       Rows white = tried;
-      whiten(filter_, run_.segments(), white);
+      run_.make_white(filter_, white);
       const double power = white.squaredNorm();
       if (power < power_) {
         values_ = trial;

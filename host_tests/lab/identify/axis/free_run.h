@@ -24,6 +24,12 @@ class FreeRun {
   std::size_t size() const { return time_s_.size(); }  ///< rows, one for each mean
   const std::vector<double>& time_s() const { return time_s_; }
   const std::vector<Segment>& segments() const { return segments_; }
+  /// Innovations of some rows count less than those of others. @param weights  one for each row; empty: all alike
+  void weigh(Rows weights) { weights_ = std::move(weights); }
+  /// Innovations of rows under an autoregression, weighed.
+  void make_white(const Ar& filter, Eigen::Ref<Rows> values) const;
+  /// n ln(mean square of the weighed innovations of an error under its own autoregression).
+  double score(const Rows& error) const;
   double minutes() const { return static_cast<double>(size()) * kMean_s / 60.0; }
 
   /// Simulated less measured. A transport delay below zero takes the stick from the future.
@@ -47,6 +53,7 @@ class FreeRun {
   std::vector<Run> runs_;
   std::vector<double> time_s_;
   std::vector<Segment> segments_;
+  Rows weights_;
   mutable std::vector<double> command_, command_after_;  // scratch
 };
 

@@ -73,9 +73,8 @@ class Conclusion {
     study_.annotate(selection_, result_);
     figures(study_.traces(selection_.declared.fit, final_fit));
     const std::vector<int> all(family_.block_count(), 1);
-    guard(compare_parts(family_.errors(final_fit, all), study_.validation_errors(final_fit), final_fit.free_parameters,
-                        study_.start_samples()),
-          GuardLimits{}, result_);
+    guard(compared(final_fit, family_.errors(final_fit, all), study_.validation_errors(final_fit)), GuardLimits{},
+          result_);
     result_.verdict = verdict_of(result_);
     if (result_.verdict == "unexplained" && result_.unexplained.empty()) {
       for (const Finding& finding : result_.findings) {
@@ -90,6 +89,17 @@ class Conclusion {
   }
 
  private:
+  /// The ratio is that of the errors as they are; how likely it is by chance, that of what the log knows.
+  PartsCompared compared(const Fit& fit, std::vector<std::vector<double>> training,
+                         std::vector<std::vector<double>> validation) const {
+    const std::size_t start = study_.start_samples();
+    const PartsCompared whole = compare_parts(training, validation, fit.free_parameters, start);
+    study_.keep_what_is_known(fit, training, validation);
+    PartsCompared out = compare_parts(training, validation, fit.free_parameters, start);
+    out.ratio = whole.ratio;
+    return out;
+  }
+
   void add_notes(const std::vector<std::string>& sentences) {
     std::transform(sentences.begin(), sentences.end(), std::back_inserter(result_.findings), note);
   }

@@ -45,6 +45,10 @@ class Study {
   virtual double validation_rmse(const Fit& fit) const = 0;
   /// The same error, block by block and sample by sample, for the comparison with the training part.
   virtual std::vector<std::vector<double>> validation_errors(const Fit& fit) const = 0;
+  /// Takes from errors of the training and of the validation part, both block by block, what may be owed to an input
+  /// that is not known between the rows of its log: sizes only, never beyond nought.
+  virtual void keep_what_is_known(const Fit&, std::vector<std::vector<double>>&,
+                                  std::vector<std::vector<double>>&) const {}
   /// Samples of a block in which the state shows that it was started from; none where a model has no memory.
   virtual std::size_t start_samples() const { return 0; }
   /// All of the fit's results but its parameters. Both parts of the log have at least one block.
