@@ -301,7 +301,8 @@ Adversary stranger(const std::string& kind, std::uint64_t seed) {
   found->harm(record->rows, chance, out);
   out.log = record->rows.log();
   ask_for_parts(flight->duration_s, pieces, out);
-  if (!out.change.empty() || !out.effect.empty() || out.healthy || out.finding == "clock_shift") {
+  if (!out.change.empty() || !out.effect.empty() || out.healthy || out.finding == "clock_shift" ||
+      out.finding == "position_force") {
     const StrangerTraits believed = believed_of(*flight, out);
     out.evidence = [record, flight, believed, declared = out.declared] {
       StrangerNoise noise = flight->noise;

@@ -12,6 +12,7 @@
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_rest.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
+#include "host_tests/lab/identify/axis/axis_tether.h"
 #include "host_tests/lab/identify/axis/axis_trace.h"
 #include "host_tests/lab/identify/axis/flight_trims.h"
 #include "host_tests/lab/identify/axis/stick_freeze.h"
@@ -42,7 +43,9 @@ class AxisInquiry {
     }
     if (!stick_froze()) {
       ask_the_clock();
-      ask_for_a_change();
+      if (!pulled_back()) {
+        ask_for_a_change();
+      }
     }
     ask_for_trims();
     ask_for_traces();
@@ -150,6 +153,38 @@ class AxisInquiry {
     study_ = std::move(moved);
     chosen_ = std::move(chosen);
     forget("lead_zero");  // never beside a response that begins before its stick
+  }
+
+  /// A climb speed that falls with the height flown: asked before a change, which it imitates, under what was found and
+  /// under what was declared, which may be all there is beside it.
+  bool pulled_back() {
+    if (request_.axis != "climb" || !study_->training().signals.data.other.empty()) {
+      return false;
+    }
+    const AxisFamily& family = study_->axis_family();
+    const auto under = [&](const Fit& fit) {
+      return tether_of(study_->training().signals.data, study_->free_ranges(), family, fit);
+    };
+    std::optional<AxisTether> tether = under(chosen_.final_model.fit);
+    if (!chosen_.steps.empty()) {
+      const Fit& declared = chosen_.declared.fit;
+      const Fit& found = chosen_.final_model.fit;
+      const FreeRun run = study_->free_run();
+      const double more = static_cast<double>(found.free_parameters) - static_cast<double>(declared.free_parameters);
+      const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+      const std::optional<AxisTether> plain = under(declared);
+      if (plain && plain->score < price + (tether ? tether->score : unchanged_score(run, family, found))) {
+        tether = plain;
+        chosen_.steps.clear();
+        chosen_.not_separable.clear();
+        chosen_.final_model = chosen_.declared;
+      }
+    }
+    if (tether) {
+      beside_.findings.push_back(tether_finding(*tether, study_->training().signals.response_name));
+      beside_.unexplained.push_back(beside_.findings.back().text);
+    }
+    return tether.has_value();
   }
 
   /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on

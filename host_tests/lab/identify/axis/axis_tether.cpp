@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "host_tests/lab/identify/axis/axis_tether.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "host_tests/lab/identify/axis/axis_change.h"
+#include "host_tests/lab/identify/axis/left_over.h"
+#include "host_tests/lab/identify/quantile.h"
+
+namespace m100::lab::identify {
+namespace {
+
+constexpr double kThreshold = 30.0;  // as for a change: the best of several questions
+constexpr std::array<double, 5> kEdges{0.0, 0.2, 0.4, 0.6, 0.8};
+
+/// The integral of the response, from each flight's beginning.
+std::vector<double> way_of(const AxisData& data) {
+  std::vector<double> out(data.measured.size(), 0.0);
+  double way = 0.0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    way = std::find(data.flights.begin(), data.flights.end(), i) != data.flights.end() ? 0.0 : way;
+    out[i] = way;
+    way += data.measured[i] * data.period_s;
+  }
+  return out;
+}
+
+std::vector<double> inside(const AxisData& data, const std::vector<Range>& ranges, const std::vector<double>& values) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double t_s = data.time_s(i);
+    const bool asked = std::any_of(ranges.begin(), ranges.end(),
+                                   [&](const Range& range) { return t_s >= range.first && t_s < range.second; });
+    if (asked && data.valid[i] != 0) {
+      out.push_back(values[i]);
+    }
+  }
+  return out;
+}
+
+struct Edge {
+  double at_m;
+  bool above;
+  double farthest_m;
+};
+
+/// The way beyond an edge stands where the other axis' stick would: it moves the command in proportion.
+AxisData tied(AxisData data, const std::vector<double>& way, const Edge& edge) {
+  data.other.resize(way.size());
+  std::transform(way.begin(), way.end(), data.other.begin(),
+                 [&](double at) { return edge.above ? std::max(0.0, at - edge.at_m) : std::min(0.0, at - edge.at_m); });
+  return data;
+}
+
+}  // namespace
+
+std::optional<AxisTether> tether_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                                    const Fit& fit) {
+  constexpr std::size_t kLeastRows = 200;  // 10 s
+  const FreeRun run(data, ranges);
+  const std::vector<double> way = way_of(data);
+  std::vector<double> flown = inside(data, ranges, way);
+  if (run.size() < kLeastRows || flown.empty()) {
+    return std::nullopt;
+  }
+  std::vector<Knob> knobs = knobs_of(family, fit);
+  const WhitenedFit free = fit_whitened(run, family.model(fit), knobs);
+  const LeftOver left(run, free, knobs);
+  const double gain = free.before.scale_per_count;
+  const double scale = family.scale().stick / std::max(1e-9, quantile(flown, 1.0) - quantile(flown, 0.0));
+  Edge best{};
+  double promise = 0.0;
+  for (const bool above : {true, false}) {
+    for (const double share : kEdges) {
+      const Edge edge{quantile(flown, above ? share : 1.0 - share), above, quantile(flown, above ? 1.0 : 0.0)};
+      const AxisData moved = tied(data, way, edge);
+      model::StickAxis axis = free.before;
+      axis.cross_axis = std::copysign(0.05 * scale, -gain);
+      const double one = left.promise(FreeRun(moved, ranges).error(axis));
+      best = one > promise ? edge : best;
+      promise = std::max(promise, one);
+    }
+  }
+  if (promise < 0.5 * kThreshold) {
+    return std::nullopt;
+  }
+  const AxisData moved = tied(data, way, best);
+  const FreeRun tied_run(moved, ranges);
+  knobs.push_back({"rate", &model::StickAxis::cross_axis, 0.02 * scale, -100.0 * scale, 100.0 * scale});
+  const WhitenedFit with = fit_whitened(tied_run, free.before, knobs);
+  AxisTether out;
+  out.rate_per_s = -with.before.cross_axis * with.before.scale_per_count;
+  out.edge_m = best.at_m;
+  out.above = best.above;
+  out.largest = out.rate_per_s * std::abs(best.farthest_m - best.at_m);
+  out.likelihood_ratio = free.score - with.score;
+  out.score = with.score;
+  const Rows error = run.error(free.before).array() - free.offset;
+  const double rmse = error.norm() / std::sqrt(static_cast<double>(run.size()));
+  return out.likelihood_ratio > kThreshold && out.rate_per_s > 0.0 && out.largest > rmse ? std::optional(out)
+                                                                                         : std::nullopt;
+}
+
+Finding tether_finding(const AxisTether& tether, const std::string& response) {
+  std::array<char, 240> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "%s falls by %.2f 1/s times the way flown %s %.2f m from where the log begins (likelihood ratio %.0f): a "
+      "force of the place, as of a tether, a wall or the ground",
+      response.c_str(), tether.rate_per_s, tether.above ? "above" : "below", tether.edge_m, tether.likelihood_ratio);
+  return {.what = "position_force", .signal = response, .text = text.data()};
+}
+
+}  // namespace m100::lab::identify
