@@ -89,16 +89,23 @@ class Search {
       : readings_(readings), family_(family), shapes_(shapes_of(readings.front(), family, fit)) {}
 
   std::optional<AxisTrace> run() {
+    std::vector<Beginning> promising;
+    double asked = 0.0;
     for (const Fitted& shape : shapes_) {
       const FreeRun& log = readings_.front();
       const LeftOver left(log, shape.white, knobs_of(family_, shape.fit));
       for (const Family::Edit& edit : family_.edits(shape.fit.structure)) {
         for (const Fit& start : family_.starts_with(edit, shape.fit)) {
+          asked += 1.0;
           if (left.promise(log.error(family_.model(start))) > kPromising) {
-            consider(edit.name, shape, start);
+            promising.push_back({edit.name, &shape, start});
           }
         }
       }
+    }
+    chance_ = 2.0 * std::log(std::max(1.0, asked));
+    for (const Beginning& one : promising) {
+      consider(one.name, *one.shape, one.start);
     }
     return out_;
   }
@@ -108,12 +115,18 @@ class Search {
   static constexpr double kCertain = 15.0;
   static constexpr double kPromising = 8.0;  // a step along a line: the fit that starts there gains more
 
+  struct Beginning {
+    std::string name;
+    const Fitted* shape;
+    Fit start;
+  };
+
   void consider(const std::string& name, const Fitted& shape, const Fit& start) {
     const FreeRun& log = readings_.front();
     const Fitted with = fitted(log, family_, start);
     const double more =
         static_cast<double>(with.fit.parameters.size()) - static_cast<double>(shape.fit.parameters.size());
-    const double price = std::max(0.0, more) * std::log(static_cast<double>(log.size()));
+    const double price = chance_ + std::max(0.0, more) * std::log(static_cast<double>(log.size()));
     const double least = kCertain + price;
     double ratio = shapes_.front().white.score - with.white.score;
     for (const Fitted& other : shapes_) {
@@ -140,6 +153,7 @@ class Search {
   std::span<const FreeRun> readings_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
+  double chance_ = 0.0;  ///< what the best of so many questions reaches where nothing is hidden
   std::optional<AxisTrace> out_;
 };
 

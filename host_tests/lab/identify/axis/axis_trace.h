@@ -13,7 +13,9 @@ namespace m100::lab::identify {
 /// An effect that is certainly there and explains too little to be named.
 struct AxisTrace {
   std::string name;
-  double likelihood_ratio = 0.0;  ///< twice the logarithm, less Schwarz's price of its parameters
+  /// Twice the logarithm, less Schwarz's price of its parameters and twice the logarithm of how many beginnings of
+  /// effects were asked.
+  double likelihood_ratio = 0.0;
 };
 
 /// The likeliest of all effects that a model does not have, each fitted to whitened free runs with all that the model
