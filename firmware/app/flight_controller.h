@@ -108,7 +108,7 @@ class FlightController {
   /// How far the balancing points have moved from the vehicle file's; Virtual RC only.
   const est::TrimReport<T>& trim() const { return trim_.report(); }
   /// Whether the autopilot's telemetry contradicts the poses.
-  const est::Contradiction<T>& contradiction() const { return trust_.contradiction(); }
+  est::Contradiction<T> contradiction() const { return trust_.contradiction(); }
   const TickStats& stats() const { return stats_; }
   /// When the ladder last reached its top from silence or level: where the trajectory's time began.
   core::TimePoint started() const { return started_; }

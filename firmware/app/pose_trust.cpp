@@ -14,9 +14,18 @@ constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 }  // namespace
 
 template <typename T>
+est::Contradiction<T> PoseTrust<T>::contradiction() const {
+  return rates_contradict() ? est::Contradiction<T>{.check = est::Check::kRates,
+                                                    .measured = tilt_check_.apart_rad(),
+                                                    .allowed = tilt_check_.allowed_rad()}
+                            : cross_check_.report();
+}
+
+template <typename T>
 void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung,
                           core::Duration elapsed) {
   constexpr T kFar_m_s = T(0.5);
+  tilt_check_.update(felt, core::seconds<T>(elapsed));
   cross_check_.update(felt, estimate, reckoning_.push_w_m_s2(), elapsed);
   const bool contradicted = contradiction().check != est::Check::kNone;
   const core::Vector<T, 2> apart =
@@ -29,7 +38,7 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& esti
     most_m_s_ = speed_m_s + static_cast<T>(kTurnsRound_s) * cross_check_.moved_m_s2() + static_cast<T>(kGust_m_s);
   }
   const bool runs_away = settles && speed_m_s > most_m_s_;
-  tilt_lies_ = contradiction().check == est::Check::kRates || runs_away || (tilt_lies_ && settles);
+  tilt_lies_ = rates_contradict() || runs_away || (tilt_lies_ && settles);
   const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate.refused_poses == 0;
   reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, rung == safety::Rung::kSilent, elapsed);
 }
@@ -62,7 +71,7 @@ double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
 template <typename T>
 void PoseTrust<T>::tell(safety::Observation& observed, const est::Estimate<T>& estimate,
                         core::Duration gate_shut) const {
-  const est::Contradiction<T>& contradicted = contradiction();
+  const est::Contradiction<T> contradicted = contradiction();
   observed.refused_poses = estimate.refused_poses;
   observed.refused_for = lied_to_ && estimate.refused_for < gate_shut ? gate_shut : estimate.refused_for;
   observed.refused_by_m = static_cast<double>(estimate.refusal.distance_m);

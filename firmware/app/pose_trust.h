@@ -4,6 +4,7 @@
 #include "firmware/est/cross_check.h"
 #include "firmware/est/dead_reckoning.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/tilt_check.h"
 #include "firmware/safety/ladder.h"
 #include "firmware/safety/observation.h"
 
@@ -18,19 +19,20 @@ namespace m100::app {
 /// away, the reckoned motion is worth nothing either: the attitude that it is made of is wrong. The aircraft is then
 /// levelled by trim and wind, and nobody waits for it to slow down.
 ///
-/// No heap. Cost: that of its two parts. T is float or double.
+/// No heap. Cost: that of its three parts. T is float or double.
 template <typename T>
 class PoseTrust {
  public:
   /// @param off checks that the operator has switched off.
-  explicit PoseTrust(est::CheckSet off) : cross_check_(off) {}
+  explicit PoseTrust(est::CheckSet off) : off_(off), cross_check_(off) {}
 
   /// Once per tick, after the observer. @param rung of the ladder before this tick's review.
   void update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung, core::Duration elapsed);
 
   bool lied_to() const { return lied_to_; }
   bool has_looked() const { return cross_check_.has_looked(); }
-  const est::Contradiction<T>& contradiction() const { return cross_check_.report(); }
+  /// An attitude that is wrong makes the poses seem so too, and is told first.
+  est::Contradiction<T> contradiction() const;
   /// What the specific force shows beside the tilt, for the observer.
   const est::Push<T>& push() const { return cross_check_.push(); }
   /// What is braked by: an estimate that is contradicted would fly the lie.
@@ -41,7 +43,11 @@ class PoseTrust {
   void tell(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
 
  private:
+  bool rates_contradict() const { return (off_ & set_of(est::Check::kRates)) == 0 && tilt_check_.contradicts(); }
+
+  est::CheckSet off_;
   est::CrossCheck<T> cross_check_;
+  est::TiltCheck<T> tilt_check_;
   est::DeadReckoning<T> reckoning_;
   bool lied_to_ = false;    ///< the observer's motion was learned from poses that are contradicted
   T most_m_s_{0};           ///< that the reckoned speed may reach under braking

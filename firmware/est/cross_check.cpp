@@ -25,13 +25,13 @@ struct Row {
 /// motion: told by MotionCheck with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass beside its slow drift, which the
 ///   mean takes away; the noise of a pose's heading is 0.002 rad.
-/// rates: see kTiltMemory_s.
+/// rates: told by TiltCheck with its alarm.
 constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
                                               {"force", "m/s", 0.35},
                                               {"climb", "m/s", 0.2},
                                               {"heading", "rad", 0.21},
                                               {"motion", "m", 0.0},
-                                              {"rates", "rad", 0.002}}};
+                                              {"rates", "rad", 0.0}}};
 
 constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(check)]; }
 
@@ -71,16 +71,7 @@ constexpr double kLeast_g = 0.8, kMost_g = 1.4;
 /// An alarm needs twice that for half a second, six sigmas of what is noise; what no noise describes is left to the
 /// campaign (README).
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05;
-/// Evidence comes with the square of a gross disagreement, as a likelihood ratio does, but one tick is never enough.
-constexpr double kMostWeight = 4.0;
 constexpr double kMovedLately_s = 1.0;
-
-/// After a manoeuvre the autopilot corrects its own attitude, by up to 0.02 rad in a second or two (measured logs),
-/// which no rate tells: what a quarter of a second leaves of it is 0.002 rad. Attitude and rates may be two ticks
-/// apart, and a tenth of the turn apart in scale. In both measured logs the sum below then reaches 0.18 s of the 0.5 s.
-constexpr double kTiltMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
-constexpr double kTurnedLately_s = 1.0;
-constexpr double kAttitudeGap_s = 0.05;
 
 template <typename T>
 constexpr T bound(Check check) {
@@ -90,11 +81,6 @@ constexpr T bound(Check check) {
 template <typename T>
 T size_of(T value) {
   return value < T(0) ? -value : value;
-}
-
-template <typename T>
-T larger(T a, T b) {
-  return a > b ? a : b;
 }
 
 }  // namespace
@@ -197,43 +183,6 @@ T CrossCheck<T>::turned(const Felt<T>& felt, const Estimate<T>& estimate, T step
   return size_of(turned_rad);
 }
 
-/// Attitude against rates: both are the autopilot's, and no pose is needed.
-template <typename T>
-void CrossCheck<T>::tilted(const Felt<T>& felt, T step_s) {
-  attitude_age_s_ = core::clamp(attitude_age_s_ + step_s, T(0), T(1));
-  if (!felt.attitude_is_new) {
-    return;
-  }
-  const T passed_s = attitude_age_s_;
-  attitude_age_s_ = T(0);
-  const core::Turn<T> roll = core::turn_of(felt.roll_rad);
-  const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
-  const T across = roll.sine * felt.rate_b_rad_s.y() + roll.cosine * felt.rate_b_rad_s.z();
-  const T level = pitch.cosine > T(0.1) ? pitch.cosine : T(0.1);
-  const Vector2 rate_rad_s(felt.rate_b_rad_s.x() + across * pitch.sine / level,
-                           roll.cosine * felt.rate_b_rad_s.y() - roll.sine * felt.rate_b_rad_s.z());
-  const Vector2 tilt_rad(felt.roll_rad, felt.pitch_rad);
-  const Vector2 gained_rad = tilt_rad - tilt_rad_;
-  const Vector2 told_rad = (rate_rad_s + tilt_rate_rad_s_) * (T(0.5) * passed_s);
-  tilt_rad_ = tilt_rad;
-  tilt_rate_rad_s_ = rate_rad_s;
-  if (passed_s > static_cast<T>(kAttitudeGap_s)) {
-    unturned_rad_.setZero();
-    turned_rad_.setZero();
-    return;
-  }
-  const T fades = passed_s * static_cast<T>(1.0 / kTiltMemory_s);
-  unturned_rad_ += gained_rad - told_rad - unturned_rad_ * fades;
-  turned_rad_ += told_rad - turned_rad_ * fades;
-  const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
-  fastest_rad_s_ = larger(fastest_rad_s_ * forgets, core::sqrt(rate_rad_s.squaredNorm()));
-  farthest_rad_ = larger(farthest_rad_ * forgets, core::sqrt(turned_rad_.squaredNorm()));
-  judge(Check::kRates, core::sqrt(unturned_rad_.squaredNorm()),
-        bound<T>(Check::kRates) + static_cast<T>(kRatesLate_s) * fastest_rad_s_ +
-            static_cast<T>(kRatesShare) * farthest_rad_,
-        passed_s);
-}
-
 /// @returns whether the observer's velocity is its own prediction, or is being mended by the first poses since.
 template <typename T>
 bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
@@ -275,15 +224,11 @@ void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
   if ((off_ & set_of(check)) != 0) {
     return;
   }
-  T& evidence_s = evidence_s_[static_cast<std::size_t>(check)];
-  const T ratio = disagreement / allowed;
-  const T weight = ratio < T(2) ? ratio - T(1) : (ratio * ratio - T(1)) * static_cast<T>(1.0 / 3.0);
-  evidence_s =
-      core::clamp(evidence_s + (weight < T(kMostWeight) ? weight : T(kMostWeight)) * step_s, T(0), T(2) * kEvidence_s);
-  // An attitude that is wrong makes the others speak too.
-  if (evidence_s > kEvidence_s && (report_.check == Check::kNone || check == Check::kRates)) {
+  Evidence<T>& evidence = evidence_[static_cast<std::size_t>(check)];
+  evidence.add(disagreement, allowed, step_s);
+  if (evidence.suffices() && report_.check == Check::kNone) {
     report_ = {.check = check, .measured = disagreement, .allowed = allowed};
-  } else if (evidence_s <= kEvidence_s && report_.check == check) {
+  } else if (!evidence.suffices() && report_.check == check) {
     report_ = {};
   }
 }
@@ -295,7 +240,6 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
     feel(felt);
   }
   const T step_s = core::seconds<T>(elapsed);
-  tilted(felt, step_s);
   const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
   const bool force_counts = force_known_ && force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
                             (off_ & set_of(Check::kForce)) == 0;

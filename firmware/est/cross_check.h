@@ -11,13 +11,15 @@
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/evidence.h"
+#include "firmware/est/felt.h"
 #include "firmware/est/measurement.h"
 #include "firmware/est/motion_check.h"
 
 namespace m100::est {
 
-/// What the pose's own motion is held against, each what the autopilot tells of the same motion; and the autopilot's
-/// own attitude, against its rates.
+/// What the pose's own motion is held against, each what the autopilot tells of the same motion (CrossCheck); and the
+/// autopilot's own attitude, against its rates (TiltCheck).
 enum class Check : std::uint8_t {
   kNone,
   kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
@@ -38,30 +40,13 @@ constexpr CheckSet set_of(Check check) {
   return check == Check::kNone ? CheckSet{0} : static_cast<CheckSet>(1U << static_cast<unsigned>(check));
 }
 
-/// What the autopilot tells of its motion in one tick; a part that is not new is no evidence.
-template <typename T>
-struct Felt {
-  bool attitude_is_new = false;
-  bool force_is_new = false;
-  bool climb_is_new = false;
-  T roll_rad{0};
-  T pitch_rad{0};
-  T yaw_rad{0};
-  core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();  ///< FLU
-  core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();       ///< specific force, FLU, in m/s^2 or in g
-  T climb_m_s{0};
-};
-
-/// The check that contradicts the pose.
+/// The check that contradicts the pose, or the attitude.
 template <typename T>
 struct Contradiction {
   Check check = Check::kNone;  ///< kNone: none does
   T measured{0};               ///< the disagreement, in unit_of(check)
   T allowed{0};
 };
-
-/// The force is averaged over this, or the rotors would count as motion.
-inline constexpr double kFeltMean_s = 0.1;
 
 /// Holds the motion that the poses tell, as the observer has it, against the motion that the autopilot feels.
 ///
@@ -70,27 +55,20 @@ inline constexpr double kFeltMean_s = 0.1;
 ///   climb    c = climb_pose - climb_autopilot
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
 ///   motion   the last seconds of the path: MotionCheck, with evidence of its own
-///   rates    e' = tilt' - what the rates make of it - e / 0.25 s   roll and pitch together
 ///
-/// Each of the others is weighed by what is allowed and summed one-sidedly (CUSUM), from 0 to twice kEvidence_s:
-///   S' = r - 1            r = |x| / allowed, up to 2
-///      = (r^2 - 1) / 3    beyond, at most 4: a gross one counts as a likelihood ratio does
-/// Above kEvidence_s the pose is contradicted: twice the allowed disagreement must last for 0.5 s, nearly four times
-/// for 0.13 s, and what stays inside the allowed one never adds up. How the bounds are derived stands beside them in
-/// the source.
+/// Each of the others is weighed by what is allowed and summed (Evidence). How the bounds are derived stands beside
+/// them in the source.
 ///
 /// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time and else begins
 /// again at zero and drifts by 0.4 m/s in the root of a second, which hides what the specific force shows. Nothing is
 /// judged while no pose was used for 0.3 s, and where a part of telemetry does not come; poses that the gate begins to
-/// refuse take nothing of the evidence away. The rates need no pose. An acceleration whose mean over time is neither 1
+/// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1
 /// g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
 ///
 /// No heap. Cost: four sine-cosine pairs, twelve square roots and about 220 products a tick. T is float or double.
 template <typename T>
 class CrossCheck {
  public:
-  static constexpr T kEvidence_s = T(0.5);
-
   /// @param off checks that the operator has switched off.
   explicit CrossCheck(CheckSet off = 0) : off_(off) {}
 
@@ -121,7 +99,6 @@ class CrossCheck {
   void note_push(const core::Turn<T>& yaw, bool is_known, T step_s);
   T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
-  void tilted(const Felt<T>& felt, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   bool mends(const Estimate<T>& estimate, T step_s);
   void follow(const Estimate<T>& estimate, T step_s);
@@ -144,14 +121,7 @@ class CrossCheck {
   Vector2 gained_w_m_s_ = Vector2::Zero();
   T summed_s_{0};  ///< over how long it is a sum
   T heading_offset_rad_{0};
-  T attitude_age_s_{1};                        ///< how long ago the newest attitude came
-  Vector2 tilt_rad_ = Vector2::Zero();         ///< roll and pitch of the newest attitude
-  Vector2 tilt_rate_rad_s_ = Vector2::Zero();  ///< what its rates make of them
-  Vector2 unturned_rad_ = Vector2::Zero();     ///< tilt that was gained without the rates, leaky
-  Vector2 turned_rad_ = Vector2::Zero();       ///< with them, likewise
-  T fastest_rad_s_{0};                         ///< of the rates, lately
-  T farthest_rad_{0};                          ///< of turned_rad_, lately
-  std::array<T, kCheckCount> evidence_s_{};
+  std::array<Evidence<T>, kCheckCount> evidence_;
   MotionCheck<T> motion_;
   T mends_for_s_{0};  ///< the poses still mend what the observer predicted without them
   T last_age_s_{0};

@@ -5,8 +5,8 @@
 
 #include "firmware/core/eigen.h"
 #include "firmware/core/time.h"
-#include "firmware/est/cross_check.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/felt.h"
 
 namespace m100::est {
 

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "firmware/core/maths.h"
+
+namespace m100::est {
+
+/// How long, and by how much, two channels have disagreed: a one-sided sum (CUSUM) from 0 to twice kEnough_s,
+///   S' = r - 1            r = |x| / allowed, up to 2
+///      = (r^2 - 1) / 3    beyond, at most 4: a gross one counts as a likelihood ratio does, but one tick is never
+///      enough
+/// Above kEnough_s one of the two is contradicted: twice the allowed disagreement must last for 0.5 s, nearly four
+/// times for 0.13 s, and what stays inside the allowed one never adds up.
+template <typename T>
+class Evidence {
+ public:
+  static constexpr T kEnough_s = T(0.5);
+
+  void add(T disagreement, T allowed, T step_s) {
+    const T ratio = disagreement / allowed;
+    const T weight = ratio < T(2) ? ratio - T(1) : (ratio * ratio - T(1)) * static_cast<T>(1.0 / 3.0);
+    sum_s_ = core::clamp(sum_s_ + (weight < kMostWeight ? weight : kMostWeight) * step_s, T(0), T(2) * kEnough_s);
+  }
+  bool suffices() const { return sum_s_ > kEnough_s; }
+
+ private:
+  static constexpr T kMostWeight = T(4);
+
+  T sum_s_{0};
+};
+
+}  // namespace m100::est
