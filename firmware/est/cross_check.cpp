@@ -116,6 +116,7 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
   const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
   const T upright = roll.sine * f.y() + roll.cosine * f.z();
   force_h_m_s2_ = Vector2(pitch.cosine * f.x() + pitch.sine * upright, roll.cosine * f.y() - roll.sine * f.z()) * scale;
+  lifted_m_s2_ = (pitch.cosine * upright - pitch.sine * f.x()) * scale - static_cast<T>(model::kGravity_m_s2);
   tilted_h_m_s2_ = core::heading_slope_of(roll, pitch) * static_cast<T>(model::kGravity_m_s2);
 }
 
@@ -130,12 +131,29 @@ T CrossCheck<T>::allowed_m_s(const Vector2& push_w_m_s2) const {
   return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s);
 }
 
+/// The offset belongs to the body: who leans turns a part of its z into the horizontal, and a turn of the heading in
+/// wind turns that part against the wind. @returns the whole of it, forward and left.
+template <typename T>
+typename CrossCheck<T>::Vector2 CrossCheck<T>::lacks_h_m_s2() const {
+  return offset_h_m_s2_ + tilted_h_m_s2_ * (offset_up_m_s2_ * static_cast<T>(1.0 / model::kGravity_m_s2));
+}
+
+/// What the body's z lacks: in the mean the force upwards is gravity and what the aircraft climbs by; less the part
+/// that the other two axes have in it. To the first order in the tilt: what the second order leaves out at 20 degrees
+/// is 6 % of an offset.
+template <typename T>
+void CrossCheck<T>::learn_upwards(T climbed_m_s, T most_m_s, T share, T step_s) {
+  const T across_m_s2 = offset_h_m_s2_.dot(tilted_h_m_s2_) * static_cast<T>(1.0 / model::kGravity_m_s2);
+  const T unfelt_m_s = climbed_m_s - (lifted_m_s2_ + offset_up_m_s2_ - across_m_s2) * step_s;
+  offset_up_m_s2_ += core::clamp(unfelt_m_s, -most_m_s, most_m_s) * share;
+}
+
 /// Goes on without a pose: then it is what the prediction needs.
 template <typename T>
 void CrossCheck<T>::note_push(const core::Turn<T>& yaw, bool is_known, T step_s) {
   const T averages = push_.is_known ? step_s * static_cast<T>(1.0 / kFeltMean_s) : T(1);
   push_.is_known = is_known;
-  push_.now_w_m_s2 = core::rotate<T>(force_h_m_s2_ + offset_h_m_s2_ - tilted_h_m_s2_, yaw);
+  push_.now_w_m_s2 = core::rotate<T>(force_h_m_s2_ + lacks_h_m_s2() - tilted_h_m_s2_, yaw);
   push_.mean_w_m_s2 += (push_.now_w_m_s2 - push_.mean_w_m_s2) * averages;
 }
 
@@ -145,18 +163,23 @@ T CrossCheck<T>::gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T
   const Vector2 velocity(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
   const Vector2 step_w = velocity - velocity_w_m_s_;
   velocity_w_m_s_ = velocity;
+  const T climbed_m_s = estimate.climb_m_s - climb_m_s_;
+  climb_m_s_ = estimate.climb_m_s;
   if (force_size_ == T(0) || !knows_velocity_) {
     knows_velocity_ = true;
     return T(0);
   }
   const Vector2 step_h = core::rotate<T>(step_w, {.sine = -yaw.sine, .cosine = yaw.cosine});
-  const Vector2 unfelt_h = step_h - (force_h_m_s2_ + offset_h_m_s2_) * step_s;
+  const Vector2 felt_h_m_s2 = force_h_m_s2_ + lacks_h_m_s2();
+  const Vector2 unfelt_h = step_h - felt_h_m_s2 * step_s;
   force_seen_s_ = core::clamp(force_seen_s_ + step_s, T(0), static_cast<T>(kOffsetMemory_s));
   const T most = doubts_ ? static_cast<T>(kMostOffset_m_s2) * step_s : T(1);
   const Vector2 learned_h = unfelt_h.cwiseMax(-most).cwiseMin(most);
-  const Vector2 corrected_h = learned_h * (T(1) / (force_seen_s_ > T(1) ? force_seen_s_ : T(1)));
+  const T share = T(1) / (force_seen_s_ > T(1) ? force_seen_s_ : T(1));
+  const Vector2 corrected_h = learned_h * share;
+  learn_upwards(climbed_m_s, most, share, step_s);
   offset_h_m_s2_ += corrected_h;
-  felt_h_m_s2_ += (force_h_m_s2_ + offset_h_m_s2_ - felt_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFeltMean_s));
+  felt_h_m_s2_ += (felt_h_m_s2 + corrected_h - felt_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFeltMean_s));
   const T moves_m_s2 = core::sqrt(felt_h_m_s2_.squaredNorm());
   moved_m_s2_ -= moved_m_s2_ * (step_s * static_cast<T>(1.0 / kMovedLately_s));
   moved_m_s2_ = moves_m_s2 > moved_m_s2_ ? moves_m_s2 : moved_m_s2_;
@@ -204,7 +227,7 @@ void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
     motion_.restart();
     return;
   }
-  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + offset_h_m_s2_, core::turn_of(estimate.yaw_rad)),
+  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + lacks_h_m_s2(), core::turn_of(estimate.yaw_rad)),
                   .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
                   .speed_m_s = velocity_w_m_s_,
                   // Not what the poses push the observer by: a lie would hide behind what it does.

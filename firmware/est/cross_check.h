@@ -98,6 +98,8 @@ class CrossCheck {
   void feel(const Felt<T>& felt);
   void note_push(const core::Turn<T>& yaw, bool is_known, T step_s);
   T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
+  Vector2 lacks_h_m_s2() const;
+  void learn_upwards(T climbed_m_s, T most_m_s, T share, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   bool mends(const Estimate<T>& estimate, T step_s);
@@ -112,12 +114,15 @@ class CrossCheck {
   T force_seen_s_{0};                        ///< how long the offset has been learned; at most its memory
   T force_size_{0};                          ///< mean length of the acceleration, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();   ///< newest specific force, forward and left, horizontal
+  T lifted_m_s2_{0};                         ///< the same upwards, without gravity
   Vector2 tilted_h_m_s2_ = Vector2::Zero();  ///< what the tilt accelerates with, of the same moment
   Push<T> push_;
-  Vector2 offset_h_m_s2_ = Vector2::Zero();
+  Vector2 offset_h_m_s2_ = Vector2::Zero();   ///< what the force lacks all the time: of the body's x and y
+  T offset_up_m_s2_{0};                       ///< and of its z
   Vector2 felt_h_m_s2_ = Vector2::Zero();     ///< the same without its offset and the rotors' shaking
   T moved_m_s2_{0};                           ///< the largest of it in the last second, fading
   Vector2 velocity_w_m_s_ = Vector2::Zero();  ///< of the tick before
+  T climb_m_s_{0};                            ///< likewise
   Vector2 gained_w_m_s_ = Vector2::Zero();
   T summed_s_{0};  ///< over how long it is a sum
   T heading_offset_rad_{0};

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "firmware/core/tilt.h"
+
 namespace m100::est {
 namespace {
 
@@ -76,6 +78,34 @@ TEST_F(CrossCheckTest, TakesGravityOutOfATiltedForce) {
   felt_.force_b = {-kGravity_m_s2 * std::sin(0.3), 0.0, kGravity_m_s2 * std::cos(0.3)};
   fly(5.0);
   EXPECT_EQ(reported(), Check::kNone);
+}
+
+// A turn of the heading in a wind that is leaned against. Catches an offset that belongs to the heading's axes instead
+// of the body's: its z then turns with the lean, against the wind, and a healthy pose was called a lie.
+TEST_F(CrossCheckTest, AnOffsetOfTheBodyThatLeansAgainstTheWindIsNoLieInATurn) {
+  RecordProperty("promise", "R17");
+  constexpr double kLean = 0.33;  // slope, along the world's +x
+  check_ = CrossCheck<double>();
+  felt_.attitude_is_new = felt_.climb_is_new = false;  // nothing but the force speaks
+  felt_.climb_m_s = 0.0;
+  double last_evidence_s = 0.0;
+  for (double t_s = 0.0; t_s < 40.0; t_s += kTick_s) {
+    const double turns_s = t_s < 8.0 ? 0.0 : t_s - 8.0;
+    estimate_.yaw_rad = felt_.yaw_rad = 0.4 * turns_s;
+    const core::Euler<double> lean = core::attitude_of(core::Slope<double>{.x = kLean, .y = 0.0}, estimate_.yaw_rad,
+                                                       core::turn_of(estimate_.yaw_rad));
+    felt_.roll_rad = lean.roll_rad;
+    felt_.pitch_rad = lean.pitch_rad;
+    felt_.force_b = kGravity_m_s2 * core::Vector<double, 3>(-std::sin(lean.pitch_rad),
+                                                            std::sin(lean.roll_rad) * std::cos(lean.pitch_rad),
+                                                            std::cos(lean.roll_rad) * std::cos(lean.pitch_rad)) +
+                    core::Vector<double, 3>(0.1, -0.2, 0.4);  // twice the sigma of measured logs
+    check_.update(felt_, estimate_, push_w_m_s2_, core::kTickPeriod);
+    ASSERT_EQ(reported(), Check::kNone) << t_s << " s, " << name(reported());
+    last_evidence_s = check_.doubts() ? t_s : last_evidence_s;
+  }
+  EXPECT_LT(last_evidence_s, 12.0) << "seconds into the flight, of doubt";
+  EXPECT_NEAR(check_.felt_h_m_s2()->norm(), 0.0, 0.02) << "nothing moves";
 }
 
 // Catches a push of the wind that is turned the wrong way, and one with the tilt or the force's offset in it.
