@@ -5,6 +5,8 @@
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -44,6 +46,16 @@ ssize_t uninterrupted(const Call& call) {
     }
   }
   return result;
+}
+
+/// A serial line forgets TIOCEXCL when its last holder is gone. A pseudo-terminal does not while its other side is
+/// open: marked by a program that was killed, it would be refused to everybody but root.
+bool keeps_its_mark(int descriptor) {
+  constexpr unsigned kFirstPseudoTerminal = 136;  // Linux, Documentation/admin-guide/devices.txt: 136 to 143
+  constexpr unsigned kLastPseudoTerminal = 143;
+  struct stat device {};
+  return fstat(descriptor, &device) == 0 && major(device.st_rdev) >= kFirstPseudoTerminal &&
+         major(device.st_rdev) <= kLastPseudoTerminal;
 }
 
 bool means_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
@@ -101,7 +113,9 @@ bool SerialPort::configure() {
   if (tcgetattr(descriptor_, &granted) != 0 || cfgetospeed(&granted) != code || (granted.c_cflag & CSIZE) != CS8) {
     return false;
   }
-  ioctl(descriptor_, TIOCEXCL);  // a second program on this port would eat half of the telemetry
+  if (!keeps_its_mark(descriptor_)) {
+    ioctl(descriptor_, TIOCEXCL);  // a second program on this port would eat half of the telemetry
+  }
   tcflush(descriptor_, TCIOFLUSH);
   return true;
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
+#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -270,6 +271,24 @@ ssize_t interrupted_write(int descriptor, const void* source, std::size_t size) 
   return ::write(descriptor, source, size);
 }
 constexpr SystemCalls kInterrupted{.read = &interrupted_read, .write = &interrupted_write};
+
+// Catches a mark that outlives a killed program: a service that does not run as root could never open its port again.
+TEST(SerialPort, AProgramThatDiesLeavesThePseudoTerminalToTheNext) {
+  FarSide far;
+  const pid_t child = fork();
+  if (child == 0) {
+    SerialPort port(far.name(), 230400);
+    _exit(port.open() == core::Status::kOk ? 0 : 1);  // closes nothing by itself, as after SIGKILL
+  }
+  int ended = 0;
+  ASSERT_EQ(waitpid(child, &ended, 0), child);
+  ASSERT_EQ(ended, 0);
+  SerialPort next(far.name(), 230400);
+  EXPECT_EQ(next.open(), core::Status::kOk);
+  int marked = 1;
+  EXPECT_EQ(ioctl(next.descriptor(), TIOCGEXCL, &marked), 0);  // root opens it in any case, so look at the mark itself
+  EXPECT_EQ(marked, 0);
+}
 
 TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
   FarSide far;
