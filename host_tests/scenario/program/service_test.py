@@ -39,8 +39,8 @@ def wait_for(happened, what):
 class Autopilot:
     """The emulated autopilot on a pseudo-terminal, and what it noted down."""
 
-    def __init__(self, lab, work):
-        self.port, self.pose, self.events = work / "port", work / "pose", work / "events.json"
+    def __init__(self, lab, work, port="port", pose="pose"):
+        self.port, self.pose, self.events = work / port, work / pose, work / "events.json"
         self.process = subprocess.Popen([lab, "autopilot", "--pty", self.port, "--pose-pty", self.pose, "--events",
                                          self.events, "--duration", "600"], stdout=subprocess.DEVNULL)
         wait_for(lambda: self.port.exists() and self.pose.exists(), "the autopilot")
@@ -55,7 +55,6 @@ class Autopilot:
                 continue
             seen += event.get("name") == name and event.get("what") == what
         return seen
-
 
     def asked(self):
         return self.count("obtain_control", "received")

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a person does with the installed service, under systemd; service_manager.sh starts it there.
+
+Usage: service_managed.py LAB FILE.deb
+
+The package is installed, its examples become the service's files as its README says, and the emulated autopilot takes
+the places of the two adapters, with the rights that the udev rules give. Held: `systemctl enable --now` returns when the
+service flies its ticks, without control; control comes by SIGUSR1 alone; a hang is ended by the watchdog, a kill is
+noticed, control goes back each time, and the service that is started again asks for nothing; `systemctl stop` gives
+control back and ends; every start has a log of its own.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+from service_test import Autopilot, expect, wait_for
+
+
+def run(*words):
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    expect(done.returncode == 0, f"{' '.join(words)}: {done.returncode} {done.stdout}{done.stderr}")
+    return done.stdout.strip()
+
+
+def property_of(name):
+    return run("systemctl", "show", "m100", "--value", "--property", name)
+
+
+def main_is():
+    return int(property_of("MainPID"))
+
+
+def installed(package):
+    run("dpkg", "--install", "--no-triggers", package)
+    for file in pathlib.Path("/usr/share/doc/m100/examples").iterdir():
+        shutil.copy(file, "/etc/m100")
+
+
+def autopilot_with_adapters(lab):
+    """The links and the rights of 60-m100.rules: group dialout may read and write, nobody else."""
+    autopilot = Autopilot(lab, pathlib.Path("/dev"), "m100-autopilot", "m100-pose")
+    for link in (autopilot.port, autopilot.pose):
+        line = link.resolve()
+        shutil.chown(line, group="dialout")
+        line.chmod(0o660)
+    return autopilot
+
+
+def lives_for(seconds):
+    """No verdict in it: a main process that did not tell the manager that it lives would be another one afterwards."""
+    time.sleep(seconds)
+
+
+def takes_control(autopilot):
+    for _ in range(60):
+        run("systemctl", "kill", "--kill-whom=main", "--signal=SIGUSR1", "m100")
+        for _ in range(250):
+            if autopilot.is_ours():
+                return
+            time.sleep(0.02)
+    expect(False, "control is taken by the operator's word")
+
+
+def comes_back(autopilot, before, how):
+    """After an end in flight: control with the pilot, then another main process, which asks for nothing."""
+    wait_for(lambda: not autopilot.is_ours(), f"control goes back after {how}")
+    asked = autopilot.asked()
+    wait_for(lambda: property_of("ActiveState") == "active" and main_is() not in (0, before), f"a new start after {how}")
+    lives_for(3.0)
+    expect(autopilot.asked() == asked, f"what starts after {how} has no authority and asks for none")
+    expect(not autopilot.is_ours(), f"after {how} the pilot keeps control")
+
+
+def used(autopilot):
+    run("systemctl", "enable", "--now", "m100")
+    expect(property_of("ActiveState") == "active", "ready, for the manager as well")
+    first = main_is()
+    lives_for(4.0)
+    expect(main_is() == first and property_of("NRestarts") == "0", "it tells the watchdog that it lives")
+    expect(autopilot.asked() == 0, "it asks for nothing by itself")
+    expect(os.stat(f"/proc/{first}").st_uid != 0, "it does not run as root")
+    print("started by `systemctl enable --now m100`: ready, alive for four times its watchdog, without control, not root")
+
+    takes_control(autopilot)
+    os.kill(first, 19)  # SIGSTOP: a hang
+    comes_back(autopilot, first, "a hang")
+    expect(int(property_of("NRestarts")) >= 1, "the manager has started it again")
+    print("hang in flight: ended by the watchdog, control back with the pilot, started again without authority")
+
+    takes_control(autopilot)
+    second = main_is()
+    os.kill(second, 9)
+    comes_back(autopilot, second, "a kill")
+    print("killed in flight: control back with the pilot, started again without authority")
+
+    takes_control(autopilot)
+    run("systemctl", "stop", "m100")
+    wait_for(lambda: not autopilot.is_ours(), "systemctl stop gives control back")
+    expect(property_of("ActiveState") in ("inactive", "failed"), "and the service has ended")  # failed: a busy machine
+    print(f"stopped in flight: control back with the pilot, ended as {property_of('ActiveState')}")
+
+
+def main():
+    lab, package = sys.argv[1:]
+    installed(package)
+    autopilot = autopilot_with_adapters(lab)
+    try:
+        used(autopilot)
+        logs = list(pathlib.Path("/var/lib/private/m100").glob("*.ulg"))
+        expect(len(logs) >= 3, f"every start has a log of its own: {logs}")
+        run("dpkg", "--purge", "--no-triggers", "m100")
+        expect(not pathlib.Path("/usr/bin/m100").exists(), "the package is removed")
+    except SystemExit:
+        print(subprocess.run(["journalctl", "--no-pager", "--lines=60"], capture_output=True, text=True, check=False).stdout)
+        raise
+    finally:
+        autopilot.process.terminate()
+        autopilot.process.wait()
+    print(f"{pathlib.Path('/proc/1/comm').read_text().strip()} {run('systemctl', '--version').split()[1]}: "
+          f"the service starts, lives, comes back without authority and stops; {len(logs)} logs")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
