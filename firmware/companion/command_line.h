@@ -47,4 +47,10 @@ inline std::string unknown_option(const CLI::App& app, std::span<char* const> wo
   return "";
 }
 
+/// What is said where something is missing on a command line.
+inline std::string what_lacks(const CLI::App& app, std::span<char* const> words, const CLI::RequiredError& wrong) {
+  const std::string unknown = unknown_option(app, words);
+  return (unknown.empty() ? wrong.what() : unknown + ": no such option") + "; see --help";
+}
+
 }  // namespace m100::companion

@@ -70,10 +70,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return m100.exit(help);
   } catch (const CLI::RequiredError& wrong) {
-    const std::string unknown = m100::companion::unknown_option(m100, std::span(argv + 1, argv + argc));
-    std::cerr << "m100: "
-              << m100::companion::printable(unknown.empty() ? wrong.what() : unknown + ": no such option; see --help")
-              << "\n";
+    const std::string lacks = m100::companion::what_lacks(m100, std::span(argv + 1, argv + argc), wrong);
+    std::cerr << "m100: " << m100::companion::printable(lacks) << "\n";
     return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {
     std::cerr << "m100: " << m100::companion::printable(wrong.what()) << "\n";

@@ -79,10 +79,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return lab.exit(help);
   } catch (const CLI::RequiredError& wrong) {
-    const std::string unknown = m100::companion::unknown_option(lab, std::span(argv + 1, argv + argc));
-    std::cerr << "m100-lab: "
-              << m100::lab::printable(unknown.empty() ? wrong.what() : unknown + ": no such option; see --help")
-              << "\n";
+    const std::string lacks = m100::companion::what_lacks(lab, std::span(argv + 1, argv + argc), wrong);
+    std::cerr << "m100-lab: " << m100::lab::printable(lacks) << "\n";
     return m100::lab::kBadInput;
   } catch (const CLI::ParseError& wrong) {
     std::cerr << "m100-lab: " << m100::lab::printable(wrong.what()) << "\n";

@@ -116,7 +116,7 @@ void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
     TextLine line;
     line.add(
         "control was not asked for; the autopilot's flight status has not come, and whether the aircraft stands on ");
-    tell(now, line.add("the ground is not known; ").add(kAgain).text());
+    tell(now, line.add("the ground is not known; ").add(next_word(order_given_)).text());
     return;
   }
   takes_off_ = takes_off_from_here(now);
@@ -171,7 +171,7 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
     TextLine line;
     line.add("refused: ");
     describe(line, view);
-    tell(now, line.add("; ").add(kAgain).text());
+    tell(now, line.add("; ").add(next_word(true)).text());
     begin_hand_back(now, false, input);
   }
   return true;

@@ -79,6 +79,7 @@ class Pilotage {
   enum class Phase { kWaiting, kAsking, kTask, kFlying, kHandingBack };
   using View = link::AuthorityView;
   static constexpr std::string_view kAgain = "Enter (or SIGUSR1) asks for control again, Ctrl-C ends the program";
+  static constexpr std::string_view kOver = "--once: the program ends; start it again to ask for control again";
 
   bool wait(core::TimePoint now, const View& view, const OperatorInput& input);
   bool ask(core::TimePoint now, const View& view, const OperatorInput& input);
@@ -94,6 +95,8 @@ class Pilotage {
   bool is_out_of_reach(bool takes_off) const;
   /// Not where the law may take over: farther from the beginning of the course than its reach, or outside the fence.
   bool is_elsewhere(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
+  /// What may be done next, behind a line that says why not now.
+  std::string_view next_word(bool ends_with_once) const { return ends_with_once && wishes_.once ? kOver : kAgain; }
   void tell_reach(core::TimePoint now, bool takes_off);
   void tell_place(core::TimePoint now, bool takes_off);
   void tell_obstacle(core::TimePoint now, safety::Cause cause);

@@ -43,7 +43,7 @@ void Pilotage::tell_obstacle(core::TimePoint now, safety::Cause cause) {
   TextLine line;
   line.add("control is not taken; ");
   describe(line, cause, controller_.observed(), limits_);
-  tell(now, line.add(": ").add(what_helps(cause)).add("; ").add(kAgain).text());
+  tell(now, line.add(": ").add(what_helps(cause)).add("; ").add(next_word(order_given_)).text());
 }
 
 void Pilotage::tell_reach(core::TimePoint now, bool takes_off) {
@@ -57,7 +57,7 @@ void Pilotage::tell_reach(core::TimePoint now, bool takes_off) {
       .add(from.x(), 1)
       .add(", ");
   line.add(from.y(), 1).add(", ").add(from.z(), 1);
-  tell(now, line.add(" m: fly there, or start m100 again here; ").add(kAgain).text());
+  tell(now, line.add(" m: fly there, or start m100 again here; ").add(next_word(order_given_)).text());
 }
 
 void Pilotage::tell_end(core::TimePoint now, const View& view) {
@@ -73,7 +73,7 @@ void Pilotage::tell_end(core::TimePoint now, const View& view) {
     line.add(takes_off_ ? "the law has not flown; " : "control was not used; ");
     describe(line, obstacle_now(takes_off_), controller_.observed(), limits_);
   }
-  tell(now, line.add("; ").add(kAgain).text());
+  tell(now, line.add("; ").add(next_word(true)).text());
 }
 
 void Pilotage::tell_stage(core::TimePoint now, const View& view) {

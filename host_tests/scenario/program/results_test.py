@@ -97,6 +97,22 @@ def recording_offences(programs, folder, vehicle, table):
     yield from replay_offences(m100, folder, flown)
 
 
+def refusal_offences(programs, folder, vehicle, table):
+    """A flight that ends by itself must not advise a word to a program that is gone."""
+    world = folder / "world"
+    autopilot = subprocess.Popen([programs["m100-lab"], "autopilot", "--sim", world, "--rc-mode", "P"],
+                                 stdout=subprocess.DEVNULL)
+    wait_for(world)
+    flight = pathlib.Path(__file__).parents[3] / "firmware/companion/files/example/flight.toml"
+    code, out, err = run(programs["m100"], "fly", "--port", f"sim:{world}", "--pose-port", f"sim:{world}.pose", "--vehicle",
+                         vehicle, "--gains", table, "--flight", flight, "--take-control", "--once")
+    autopilot.terminate()
+    autopilot.wait()
+    said = out + err
+    if code != 1 or "refused: " not in said or "start it again" not in said or "Enter" in said:
+        yield f"fly --once in mode P: exit code {code}, {said}"
+
+
 def replay_offences(m100, folder, flown):
     answer = folder / "replay.json"
     code, out, err = run(m100, "replay", flown, "--json", answer)
@@ -171,7 +187,8 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         found = [*event_offences(lab, folder), *plant_offences(lab, folder), *mpc_offences(lab, folder),
-                 *identify_offences(lab, folder), *recording_offences(programs, folder, *sys.argv[3:5])]
+                 *identify_offences(lab, folder), *recording_offences(programs, folder, *sys.argv[3:5]),
+                 *refusal_offences(programs, folder, *sys.argv[3:5])]
     for one in found:
         print(one)
     print(f"{len(found)} offences")
