@@ -103,6 +103,7 @@ void print_table(std::ostream& out, const Json& report) {
 
 void write_page(const std::string& folder, const Json& report) {
   plot::Page page("Campaign");
+  page.paragraph("Asked: does the flight program keep each task under control in each of these worlds?");
   page.paragraph("Every number here is simulated: the flight program over the emulated wire, autopilot and aircraft.");
   const std::string words = summary(report);
   std::size_t failures = 0;
@@ -111,6 +112,10 @@ void write_page(const std::string& folder, const Json& report) {
   }
   page.verdict(words, failures == 0 ? "good" : "bad");
   page.table(rows_of(report));
+  page.paragraph(
+      "Stayed: never below the rung coast, and inside the fence, until the task was over. NEES and NIS: the "
+      "estimator's "
+      "squared errors and innovations over what it claims; 1 is honest, above it claims too much.");
   const auto share = [](const Json& task) {
     return task.at("stayed").get<double>() / task.at("flights").get<double>();
   };
@@ -127,8 +132,10 @@ void write_page(const std::string& folder, const Json& report) {
       "Distance from the reference; a step's own way is in it.");
   const auto tilt_deg = [&](const Json& task) { return or_nothing(task.at("tilt_rms_deg")); };
   const auto tilt_words = [&](const Json& task) { return number_of(task.at("tilt_rms_deg")); };
-  page.figure(svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
-              "Of the thrust axis. A hover that tilts far is a limit cycle, whatever the ladder thinks of it.");
+  page.figure(
+      svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
+      "Of the thrust axis. A hover in calm air that tilts far is a limit cycle, whatever the ladder thinks of it; in "
+      "wind the tilt holds the place.");
   if (failures > 0) {
     page.heading("Flights that did not stay");
     std::vector<std::vector<std::string>> rows{{"world", "task", "seed", "at [s]", "why", "command that repeats it"}};

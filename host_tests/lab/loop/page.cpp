@@ -174,6 +174,9 @@ void found(const LoopResult& result, plot::Page& page) {
 
 void write_page(const LoopResult& result, const std::string& file) {
   plot::Page page("Closing the loop: believed, found, flown again");
+  page.paragraph(
+      "Asked: what does the vehicle file believe wrongly, and is the aircraft predicted and flown better with "
+      "what was found?");
   const TrajectoryErrors errors = trajectory_errors(result);
   if (errors.cells > 0) {
     page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
@@ -195,10 +198,10 @@ void write_page(const LoopResult& result, const std::string& file) {
       "of "
       "one identification flight, each channel was decided on a second one, and the predictions below are those of a "
       "third.");
-  believed_to_found(result, page);
-  found(result, page);
   predictions(result, page);
   tracking(result, page);
+  believed_to_found(result, page);
+  found(result, page);
   page.write(file);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <utility>
 
+#include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -83,8 +84,8 @@ void Page::figure(const std::string& svg, const std::string& caption) {
 std::string Page::html() const {
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
-         escape(title_) + "</title>" + kStyle + "</head><body>\n<h1>" + escape(title_) + "</h1>\n" + body_ +
-         "</body></html>\n";
+         escape(title_) + "</title>" + kStyle + "</head><body>\n<h1>" + escape(title_) + "</h1>\n<p>m100-lab " +
+         escape(companion::version()) + "</p>" + kHeadEnds + "\n" + body_ + "</body></html>\n";
 }
 
 void Page::write(const std::string& path) const {

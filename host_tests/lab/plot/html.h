@@ -11,7 +11,11 @@ namespace m100::lab::plot {
 
 using Cells = std::set<std::pair<std::size_t, std::size_t>>;  ///< row and column of a table, the head is row 0
 
-/// A self-contained page: one HTML file, figures as SVG inside, no script, nothing fetched.
+/// Stands in a page behind its title and the program that made it.
+inline constexpr const char* kHeadEnds = "<!-- head ends -->";
+
+/// A self-contained page: one HTML file, figures as SVG inside, no script, nothing fetched. It names the version of
+/// the program that made it.
 class Page {
  public:
   explicit Page(std::string title);

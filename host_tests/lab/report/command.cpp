@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/version.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
@@ -61,14 +60,16 @@ void run(const Options& options) {
   if (!options.asked.empty()) {
     whole.paragraph("Asked: " + options.asked);
   }
-  whole.paragraph("m100-lab " + companion::version() + "." + (options.note.empty() ? "" : " " + options.note));
+  if (!options.note.empty()) {
+    whole.paragraph(options.note);
+  }
   if (options.sources.any()) {
     report::Sources sources = options.sources;
     sources.measured = options.source == "measured";
     report::summarise(sources, whole);
   }
   if (!options.lead.empty()) {
-    whole.raw(between(options.lead, whole_file(options.lead), "</h1>", "</body>"));
+    whole.raw(between(options.lead, whole_file(options.lead), plot::kHeadEnds, "</body>"));
   }
   std::string contents = "<ul>\n";
   std::string bodies;

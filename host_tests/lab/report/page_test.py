@@ -172,6 +172,8 @@ def main():
         pages = [pathlib.Path(page) for page in sys.argv[2:]] or make_pages(sys.argv[1], pathlib.Path(folder))
         for page in pages:
             found += [f"{page.name}: {offence}" for offence in offences(browser, page.read_text())]
+            if ours and not re.search(r"</h1>\n<p>m100-lab \d+\.\d+\.\d+", page.read_text()):
+                found.append(f"{page.name}: does not name the version that made it")
             if ours and page.name == "report.html":
                 found += list(first_screen(page.read_text(), json.loads((pathlib.Path(folder) / "roll.json").read_text())))
     for one in found:

@@ -68,9 +68,12 @@ class Summary {
     }
     page.table(rows_, marked_);
     page.paragraph(
-        "log: of the prediction over the part of the identified log that no fit has seen, with the declared model and "
-        "with what was found. loop: 1 s ahead, and flown: of the pose, for an aircraft with hidden effects, with the "
-        "vehicle file before and after they were identified.");
+        "Rows 'log': error of the prediction over the part of the identified log that no fit has seen, with the "
+        "declared "
+        "model and with what was found. Rows 'loop': error of the prediction 1 s ahead for a simulated aircraft with "
+        "hidden effects, with the vehicle file before and after they were identified. Rows 'flown': error of the pose "
+        "in "
+        "the tasks that this aircraft flew with both files.");
     if (!missed_.empty()) {
       page.paragraph("Not reached:");
       page.list(missed_);
@@ -85,7 +88,8 @@ class Summary {
     const bool worse = after > kNoticed * before;
     if (worse) {
       marked_.insert({rows_.size(), 2});
-      missed_.push_back(what + ": " + plot::number(after) + " after, " + plot::number(before) + " before");
+      missed_.push_back(what + " became larger: " + plot::number(before) + " before, " + plot::number(after) +
+                        " after");
     }
     rows_.push_back({what, plot::number(before), plot::number(after),
                      before > 0.0 ? plot::number(100.0 * (after / before - 1.0)) + " %" : "",
