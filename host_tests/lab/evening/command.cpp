@@ -7,7 +7,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "firmware/companion/version.h"
 #include "host_tests/lab/evening/flown.h"
 #include "host_tests/lab/evening/page.h"
 #include "host_tests/lab/evening/run_program.h"
@@ -208,7 +207,7 @@ class Evening {
   }
 
   void finish() const {
-    evening::write_summary(folder_, companion::version());
+    evening::write_summary(folder_);
     Command report{fs::read_symlink("/proc/self/exe").string(),
                    "report",
                    "--out",

@@ -113,14 +113,19 @@ std::string judge_flight(const Folder& folder, const std::string& result) {
 
 namespace {
 
+double times_calmer(const Folder& folder) {
+  const auto before = folder.numbers().find(kCalmer);
+  return before == folder.numbers().end() ? 0.0 : before->second;
+}
+
+bool is_calmest(const Folder& folder) { return times_calmer(folder) >= kMostCalmer; }
+
 /// The loop is too fast for the delay that the aircraft really has. @returns what is done about it.
 std::string calmer(Folder& folder, const std::string& seen) {
-  const auto before = folder.numbers().find(kCalmer);
-  const double times = before == folder.numbers().end() ? 0.0 : before->second;
-  if (times >= kMostCalmer) {
+  if (is_calmest(folder)) {
     return seen + ", and no weights calm it. Look at the delays in the log, and record by hand anew";
   }
-  folder.note(kCalmer, times + 1.0);
+  folder.note(kCalmer, times_calmer(folder) + 1.0);
   folder.again("gains");
   return seen + ": its delay is longer than the vehicle file's. The weights become calmer; then hover again";
 }
@@ -169,6 +174,11 @@ std::string judge_course(Folder& folder, const std::string& name, const std::str
   if (const std::string why = judge_flight(folder, name + ".json"); !why.empty()) {
     return why;
   }
+  const bool swung = result_of(folder, name + ".json").contains("swinging");
+  if (swung && name == kBefore && !is_calmest(folder)) {
+    return calmer(folder, "the aircraft began to swing on the course, and the calm law flew on");
+  }
+  folder.note(kSwung + name, swung ? 1.0 : 0.0);
   return note_errors(folder, name, vehicle) ? "" : name + ".ulg: holds no second of a flight under control";
 }
 

@@ -55,9 +55,56 @@ std::string number(const Folder& folder, const std::string& name) {
   return found == folder.numbers().end() ? "-" : plot::number(found->second);
 }
 
-void flights(const Folder& folder, plot::Page& page) {
-  const auto before = folder.numbers().find("pose_m.course");
-  const auto after = folder.numbers().find("pose_m.corrected");
+/// "before", "after": the flights of the course that swung.
+std::vector<std::string> calm_law_flew(const Folder& folder) {
+  std::vector<std::string> out;
+  for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {
+    const auto swung = folder.numbers().find(std::string(kSwung) + flight);
+    if (swung != folder.numbers().end() && swung->second > 0.0) {
+      out.emplace_back(words);
+    }
+  }
+  return out;
+}
+
+bool was_taken_over(const Folder& folder, const std::string& channel) {
+  const auto found = folder.numbers().find("found." + channel);
+  return found != folder.numbers().end() && found->second > 0.0;
+}
+
+/// One sentence: what the excited flight showed that the first vehicle file lacks.
+std::string found_in_short(const Folder& folder) {
+  std::string out = "Found in the excited flight: ";
+  for (const std::string axis : {"roll", "pitch"}) {
+    const auto change = [&](const std::string& key) {
+      return number(folder, key + "." + axis + ".before") + ", now " + number(folder, key + "." + axis + ".after");
+    };
+    out += axis + ": transport delay [s] " + change("transport_delay_s") + ", trim [counts] " + change("trim_counts") +
+           "; ";
+  }
+  const auto rate = [&](const char* channel) { return was_taken_over(folder, channel) ? "corrected" : "as it was"; };
+  return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") + ".";
+}
+
+/// One sentence: what became worse, and what the evening leaves as the first vehicle file has it.
+std::string not_reached(const Folder& folder) {
+  std::string out;
+  for (const Compared& one : compared(folder)) {
+    if (one.is_worse()) {
+      out += one.words + " became worse (" + plot::number(one.before) + " to " + plot::number(one.after) + "); ";
+    }
+  }
+  return "Not reached: " + (out.empty() ? "no error became worse; " : out) +
+         "drag, wind and load are not identified, and stay as the first vehicle file has them.";
+}
+
+/// The first screen.
+void outcome(const Folder& folder, plot::Page& page) {
+  page.paragraph(
+      "Asked: what does the vehicle file that was identified from a log flown by hand lack in flight, and does its "
+      "correction fly better?");
+  const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
+  const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
   if (before == folder.numbers().end() || after == folder.numbers().end()) {
     page.verdict("The corrected flight was not flown yet.", "warn");
     return;
@@ -68,6 +115,15 @@ void flights(const Folder& folder, plot::Page& page) {
                change < -kNoticed_percent  ? "good"
                : change < kNoticed_percent ? "warn"
                                            : "bad");
+  page.paragraph(found_in_short(folder));
+  page.paragraph(not_reached(folder));
+  page.paragraph(folder.settings().port.starts_with("sim:")
+                     ? "The aircraft is emulated: every number of a flight on this page is simulated."
+                     : "The numbers of the flights are measured: they come from the logs of the board.");
+}
+
+/// Each error of the two flights, and what else was changed for both.
+void flights(const Folder& folder, plot::Page& page) {
   plot::Cells worse;
   Rows rows{{"root mean square", "before", "after"}};
   for (const Compared& one : compared(folder)) {
@@ -78,15 +134,18 @@ void flights(const Folder& folder, plot::Page& page) {
   }
   page.table(rows, worse);
   page.paragraph(
-      "The distances are those of the two flights of the course. What is predicted 1 s ahead is the first of them, "
-      "which "
-      "no fit has seen, by the first vehicle file and by the corrected one.");
+      "The distances are those of the two flights of the course. What is predicted 1 s ahead is the flight before the "
+      "correction, which no fit has seen, by the first vehicle file and by the corrected one.");
   if (folder.numbers().contains(kCalmer)) {
     page.paragraph(
-        std::string(
-            "The loop swung with the weights of the log that was flown by hand: they were made calmer (the input "
-            "weight threefold, ") +
+        std::string("The loop swung with the weights that belong to the log flown by hand: they were made calmer (the "
+                    "input weight threefold, ") +
         (folder.numbers().at(kCalmer) > 1.5 ? "twice" : "once") + "), before and after alike.");
+  }
+  for (const std::string& name : calm_law_flew(folder)) {
+    page.paragraph("The flight " + name +
+                   " the correction began to swing, and the calm law flew on: its error is larger by that, and the "
+                   "change is not what the correction alone is worth.");
   }
   if (folder.numbers().contains(kBalanced)) {
     page.paragraph("The trims of the first vehicle file were taken from the hover, before and after alike.");
@@ -95,7 +154,7 @@ void flights(const Folder& folder, plot::Page& page) {
 
 void found(const Folder& folder, plot::Page& page) {
   page.heading("What was found");
-  Rows rows{{"axis", "quantity", "flown by hand", "excited flight"}};
+  Rows rows{{"axis", "quantity", "from the log flown by hand", "from the excited flight"}};
   const std::array<std::array<const char*, 2>, 3> quantities{{{"rmse_rad", "error on unseen data [rad]"},
                                                               {"transport_delay_s", "transport delay [s]"},
                                                               {"trim_counts", "trim [counts]"}}};
@@ -106,17 +165,16 @@ void found(const Folder& folder, plot::Page& page) {
     }
   }
   page.table(rows);
-  page.paragraph("A delay or trim of 0 was not named: the log shows none beyond what is declared.");
+  page.paragraph(
+      "A delay or trim of 0 was not named: the log shows none beyond what is declared. The errors on unseen data "
+      "belong to two different flights; they say how good each model is on its own flight, not that one is better.");
   for (const auto& [name, words] : {std::pair{"climb", "Climb speed"}, std::pair{"yaw_rate", "Yaw rate"}}) {
-    const auto taken = folder.numbers().find(std::string("found.") + name);
-    if (taken != folder.numbers().end()) {
-      page.paragraph(std::string(words) +
-                     (taken->second > 0.0
-                          ? " was identified from the flight that moved throttle and yaw, and flew in the "
-                            "corrected flight."
-                          : " stays as the first vehicle file has it: what the flight that moved throttle "
-                            "and yaw showed predicts that flight no better."));
-    }
+    page.paragraph(std::string(words) +
+                   (was_taken_over(folder, name)
+                        ? " was identified from the flight that moved throttle and yaw, and flew in the corrected "
+                          "flight."
+                        : " stays as the first vehicle file has it: what the flight that moved throttle and yaw "
+                          "showed predicts that flight no better."));
   }
 }
 
@@ -144,21 +202,18 @@ std::string before_and_after(const Folder& folder) {
                   one.is_worse() ? "  worse" : "");
     out += line;
   }
+  for (const std::string& name : calm_law_flew(folder)) {
+    out += "  the flight " + name + " the correction began to swing, and the calm law flew on\n";
+  }
   return out;
 }
 
-void write_summary(const Folder& folder, const std::string& version) {
+void write_summary(const Folder& folder) {
   plot::Page page("One evening: from the first byte to the corrected flight");
+  outcome(folder, page);
   flights(folder, page);
-  page.paragraph(
-      "Asked: what does the vehicle file that was identified by hand lack in flight, and does its correction fly "
-      "better?");
-  if (folder.settings().port.starts_with("sim:")) {
-    page.paragraph("The aircraft is emulated: every number of a flight on this page is simulated.");
-  }
   found(folder, page);
   files(folder, page);
-  page.paragraph("m100-lab " + version + ".");
   page.write(folder.file("summary.html"));
 }
 

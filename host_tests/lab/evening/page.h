@@ -8,8 +8,7 @@
 namespace m100::lab::evening {
 
 /// Writes summary.html: what was asked, what was found, before and after, which file was made from which.
-/// @param version of this program, for the page's foot.
-void write_summary(const Folder& folder, const std::string& version);
+void write_summary(const Folder& folder);
 
 /// Every error before and after the correction, one a line: the flights' by channel, and the predictions'.
 std::string before_and_after(const Folder& folder);

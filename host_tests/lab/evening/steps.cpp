@@ -76,7 +76,7 @@ class Maker {
     }
     out.push_back(handshake());
     out.push_back(hover());
-    out.push_back(course("course", "vehicle", "Fly the course with the first vehicle file: the error before."));
+    out.push_back(course(kBefore, "vehicle", "Fly the course with the first vehicle file: the error before."));
     out.push_back(plan());
     out.push_back(excite());
     out.push_back(excite_rates());
@@ -84,8 +84,7 @@ class Maker {
     out.push_back(identify_rates());
     out.push_back(gains_again());
     out.push_back(check("check_again", "corrected"));
-    out.push_back(
-        course("corrected", "corrected", "Fly the same course with the corrected vehicle file: the error after."));
+    out.push_back(course(kAfter, "corrected", "Fly the same course with the corrected vehicle file: the error after."));
     return out;
   }
 

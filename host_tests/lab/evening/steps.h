@@ -24,6 +24,9 @@ inline constexpr const char* kBalanceRoll = "balance_counts.roll";
 inline constexpr const char* kBalancePitch = "balance_counts.pitch";
 /// How often throttle and yaw were not moved to the end; after the second time climb and yaw rate stay.
 inline constexpr const char* kRatesLeft = "rates_left";
+inline constexpr const char* kBefore = "course";    ///< the flight of the course with the first vehicle file
+inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
+inline constexpr const char* kSwung = "calm_law.";  ///< and a flight's name: whether it swung and the calm law flew on
 /// Changes a vehicle file as the numbers of the folder say.
 void adjust(const Folder& folder, const std::string& vehicle);
 

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Six whole evenings (soak.evening): each error before and after the correction, by aircraft."""
+import json
+import pathlib
+import tempfile
+
+from measure.lab_figures import LAB, table
+from measure.place import Source
+
+TEST = "host_tests/lab/evening/evening_test.py"
+M100 = "firmware/companion/m100"
+# What is shown, the names of its two numbers in evening.json, and how often its unit goes into what is printed.
+ROWS = (("distance from the course [cm]", "pose_m.course", "pose_m.corrected", 100.0),
+        ("of it along x and y [cm]", "horizontal_m.course", "horizontal_m.corrected", 100.0),
+        ("in height [cm]", "height_m.course", "height_m.corrected", 100.0),
+        ("heading [deg]", "heading_deg.course", "heading_deg.corrected", 1.0),
+        ("roll, predicted 1 s ahead [mrad]", "ahead.roll.before", "ahead.roll.after", 1000.0),
+        ("pitch, predicted 1 s ahead [mrad]", "ahead.pitch.before", "ahead.pitch.after", 1000.0),
+        ("climb speed, predicted 1 s ahead [mm/s]", "ahead.climb.before", "ahead.climb.after", 1000.0),
+        ("yaw rate, predicted 1 s ahead [mrad/s]", "ahead.yaw_rate.before", "ahead.yaw_rate.after", 1000.0))
+
+
+def shown(value):
+    return f"{value:.2f}" if value < 10.0 else f"{value:.0f}"
+
+
+def errors(evenings):
+    """-> rows of the table, from the folder that holds one folder for each evening, in the order of their names."""
+    flown = {file.parent.parent.name: json.loads(file.read_text())["numbers"]
+             for file in sorted(pathlib.Path(evenings).glob("*/*/evening.json"))}
+    return [["root mean square, before -> after", *flown]] + [
+        [words, *(f"{shown(times * numbers[before])} -> {shown(times * numbers[after])}" for numbers in flown.values())]
+        for words, before, after, times in ROWS]
+
+
+def whole_evenings(place):
+    with tempfile.TemporaryDirectory() as folder:
+        place.run("python3", TEST, place.program(M100), place.program(LAB), "--whole", folder)
+        return {"evening.errors": table(*errors(pathlib.Path(folder) / "evenings"))}
+
+
+SOURCES = [Source(("evening.",), whole_evenings, quick=False)]
