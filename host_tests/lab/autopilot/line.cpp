@@ -44,10 +44,10 @@ class LineEnd {
 class OwnWorld {
  public:
   explicit OwnWorld(const std::string& socket)
-      : client_(host_.add_end(socket)),
-        pose_client_(host_.add_end(socket + ".pose")),
+      : pose_client_(host_.add_end(socket + ".pose")),
         ours_(host_.add_end(socket + ".n1")),
         our_pose_(host_.add_end(socket + ".n1.pose")),
+        client_(host_.add_end(socket)),
         keeper_([this] { keep_time(); }) {}
   ~OwnWorld() {
     host_.stop();
@@ -72,10 +72,10 @@ class OwnWorld {
   }
 
   sim::LockstepHost host_;
-  sim::LockstepHost::End client_;
   sim::LockstepHost::End pose_client_;
   sim::LockstepHost::End ours_;
   sim::LockstepHost::End our_pose_;
+  sim::LockstepHost::End client_;  ///< the last: who sees its name may open the others as well
   std::thread keeper_;
 };
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <stdexcept>
@@ -62,17 +63,19 @@ LockstepHost::End LockstepHost::add_end(const std::string& path) {
   return ends_.size() - 1;
 }
 
+/// The socket gets its name when it listens: who sees the name finds somebody there.
 void LockstepHost::listen(EndState& end) {
+  const std::string unnamed = end.path + "~";
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (end.path.size() >= sizeof(address.sun_path)) {
+  if (unnamed.size() >= sizeof(address.sun_path)) {
     throw std::runtime_error(end.path + ": too long for the name of a socket");
   }
-  std::memcpy(address.sun_path, end.path.c_str(), end.path.size() + 1);
-  ::unlink(end.path.c_str());
+  std::memcpy(address.sun_path, unnamed.c_str(), unnamed.size() + 1);
+  ::unlink(unnamed.c_str());
   end.listening = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (end.listening < 0 || ::bind(end.listening, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
-      ::listen(end.listening, 8) != 0) {
+      ::listen(end.listening, 8) != 0 || ::rename(unnamed.c_str(), end.path.c_str()) != 0) {
     throw std::runtime_error(end.path + ": " + std::strerror(errno));
   }
 }

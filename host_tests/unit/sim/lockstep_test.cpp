@@ -2,11 +2,15 @@
 // Simulated ports, which carry time with them: a program behind one against the host that keeps its time.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/inotify.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <bit>
+#include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -77,6 +81,32 @@ void answer_each_tick(const std::string& port) {
     const bool one = uart.read(got).value_or(0) == got.size() && uart.read(more).value_or(0) == 0;
     (void)uart.write(one && clock.now() == tick ? got : Bytes{});
   }
+}
+
+// Catches a name that is there before anybody listens: on a busy machine, who had waited for it was refused.
+TEST_F(Lockstep, ASocketGetsItsNameWhenItListens) {
+  const std::filesystem::path seen = path + "_seen";
+  std::filesystem::create_directory(seen);
+  const int watch = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+  ASSERT_GE(::inotify_add_watch(watch, seen.c_str(), IN_CREATE | IN_MOVED_TO), 0);
+  {
+    LockstepHost another;
+    (void)another.add_end(seen / "w");
+  }
+  alignas(inotify_event) std::array<char, 4096> events{};
+  const ssize_t size = ::read(watch, events.data(), events.size());
+  ::close(watch);
+  std::filesystem::remove_all(seen);
+  std::uint32_t how = 0;  // the name came into being
+  for (ssize_t at = 0; at < size;) {
+    inotify_event event{};
+    std::memcpy(&event, events.data() + at, sizeof(event));
+    if (std::strcmp(events.data() + at + static_cast<ssize_t>(sizeof(event)), "w") == 0) {
+      how |= event.mask;
+    }
+    at += static_cast<ssize_t>(sizeof(event) + event.len);
+  }
+  EXPECT_EQ(how, static_cast<std::uint32_t>(IN_MOVED_TO));
 }
 
 TEST_F(Lockstep, NoByteComesLaterThanTheTimeItBelongsTo) {
