@@ -96,7 +96,10 @@ Check check_port(const std::string& path) {
   }
   if (access(path.c_str(), R_OK | W_OK) != 0) {
     check.finding = "no right to read and write";
-    check.remedy = "sudo usermod -aG " + owner_group(path) + " $USER, then log in again";
+    const std::string group = owner_group(path);
+    check.remedy = group == "root"  // whose group gives far more than a port
+                       ? "install the package's udev rules (60-m100.rules) and plug the adapter in again"
+                       : "sudo usermod -aG " + group + " $USER, then log in again";
     return check;
   }
   hal::SerialPort port(path, 230400);

@@ -115,7 +115,8 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       return;
     case Cause::kLevelOver:
     case Cause::kNeutralOver:
-      line.add("nothing has become better in its time");
+      line.add(cause == Cause::kLevelOver ? "nothing has become better in its time"
+                                          : "the time with neutral sticks is over; the transmitter gets control");
       return;
     case Cause::kRecovered:
       line.add("poses are good again");
