@@ -184,6 +184,9 @@ std::string judge_course(Folder& folder, const std::string& name, const std::str
 
 std::string judge_excitation(Folder& folder, const std::string& result) {
   const json said = result_of(folder, result);
+  if (said.contains("swinging") && !is_calmest(folder)) {
+    return calmer(folder, "the aircraft began to swing in the excitation");  // what it shows is the swing
+  }
   if (!said.contains("excitation") || said.at("excitation").value("over", false)) {
     return judge_flight(folder, result);
   }
