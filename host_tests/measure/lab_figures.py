@@ -69,6 +69,26 @@ def gain_tables(place):
     return {"mpc.margins": table(*rows), "mpc.setpoint_law": table(*pieces)}
 
 
+RIVAL = "host_tests/lab/gains/no_zero.toml"
+
+
+def corners(place):
+    """Which corners of gain and frequency both modes keep as flown on Virtual RC, on both structures that the flights allow."""
+    rows = [["mode", "aircraft", "axis", "nominal: peak sensitivity", "delay margin [ms]", "worst corner: peak sensitivity",
+             "delay margin [ms]", "1.6 and 60 ms"]]
+    box = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not asked for here
+    for mode in ("field", "calm_room"):
+        _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *box)
+        for structure, name in (("its own structure", "as the vehicle file, with lead zeros"), (RIVAL, "without a zero")):
+            for axis in ("x", "y"):
+                flown = answer["flown"][structure][axis]
+                cells = [f"{part['peak_sensitivity']:.2f} | {1e3 * part['delay_margin_s']:.0f}"
+                         for part in (flown["virtual_rc"], flown["corners"])]
+                rows.append([f"`{mode}`", name, axis, *" | ".join(cells).split(" | "),
+                             "kept" if flown["corners"]["kept"] else "not kept"])
+    return {"mpc.corners": table(*rows)}
+
+
 def thousandths(value, digits=3):
     return f"{value:.{digits}f}"
 
@@ -173,6 +193,7 @@ def coverage(place):
 
 SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
            Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
+           Source(("mpc.corners",), corners, quick=False),
            Source(("flight.paper", "flight.more", "flight.cells_above_paper"), papers_tasks, quick=False),
            Source(("flight.rates",), command_rates, quick=False),
            Source(("flight.far",), far_tasks, quick=False),
