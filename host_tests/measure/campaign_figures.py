@@ -46,7 +46,9 @@ def changed_aircraft(place):
     """Aircraft that are not what the vehicle file says."""
     # An answer of "one swings" is a figure too.
     printed = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), may_fail=True)
-    return {"changes.map": table(*[[cell.strip() for cell in line.split("|")] for line in printed.splitlines() if "|" in line])}
+    inside = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--inside", "1000", may_fail=True)
+    return {name: table(*[[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
+            for name, lines in (("changes.map", printed), ("changes.inside", inside))}
 
 
 SOURCES = [Source(("campaign.",), campaigns, quick=False), Source(("changes.",), changed_aircraft, quick=False)]
