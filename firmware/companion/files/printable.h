@@ -10,7 +10,8 @@
 namespace m100::companion {
 
 /// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. Control
-/// characters of the second kind (U+0080 to U+009F) count as none.
+/// characters of the second kind (U+0080 to U+009F) count as none, and so does what RFC 3629 forbids: a character that
+/// is written longer than it need be (a control character might hide so), half of a pair, and what is past U+10FFFF.
 inline std::size_t utf8_sequence(std::string_view text) {
   const auto byte = [&](std::size_t k) { return static_cast<unsigned>(static_cast<unsigned char>(text[k])); };
   const unsigned first = byte(0);
@@ -18,7 +19,12 @@ inline std::size_t utf8_sequence(std::string_view text) {
                              : first >= 0xE0 && first < 0xF0 ? 3
                              : first >= 0xF0 && first < 0xF5 ? 4
                                                              : 0;
-  if (length == 0 || text.size() < length || (first == 0xC2 && byte(1) < 0xA0)) {
+  if (length == 0 || text.size() < length) {
+    return 0;
+  }
+  const unsigned least = first == 0xC2 || first == 0xE0 ? 0xA0U : first == 0xF0 ? 0x90U : 0x80U;
+  const unsigned most = first == 0xED ? 0x9FU : first == 0xF4 ? 0x8FU : 0xBFU;
+  if (byte(1) < least || byte(1) > most) {
     return 0;
   }
   for (std::size_t k = 1; k < length; ++k) {
