@@ -147,6 +147,15 @@ TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
   }
 }
 
+// A log of an older program is read with the same meaning, and a replay gives the same orders: the bits stay.
+TEST(TickRecord, OrdersAreTheBitsThatOlderLogsHold) {
+  EXPECT_EQ(kOrderEngage, 1U);
+  EXPECT_EQ(kOrderRelease, 2U);
+  EXPECT_EQ(kOrderTakesOff, 4U);
+  EXPECT_EQ(kOrderLands, 8U);
+  EXPECT_EQ(kOrderTask, 16U);
+}
+
 TEST(Ring, GivesBackWhatWentInAcrossItsEnd) {
   std::vector<std::byte> storage(64);
   Ring ring(storage);

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/est/axis_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "firmware/model/default_vehicle.h"
+
+namespace m100::est {
+namespace {
+
+/// Velocity after one tick from rest at a tilt that the command keeps: in proportion to the acceleration.
+double gained(double tilt_rad) {
+  using Filter = AxisFilter<double>;
+  AxisModel model;
+  model.attitude = model::paper_vehicle().pitch;
+  Filter filter(model);
+  filter.start(0.0, 0.0, tilt_rad);
+  filter.predict({.now = tilt_rad, .before = tilt_rad, .after = tilt_rad});
+  EXPECT_NEAR(filter.state(Filter::kTilt), tilt_rad, 1e-12) << "nothing turns";
+  return filter.state(Filter::kV);
+}
+
+// Catches a coefficient of the approximated tangent: 1 % at the largest tilt is 0.07 m/s^2, which would be told as
+// wind.
+TEST(AxisFilter, AcceleratesByTheTangentOfTheTilt) {
+  const double unit = gained(0.01) / std::tan(0.01);
+  EXPECT_GT(unit, 0.0);
+  for (const double tilt_rad : {-0.65, -0.3, 0.1, 0.2, 0.35, 0.5, 0.65}) {
+    EXPECT_NEAR(gained(tilt_rad) / unit, std::tan(tilt_rad), 2e-6) << tilt_rad;
+  }
+}
+
+}  // namespace
+}  // namespace m100::est
