@@ -85,9 +85,7 @@ core::Expected<Command> decode_vrc_data(ByteReader reader, bool under_switch_id)
 }
 
 core::Expected<Command> decode_to_mobile(std::span<const std::byte> value) {
-  if (value.size() > MobileData::kMaxBytes) {
-    return reject();
-  }
+  static_assert(find(ids::kToMobile)->max_value_bytes == MobileData::kMaxBytes);  // no longer one comes so far
   ToMobile command;
   std::copy(value.begin(), value.end(), command.data.bytes.begin());
   command.data.size = static_cast<std::uint8_t>(value.size());

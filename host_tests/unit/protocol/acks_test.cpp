@@ -67,7 +67,9 @@ INSTANTIATE_TEST_SUITE_P(
                       VersionCase{"ThreeNumbers", "M100-03.01.01", 0},
                       VersionCase{"FiveNumbers", "M100-03.01.01.00.1", 0},
                       VersionCase{"Letters", "M100-03.0x.01.00", 0}, VersionCase{"TooLarge", "M100-03.01.99.00", 0},
-                      VersionCase{"NumberAbove255", "A3-3.1.256.0", 0}),
+                      VersionCase{"NumberAbove255", "A3-3.1.256.0", 0},
+                      VersionCase{"NumberLeftOut", "M100-03..01.00", 0},
+                      VersionCase{"LastLeftOut", "M100-03.01.01.", 0}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST(VersionAnswer, ComesIn49Bytes38BytesOrNotAtAll) {

@@ -3,6 +3,8 @@
 // set; and the numbers of the catalogue, written out a second time (protocol/README.md).
 #include <gtest/gtest.h>
 
+#include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -124,6 +126,13 @@ TEST(Defaults, AreWhatNobodyHasAskedFor) {
   EXPECT_EQ(bytes_of_default<MissionStatus>(), std::vector<unsigned>(6, 0));
   EXPECT_EQ(bytes_of_default<WaypointEvent>(), std::vector<unsigned>(6, 0));
   EXPECT_EQ(movement_flag(MovementMode{}), 0x0A) << "angles, climb rate, yaw rate, in the body's heading";
+}
+
+TEST(Pushes, ThatNobodyKnowsAreRefused) {
+  const std::array<std::byte, 6> value{};
+  EXPECT_EQ(decode_push({.set = 0x07, .id = 0x07}, value).status(), core::Status::kInvalidArgument);
+  EXPECT_EQ(decode_push(ids::kMissionStatus, std::span(value).first(5)).status(), core::Status::kInvalidArgument);
+  EXPECT_TRUE(decode_push(ids::kMissionStatus, value));
 }
 
 TEST(Pushes, ComeBackAsTheyWereSent) {

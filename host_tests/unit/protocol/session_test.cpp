@@ -129,6 +129,16 @@ TEST(RequestSessions, SessionOneIsHeldForTheTimeoutAndTakesNoAnswer) {
   EXPECT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(101)));
 }
 
+// Catches a session that stays taken because nobody polls, and a poll that gives it free too early.
+TEST(RequestSessions, SessionOneIsFreeAfterItsTimeWithoutAPoll) {
+  RequestSessions sessions;
+  ASSERT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart));
+  EXPECT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(101)));
+  EXPECT_EQ(sessions.poll(kStart + milliseconds(150)).status(), core::Status::kNotReady);
+  EXPECT_EQ(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(201)).status(),
+            core::Status::kResourceExhausted);
+}
+
 TEST(RequestSessions, ACancelledRequestIsNeitherRepeatedNorReported) {
   RequestSessions sessions;
   ASSERT_TRUE(sessions.request(ids::kControlRequest, kObtain, kThrice, kStart));
@@ -146,6 +156,31 @@ TEST(RequestSessions, FramesTooLongToKeepAreRefused) {
   const std::vector<std::byte> value(RequestSessions::kFrameBytes);
   EXPECT_EQ(sessions.request(ids::kToMobile, value, kThrice, kStart).status(), core::Status::kResourceExhausted);
   EXPECT_TRUE(sessions.send(ids::kToMobile, value)) << "session 0 keeps nothing";
+  const std::vector<std::byte> no_frame(2000);
+  EXPECT_FALSE(sessions.send(ids::kToMobile, no_frame)) << "no frame is so long";
+}
+
+// Header fields of a frame have five bits for the session; a caller's header may say anything.
+TEST(Sessions, NumbersThatThereAreNotAreRefused) {
+  RequestSessions requests;
+  EXPECT_EQ(requests.accept(ack(32, 1), kStart).status(), core::Status::kRefused);
+  EXPECT_EQ(requests.accept(ack(255, 1), kStart).status(), core::Status::kRefused);
+  AnswerSessions answers;
+  EXPECT_EQ(answers.answer(command(32, 1), encode_ack(0)).status(), core::Status::kInvalidArgument);
+  FrameHeader an_answer = command(5, 1);
+  an_answer.is_ack = true;
+  EXPECT_EQ(answers.answer(an_answer, encode_ack(0)).status(), core::Status::kInvalidArgument)
+      << "answers are not answered";
+  EXPECT_EQ(answers.answer(command(5, 1), encode_ack(0)).status(), core::Status::kRefused)
+      << "nothing came by this number";
+}
+
+TEST(AnswerSessions, AnAnswerThatIsTooLongToKeepIsRefused) {
+  AnswerSessions sessions;
+  ASSERT_EQ(sessions.accept(command(5, 1)).verdict, AnswerSessions::Verdict::kExecute);
+  const std::vector<std::byte> value(2000);
+  EXPECT_FALSE(sessions.answer(command(5, 1), value));
+  EXPECT_TRUE(sessions.answer(command(5, 1), encode_ack(0))) << "a shorter one still may";
 }
 
 // Catches an autopilot that takes off twice because an answer was lost.
@@ -192,6 +227,21 @@ TEST(AnswerSessions, MirrorsTheEncryptionOfTheCommand) {
   EXPECT_TRUE(frame->header.encrypted());
   CipherScratch scratch;
   EXPECT_EQ(*decode_ack(open(*frame, &cipher, scratch)->value), 2);
+}
+
+// An autopilot whose key we do not have: what we can say is said in the clear.
+TEST(AnswerSessions, WithoutAKeyTheAnswerIsPlain) {
+  AnswerSessions sessions;
+  FrameHeader to = command(4, 9);
+  to.encryption = 1;
+  (void)sessions.accept(to);
+  const auto answer = sessions.answer(to, encode_ack(2));
+  ASSERT_TRUE(answer);
+  FrameParser parser;
+  ASSERT_EQ(parser.push(answer->bytes), answer->bytes.size());
+  const auto frame = parser.poll();
+  ASSERT_TRUE(frame);
+  EXPECT_FALSE(frame->header.encrypted());
 }
 
 TEST(AnswerSessions, AfterARestartEverythingIsNew) {
