@@ -27,19 +27,53 @@ def mutants(place):
         raise NotMeasuredHere("host_tests/mutants has not run to its end here")
     counts = json.loads(note.read_text())
     judged = counts["noticed"] + counts["alive"]
-    return {"trust.mutants": Figure(f"{counts['noticed']} of {judged} ({100 * counts['noticed'] / judged:.0f} %), drawn from "
-                                    f"{counts['of']} with seed {counts['seed']}", 0.02)}
+    by = ", by the tests of their own part alone" if counts["part"] else ""
+    return {"trust.mutants": Figure(f"{counts['noticed']} of {judged} ({100 * counts['noticed'] / judged:.0f} %){by}; drawn from "
+                                    f"{counts['of']} with seed {counts['seed']}; besides, {counts['equivalent']} cannot be noticed "
+                                    f"and {counts['not_compiled']} do not compile", 0.02)}
+
+
+def searched(place):
+    """The farthest that a fault of one channel took the aircraft before anyone noticed, of all that the search has found."""
+    said = place.run(place.program("host_tests/scenario/scenario_worst_faults", builds=("host-release",)),
+                     "--gtest_filter=*WorstFault*", may_fail=True)
+    found = re.findall(r"^([\w.]+) \| ([\d.]+) m \| (.*) \| [\d.]+ m$", said, re.MULTILINE)
+    channel, away, when = max(found, key=lambda one: float(one[1]))
+    noticed = when if when == "not noticed" else f"noticed after {when}"
+    return {"trust.searched": Figure(f"{away} m ({channel}, {noticed})", 0.02)}
+
+
+def fuzzed(place):
+    """How many inputs the fuzzers try: read from the tests as they are configured."""
+    files = [place.root / "build" / build / "host_tests" / "fuzz" / "CTestTestfile.cmake" for build in ("host-release", "host-debug")]
+    tests = "".join(file.read_text() for file in files if file.is_file())
+    by_day = dict(re.findall(r"add_test\(\S*?fuzz\.(\w+)_short\S* .*?\"-runs=(\d+)\"", tests))
+    at_night = dict(re.findall(r"add_test\(\S*?fuzz\.(\w+)_long\S* .*?\"-max_total_time=(\d+)\"", tests))
+    if not by_day:
+        raise NotMeasuredHere("no build with the fuzzers is configured")
+    day = ", ".join(f"{name} {int(count):,}".replace(",", " ") for name, count in sorted(by_day.items()))
+    night = ", ".join(f"{name} {seconds} s" for name, seconds in sorted(at_night.items()))
+    return {"trust.fuzzed": Figure(f"{day} inputs by day; {night} at night")}
+
+
+def counted(counts):
+    """-> what the page says of lines and branches that were counted."""
+    lines, branches = counts["run"] / counts["lines"], counts["taken"] / counts["branches"] if counts["branches"] else 1.0
+    return f"{100 * lines:.1f} % of {counts['lines']} lines, {100 * branches:.1f} % of {counts['branches']} branches"
 
 
 def coverage(place):
     note = place.root / "build" / "coverage" / "result.json"
     if not note.is_file():
-        raise NotMeasuredHere("host_tests/coverage has not run to its end here")
-    counts = json.loads(note.read_text())
-    lines, branches = counts["run"] / counts["lines"], counts["taken"] / counts["branches"]
-    return {"trust.coverage": Figure(f"{100 * lines:.1f} % of {counts['lines']} lines, {100 * branches:.1f} % of "
-                                     f"{counts['branches']} branches", 0.02)}
+        raise NotMeasuredHere("host_tests/coverage has not run here")
+    parts = json.loads(note.read_text())
+    sums = {key: sum(counts[key] for counts in parts.values()) for key in ("lines", "run", "branches", "taken")}
+    rows = [f"| `{part}` | " + counted(counts).replace(", ", " | ") + " |" for part, counts in sorted(parts.items())]
+    return {"trust.coverage": Figure(counted(sums), 0.02),
+            "trust.parts": Figure("\n".join(["| part | lines | branches |", "|---|---|---|", *rows]), 0.02)}
 
 
 SOURCES = [Source(("trust.rows",), rows), Source(("trust.states",), states, quick=False),
-           Source(("trust.mutants",), mutants, quick=False), Source(("trust.coverage",), coverage, quick=False)]
+           Source(("trust.mutants",), mutants, quick=False),
+           Source(("trust.coverage", "trust.parts"), coverage, quick=False),
+           Source(("trust.searched",), searched), Source(("trust.fuzzed",), fuzzed)]
