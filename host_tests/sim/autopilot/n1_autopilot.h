@@ -131,8 +131,11 @@ class N1Autopilot {
   bool pose_on() const { return pose_on_; }
   /// Its lie: whoever sends poses for the room lets it pass over them. Null: none is told.
   Liar* liar() { return liar_ ? &*liar_ : nullptr; }
-  /// From now on telemetry, and the room's poses, lie in this way.
-  void set_lie(const Lie& lie, double size) { liar_.emplace(lie, size); }
+  /// From now on telemetry, and the room's poses, lie in this way; what on_telemetry was told before is over.
+  void set_lie(const Lie& lie, double size) {
+    liar_.emplace(lie, size);
+    on_telemetry([this](protocol::Telemetry& telemetry) { liar_->tell(telemetry); });
+  }
 
  private:
   /// Times of the last commands of one channel, for the count in any second.

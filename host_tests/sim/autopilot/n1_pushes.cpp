@@ -82,9 +82,6 @@ void N1Autopilot::send_telemetry() {
   if (lie_) {
     lie_(telemetry);
   }
-  if (liar_) {
-    liar_->tell(telemetry);
-  }
   push(protocol::ids::kTelemetry, encode(telemetry));
   ++record_.telemetry_packages;
 }
