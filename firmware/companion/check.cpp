@@ -22,7 +22,7 @@
 namespace m100::companion {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string vehicle;
   std::string gains;
   std::string flight;
@@ -63,7 +63,7 @@ std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<dou
 
 /// Flight file and course, read and refused as `fly` does.
 /// @returns the mode that would fly
-Mode check_orders(const Options& options, std::vector<Finding>& out) {
+Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
   FlyOptions files;
   files.flight = options.flight;
   files.course = options.course;
@@ -83,7 +83,7 @@ Mode check_orders(const Options& options, std::vector<Finding>& out) {
   return orders.mode;
 }
 
-void check_files(const Options& options) {
+void check_files(const CheckOptions& options) {
   FileUse()
       .reads("--vehicle", options.vehicle)
       .reads("--gains", options.gains)
@@ -101,7 +101,7 @@ nlohmann::json to_json(const std::vector<Finding>& all, Mode mode, bool agrees) 
   return {{"agrees", agrees}, {"mode", name(mode)}, {"findings", std::move(list)}};
 }
 
-void run(const Options& options) {
+void run(const CheckOptions& options) {
   check_files(options);
   // Refuses any changed bit, and tables of another vehicle.
   const FlightModel model(options.vehicle, options.gains, Mode::kField);
@@ -127,7 +127,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_check(CLI::App& m100) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   CLI::App* app =
       m100.add_subcommand("check", "see whether vehicle file, gain table, flight file, course and limits agree");
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();

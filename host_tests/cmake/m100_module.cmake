@@ -107,6 +107,25 @@ function(m100_smaller level)
   endif()
 endfunction()
 
+# Where a preset asks for CMAKE_UNITY_BUILD, the files of a program or library are compiled joined, a dozen at a time: they
+# parse the same headers and instantiate the same templates, which costs more than their own lines do. Results do not
+# depend on it (-ffp-contract=off; the tests of the hashes hold it).
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${M100_HOST_TESTS}/cmake/compiled_alone.txt)
+file(STRINGS ${M100_HOST_TESTS}/cmake/compiled_alone.txt M100_COMPILED_ALONE REGEX "^[^#]")
+
+# m100_join(target): all but those of compiled_alone.txt, which must name files that exist.
+function(m100_join target)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source IN LISTS sources)
+    cmake_path(ABSOLUTE_PATH source NORMALIZE OUTPUT_VARIABLE file)
+    cmake_path(RELATIVE_PATH file BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+    if(file IN_LIST M100_COMPILED_ALONE)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endforeach()
+endfunction()
+
 # m100_module(est [SMALL] HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
@@ -122,6 +141,7 @@ function(m100_module name)
   endif()
   if(arg_SOURCES)
     add_library(m100_${name} STATIC ${arg_SOURCES})
+    m100_join(m100_${name})
     set(scope PUBLIC)
     target_link_libraries(m100_${name} PRIVATE $<BUILD_INTERFACE:m100_warnings>)
     cmake_path(IS_PREFIX M100_HOST_TESTS ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE is_a_test)
@@ -199,6 +219,7 @@ function(m100_tests)
   endif()
   m100_own_folder()
   add_executable(${program} ${arg_SOURCES})
+  m100_join(${program})
   target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_soon
     GTest::gtest_main)
   m100_test_headers()

@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct DoctorOptions {
   std::string port;
   std::string folder = ".";
   std::string json;
@@ -196,7 +196,7 @@ Check check_disk(const std::string& folder) {
   return {"disk " + folder, health, finding.str(), health == Health::kGood ? "" : "delete old flight logs"};
 }
 
-std::vector<Check> examine(const Options& options) {
+std::vector<Check> examine(const DoctorOptions& options) {
   std::vector<Check> checks;
   const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
   if (ports.empty()) {
@@ -227,7 +227,7 @@ nlohmann::json to_json(const std::vector<Check>& checks) {
   return {{"checks", all}};
 }
 
-doctor::FramesOptions by_hand_of(const Options& options) {
+doctor::FramesOptions by_hand_of(const DoctorOptions& options) {
   doctor::FramesOptions by_hand = options.by_hand;
   by_hand.port = options.port;
   by_hand.pose = {.port = options.pose.port,
@@ -236,7 +236,7 @@ doctor::FramesOptions by_hand_of(const Options& options) {
   return by_hand;
 }
 
-void run(const Options& options) {
+void run(const DoctorOptions& options) {
   for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
                                     {"--pose-baud", options.pose.baud},
                                     {"--hold", options.by_hand.hold_s}}) {
@@ -271,7 +271,7 @@ void run(const Options& options) {
 void add_doctor(CLI::App& m100) {
   CLI::App* app =
       m100.add_subcommand("doctor", "find what on this board stands in the way of a flight; print remedies");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorOptions>();
   app->add_option("--port", options->port, "serial port; default: all that look like one");
   app->add_option("--folder", options->folder, "where flight logs go");
   app->add_option("--pose-port", options->pose.port,

@@ -85,7 +85,7 @@ Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightM
           .pose = estimate.healthy &&
                   controller->observed().pose_age <= fresh_limit(config.limits, controller->observed().pose_latency),
           .health = unasked(controller->link().health()),
-          .pose_link = to_json(controller->pose_link().stats(), pose_port.signatures()),
+          .pose_link = companion::to_json(controller->pose_link().stats(), pose_port.signatures()),
           .stalls = stalls};
 }
 
@@ -110,7 +110,7 @@ void tell(const FlyOptions& options, const Seen& seen) {
                      {"mode_f", seen.mode_f},
                      {"stalls", seen.stalls},
                      {"bytes_sent", seen.health.bytes_sent},
-                     {"health", to_json(seen.health)}};
+                     {"health", companion::to_json(seen.health)}};
   if (seen.pose) {
     out["pose"] = *seen.pose;
     out["pose_link"] = seen.pose_link;

@@ -169,7 +169,8 @@ class Session final : public Listener {
   std::vector<Change> changes_;
 };
 
-json to_json(const FlyOptions& options, const Session& session, const link::SerialLink& link, const TickClock& clock) {
+json result_of(const FlyOptions& options, const Session& session, const link::SerialLink& link,
+               const TickClock& clock) {
   json out = session.to_json();
   out.update({{"channel", options.channel},
               {"baud", options.baud},
@@ -182,7 +183,7 @@ json to_json(const FlyOptions& options, const Session& session, const link::Seri
   return out;
 }
 
-void run(const FlyOptions& options) {
+void shake_hands(const FlyOptions& options) {
   PreparedLink prepared(options);
   watch_signals();
   std::cout << "handshake: takes control and sends neutral commands for " << options.hold_s
@@ -205,7 +206,7 @@ void run(const FlyOptions& options) {
   link.authority().owed ? keeper.speak() : keeper.dismiss();
   std::cout << (session.succeeded() ? "released" : "not completed") << "\n";
   print(std::cout, link.health());
-  write_result(options.json, to_json(options, session, link, clock));
+  write_result(options.json, result_of(options, session, link, clock));
   if (!session.succeeded()) {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
@@ -220,7 +221,7 @@ void add_handshake(CLI::App& m100) {
   add_link_options(*app, *options);
   app->add_option("--hold", options->hold_s, "seconds in control")->check(CLI::Range(0.0, 3600.0));
   app->add_option("--patience", options->patience_s, "seconds to wait for start-up")->check(CLI::Range(1.0, 3600.0));
-  app->callback([options] { run(*options); });
+  app->callback([options] { shake_hands(*options); });
 }
 
 }  // namespace m100::companion

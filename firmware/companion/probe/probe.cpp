@@ -30,7 +30,7 @@ constexpr std::array<std::uint32_t, 4> kBaudRates{230400, 921600, 115200, 460800
 
 constexpr double kBitsPerByte = 10.0;
 
-struct Options {
+struct ProbeOptions {
   std::string port;
   std::uint32_t baud = 0;
   double seconds = 2.0;
@@ -111,7 +111,7 @@ int rank(Verdict verdict) {
   return 5;
 }
 
-Finding search(const Options& options) {
+Finding search(const ProbeOptions& options) {
   if (std::isnan(options.seconds)) {  // passes every comparison of a range
     throw UsageError("--seconds: is not a number");
   }
@@ -162,7 +162,7 @@ nlohmann::json to_json(const Finding& finding) {
           {"health", companion::to_json(finding.health)}};
 }
 
-void run(const Options& options) {
+void run(const ProbeOptions& options) {
   FileUse().holds("--port", options.port).writes("--json", options.json).check();
   const Finding best = search(options);
   std::cout << "port " << printable(best.port) << ", " << best.baud << " baud: " << name(best.verdict);
@@ -187,7 +187,7 @@ void run(const Options& options) {
 
 void add_probe(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("probe", "listen only: find port and baud rate, or name what is wrong");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ProbeOptions>();
   app->add_option("--port", options->port, "serial port; default: all that look like one");
   app->add_option("--baud", options->baud, "baud rate; 0: all that DJI knows")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));

@@ -29,7 +29,7 @@ namespace {
 constexpr core::Duration kVisit = std::chrono::milliseconds(2);
 constexpr double kGoodRate_hz = 50.0;  ///< of sticks and attitude, for a fit of the attitude loop
 
-struct Options {
+struct RecordOptions {
   std::string port;
   std::uint32_t baud = 230400;
   std::string key_file;
@@ -42,7 +42,7 @@ struct Options {
 /// Both ports, the log, and what comes of them.
 class Session {
  public:
-  explicit Session(const Options& options) : options_(options), port_(options.port, options.baud) {
+  explicit Session(const RecordOptions& options) : options_(options), port_(options.port, options.baud) {
     open_or_explain(port_);
     if (!options.pose.port.empty()) {
       pose_port_.emplace(options.pose, options.port);
@@ -104,7 +104,7 @@ class Session {
     }
   }
 
-  const Options& options_;
+  const RecordOptions& options_;
   hal::SerialPort port_;
   ListeningPort listener_{port_};
   std::optional<PosePort> pose_port_;
@@ -124,7 +124,7 @@ constexpr std::array kStreams{Recorder::kRc,    Recorder::kAttitude, Recorder::k
                               Recorder::kForce, Recorder::kPosition, Recorder::kStatus, Recorder::kPose};
 constexpr std::array<const char*, 4> kSticks{"roll", "pitch", "throttle", "yaw"};
 
-nlohmann::json to_json(const Options& options, const Session& session, const std::string& trouble) {
+nlohmann::json to_json(const RecordOptions& options, const Session& session, const std::string& trouble) {
   const Recorder& recorder = session.recorder();
   nlohmann::json streams, sticks;
   for (const Recorder::Stream stream : kStreams) {
@@ -163,7 +163,7 @@ nlohmann::json to_json(const Options& options, const Session& session, const std
 }
 
 /// Why the log is of no use for identification; empty: it is.
-std::string trouble_of(const Options& options, const Session& session) {
+std::string trouble_of(const RecordOptions& options, const Session& session) {
   const Recorder& recorder = session.recorder();
   const auto none = [&](Recorder::Stream stream) { return recorder.came(stream).samples < 2; };
   if (session.is_cut()) {
@@ -219,7 +219,7 @@ void print(const Session& session) {
   std::cout << std::defaultfloat << std::flush;
 }
 
-void run(const Options& options) {
+void run(const RecordOptions& options) {
   if (std::isnan(options.hold_s)) {  // passes every comparison of a range
     throw UsageError("--hold: is not a number");
   }
@@ -248,7 +248,7 @@ void run(const Options& options) {
 void add_record(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand(
       "record", "listen only: telemetry with the pilot's sticks, and the pose, into a log for m100-lab identify");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RecordOptions>();
   app->add_option("--port", options->port, "serial port of the autopilot")->required();
   app->add_option("--baud", options->baud, "as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));

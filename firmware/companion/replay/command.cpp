@@ -18,7 +18,7 @@
 namespace m100::companion {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   std::string log;
   std::string scalar = "double";
   std::string key_file;
@@ -43,7 +43,8 @@ std::string unlike_text(const ReplayResult& result) {
   return text + " (" + std::to_string(result.unlike.size()) + " in all, counted from 0)";
 }
 
-nlohmann::json to_json(const Options& options, const ReplayResult& result, const std::string& digest, bool is_same) {
+nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result, const std::string& digest,
+                       bool is_same) {
   return {{"log", options.log},
           {"scalar", options.scalar},
           {"sha256", digest},
@@ -56,7 +57,7 @@ nlohmann::json to_json(const Options& options, const ReplayResult& result, const
           {"largest_command_difference_rad", result.largest_command_difference_rad}};
 }
 
-void run(const Options& options) {
+void run(const ReplayOptions& options) {
   FileUse().reads("log", options.log).reads("--key-file", options.key_file).writes("--json", options.json).check();
   const Scalar scalar = options.scalar == "float"   ? Scalar::kFloat
                         : options.scalar == "fixed" ? Scalar::kFixed
@@ -105,7 +106,7 @@ void run(const Options& options) {
 
 void add_replay(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("replay", "feed a flight log's bytes and times through the flight code again");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   app->add_option("log", options->log, "flight log (ULog) of this program")->required();
   app->add_option("--scalar", options->scalar, "arithmetic to fly in")
       ->check(CLI::IsMember({"double", "float", "fixed"}));

@@ -39,7 +39,7 @@ namespace {
 using bridge::Descriptor;
 using bridge::Sender;
 
-struct Options {
+struct BridgeOptions {
   std::string listen = "udp:9763";
   std::string from = "127.0.0.1";
   std::string vrpn;
@@ -85,7 +85,7 @@ void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& co
   }
 }
 
-void pass_on(const bridge::PlainPose& pose, const Options& options, Sender& sender, Counts& counts) {
+void pass_on(const bridge::PlainPose& pose, const BridgeOptions& options, Sender& sender, Counts& counts) {
   const std::uint64_t stamp =
       options.stamp == "arrival" ? now_us() : static_cast<std::uint64_t>(std::llround(pose.t_s * 1e6));
   const bool left = sender.send(message_of(pose, *bridge::axes_of(options.axes), stamp));
@@ -176,14 +176,14 @@ class Vrpn final : public Source {
   bridge::VrpnSource source_;
 };
 
-std::unique_ptr<Source> source_of(const Options& options) {
+std::unique_ptr<Source> source_of(const BridgeOptions& options) {
   if (options.vrpn.empty()) {
     return std::make_unique<Packets>(options.listen, address_of(options.from));
   }
   return std::make_unique<Vrpn>(bridge::vrpn_name(options.vrpn), options.sensor);
 }
 
-Counts run_bridge(const Options& options, const mavlink::Key& key) {
+Counts run_bridge(const BridgeOptions& options, const mavlink::Key& key) {
   Sender sender(options.to, key);
   const std::unique_ptr<Source> source = source_of(options);
   std::cout << "from " << (options.vrpn.empty() ? options.listen : options.vrpn) << " to " << options.to << ", signed"
@@ -207,7 +207,7 @@ Counts run_bridge(const Options& options, const mavlink::Key& key) {
   return counts;
 }
 
-void run(const Options& options) {
+void run(const BridgeOptions& options) {
   companion::FileUse().reads("--mavlink-key", options.key_file).writes("--json", options.json).check();
   const protocol::CipherKey read = read_key(options.key_file);
   mavlink::Key key;
@@ -233,7 +233,7 @@ void add_bridge(CLI::App& lab) {
   CLI::App* const app = lab.add_subcommand("bridge",
                                            "poses of a room, in plain UDP packets or from a VRPN server, "
                                            "on to m100 fly --pose-port udp:PORT as signed MAVLink");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BridgeOptions>();
   CLI::Option* const listen = app->add_option(
       "--listen", options->listen,
       "where the room sends, udp:PORT; of this machine alone, unless --from names another. Example: --listen udp:9763");

@@ -16,13 +16,13 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct ConvertOptions {
   std::string log, columns, out, map, json;
   double rate_hz = 100.0;
   bool list = false;
 };
 
-nlohmann::ordered_json to_json(const Options& options, const logs::FlightLog& log) {
+nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
   nlohmann::ordered_json signals = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
     if (log.has(static_cast<logs::Signal>(i))) {
@@ -41,7 +41,7 @@ nlohmann::ordered_json to_json(const Options& options, const logs::FlightLog& lo
 }
 
 /// Only what columns there are.
-void list(const Options& options) {
+void list(const ConvertOptions& options) {
   const std::vector<std::string> names = logs::open_log(options.log)->names();
   for (const std::string& name : names) {
     std::cout << printable(name) << "\n";
@@ -49,7 +49,7 @@ void list(const Options& options) {
   write_json(options.json, nlohmann::ordered_json{{"log", options.log}, {"columns", names}});
 }
 
-void run(const Options& options) {
+void run(const ConvertOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
       .reads("--columns", options.columns)
@@ -82,7 +82,7 @@ void run(const Options& options) {
 void add_convert(CLI::App& lab) {
   CLI::App* app =
       lab.add_subcommand("convert", "read any log (CSV, MAT, ULog, ArduPilot, ROS bags), write CSV in canonical units");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConvertOptions>();
   app->add_option("--log,log", options->log, "the log")->required();
   app->add_option("--columns", options->columns, "column map (TOML)");
   app->add_option("--out", options->out, "CSV to write");

@@ -23,7 +23,7 @@ using evening::Command;
 using evening::Folder;
 using evening::Step;
 
-struct Options {
+struct EveningOptions {
   std::string folder;
   evening::Settings settings;
   bool list = false;
@@ -249,7 +249,7 @@ void take_given(const CLI::App& command, const evening::Settings& from, evening:
   take("--m100", &evening::Settings::m100);
 }
 
-void run(const CLI::App& command, const Options& options) {
+void run(const CLI::App& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
     throw InputError(options.folder, 0, "--list", "no evening has begun there");
@@ -272,7 +272,7 @@ void run(const CLI::App& command, const Options& options) {
 void add_evening(CLI::App& lab) {
   CLI::App* const command = lab.add_subcommand(
       "evening", "one aircraft from the first byte to the corrected flight: says the next step, does the PC's itself");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EveningOptions>();
   evening::Settings& settings = options->settings;
   command->add_option("folder", options->folder, "of this aircraft; made where there is none")->required();
   command->add_option("--port", settings.port, "serial port of the autopilot, as the board names it");

@@ -23,11 +23,11 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct ExciteOptions {
   excite::Wish wish;
   std::string axes = "roll";
   std::string vehicle, out, json;
-  Options() { wish.fence_m = 0.0; }  // chosen by axis
+  ExciteOptions() { wish.fence_m = 0.0; }  // chosen by axis
 };
 
 // What air and autopilot leave with a resting stick; the climb's from the measured flight.
@@ -133,7 +133,7 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
   }
 }
 
-Made make(const std::string& axis, const Options& options, const model::Vehicle& vehicle) {
+Made make(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
   Made out{.wish = options.wish, .axis = {}, .manoeuvre = {}, .table = {}};
   excite::Wish& wish = out.wish;
   wish.axis = axis;
@@ -175,7 +175,7 @@ nlohmann::json to_json(const Made& one) {
   return json;
 }
 
-void run(const Options& options) {
+void run(const ExciteOptions& options) {
   companion::FileUse()
       .reads("--vehicle", options.vehicle)
       .writes("--out", options.out)
@@ -213,7 +213,7 @@ void run(const Options& options) {
 
 void add_excite(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("excite", "make stick movements inside a fence, forecast what they will separate");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExciteOptions>();
   app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
   app->add_option("--kind", options->wish.kind, "doublet, 3211, chirp or mixed");
   app->add_option("--amplitude", options->wish.amplitude_counts, "stick counts");

@@ -21,7 +21,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct ExperimentsOptions {
   std::string plant;
   std::string plant_from;
   std::string vehicle;
@@ -41,11 +41,11 @@ struct Options {
   std::string json;
 };
 
-link::Channel channel_of(const Options& options) {
+link::Channel channel_of(const ExperimentsOptions& options) {
   return options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
 }
 
-experiments::SuiteOptions suite_of(const Options& options) {
+experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite;
   suite.plant = sim::plant_of_options(options.plant, options.plant_from);
   suite.vehicle = companion::in_mode(
@@ -64,7 +64,7 @@ experiments::SuiteOptions suite_of(const Options& options) {
 }
 
 /// Before the flights: they take minutes.
-void check_files(const Options& options) {
+void check_files(const ExperimentsOptions& options) {
   companion::FileUse()
       .reads("--plant", options.plant)
       .reads("--plant-from", options.plant_from)
@@ -77,7 +77,7 @@ void check_files(const Options& options) {
       .check();
 }
 
-std::string about(const Options& options) {
+std::string about(const ExperimentsOptions& options) {
   return "All numbers here are simulated: the flight program over the emulated wire, autopilot and aircraft. Plant: " +
          (options.plant.empty() ? std::string("the measured one") : options.plant) +
          (options.plant_from.empty() ? "" : ", on the axes of " + options.plant_from) +
@@ -93,7 +93,7 @@ struct Kind {
   std::vector<std::string> has_only;  ///< what --only may name
 };
 
-Kind kind_of(const Options& options) {
+Kind kind_of(const ExperimentsOptions& options) {
   if (options.rates) {
     return {"--rates", {"--motion", "--channel", "--rate", "--paper-100-hz"}, {"hover", "step", "trajectory"}};
   }
@@ -117,7 +117,7 @@ Kind kind_of(const Options& options) {
 }
 
 /// Nothing is flown where an option would be ignored, a task is not of the set, or the link's rate is not allowed.
-void check_together(const CLI::App& command, const Options& options) {
+void check_together(const CLI::App& command, const ExperimentsOptions& options) {
   const Kind kind = kind_of(options);
   for (const char* const option : kind.not_its) {
     if (command.count(option) > 0) {
@@ -145,7 +145,7 @@ void answer_no_unless(bool all_flown) {
   }
 }
 
-void run_rates(const Options& options) {
+void run_rates(const ExperimentsOptions& options) {
   const std::vector<experiments::RateCost> costs = experiments::fly_rates(suite_of(options));
   experiments::print_rates(std::cout, costs);
   write_json(options.json, experiments::rates_to_json(costs), 2);
@@ -155,7 +155,7 @@ void run_rates(const Options& options) {
   }
 }
 
-void run_motion(const Options& options) {
+void run_motion(const ExperimentsOptions& options) {
   const std::vector<experiments::MotionPoint> points = experiments::fly_motion(suite_of(options));
   experiments::print_motion(std::cout, points);
   write_json(options.json, experiments::motion_to_json(points), 2);
@@ -166,14 +166,14 @@ void run_motion(const Options& options) {
   answer_no_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
 }
 
-void run_far(const Options& options) {
+void run_far(const ExperimentsOptions& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
   write_json(options.json, experiments::far_to_json(results), 2);
   answer_no_unless(experiments::not_flown(results) == 0);
 }
 
-void run(const Options& options) {
+void run(const ExperimentsOptions& options) {
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite_of(options));
   experiments::print_table(std::cout, results);
   write_json(options.json, experiments::to_json(results), 2);
@@ -186,7 +186,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_experiments(CLI::App& lab) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExperimentsOptions>();
   CLI::App* command = lab.add_subcommand("experiments", "fly the paper's tasks in simulation, its table beside ours");
   command->add_option("--plant", options->plant, "what the simulated world is (TOML); default: the measured plant");
   command->add_option(

@@ -26,7 +26,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct FramesOptions {
   std::string file;  ///< empty or "-": standard input, the way for whatever has no end
   std::string key_file;
 
@@ -90,7 +90,7 @@ Json statistics(const protocol::FrameParser& parser) {
             {"bytes_unfinished", parser.pending_bytes()}}}};
 }
 
-void decode(const Options& options) {
+void decode(const FramesOptions& options) {
   options.check_files();
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
@@ -108,7 +108,7 @@ void decode(const Options& options) {
   print(statistics(parser));
 }
 
-void encode(const Options& options) {
+void encode(const FramesOptions& options) {
   options.check_files();
   std::optional<protocol::CipherKey> key;
   if (!options.key_file.empty()) {
@@ -141,7 +141,7 @@ void encode(const Options& options) {
 void add_frames(CLI::App& lab) {
   CLI::App* const frames = lab.add_subcommand("frames", "Bytes of the DJI link to JSON lines, and back");
   frames->require_subcommand(1);
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<FramesOptions>();
   CLI::App* const decoder = frames->add_subcommand(
       "decode", "Raw bytes in, one JSON line per delivered frame out; the last line has the statistics");
   CLI::App* const encoder =

@@ -33,7 +33,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct GainsOptions {
   std::string vehicle;
   std::string header;
   std::string table;
@@ -96,7 +96,7 @@ std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gai
 
 /// Prints what the loop stands and warns below the limits; refuses nothing.
 void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Structure>& structures,
-                    const Options& options) {
+                    const GainsOptions& options) {
   nlohmann::json all;
   for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
     for (const std::size_t age : kPoseAges) {
@@ -139,7 +139,7 @@ bool put(const std::string& path, std::string_view bytes, bool check) {
 }
 
 /// Before the work; with --check, header and table are read, and no margins are reported.
-void check_files(const Options& options) {
+void check_files(const GainsOptions& options) {
   companion::FileUse use;
   use.reads("--vehicle", options.vehicle).reads("--rival", options.rivals).writes("--tune", options.tuned);
   if (options.check) {
@@ -151,7 +151,7 @@ void check_files(const Options& options) {
 }
 
 /// The vehicle file's own, and those of --rival.
-std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, const Options& options) {
+std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, const GainsOptions& options) {
   std::vector<gains::Structure> structures{{"its own structure", file.vehicle}};
   for (const std::string& path : options.rivals) {
     structures.push_back({path, companion::load_vehicle(path).vehicle});
@@ -174,7 +174,7 @@ double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant)
 }
 
 void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structure>& structures,
-                  const Options& options) {
+                  const GainsOptions& options) {
   const sim::Plant plant = sim::plant_of_options("", options.vehicle);
   const gains::Tuned tuned = gains::tune(file.vehicle, structures, [&](const model::Vehicle& believed) {
     return hover_motion(companion::as_file(believed), plant);
@@ -190,7 +190,7 @@ void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structu
       tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
 }
 
-void run(const Options& options) {
+void run(const GainsOptions& options) {
   check_files(options);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
@@ -235,7 +235,7 @@ void run(const Options& options) {
 
 void add_gains(CLI::App& lab) {
   CLI::App* command = lab.add_subcommand("gains", "makes the controller's tables from a vehicle file");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GainsOptions>();
   command->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
   command->add_option("--out", options->header, "C++ header for the firmware");
   command->add_option("--table", options->table, "gain table file for `m100 fly`");

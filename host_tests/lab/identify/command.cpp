@@ -36,7 +36,7 @@ namespace {
 
 using identify::Range;
 
-struct Options {
+struct IdentifyOptions {
   std::vector<std::string> logs, columns;
   std::string axis, declare, train, validate, split, within, validation_log, validation_columns, believed, vehicle,
       json, report, forecast;
@@ -46,7 +46,7 @@ struct Options {
   std::uint64_t seed = 1;
 };
 
-logs::FlightLog load_all(const Options& options) {
+logs::FlightLog load_all(const IdentifyOptions& options) {
   if (options.columns.size() != 1 && options.columns.size() != options.logs.size()) {
     throw InputError("--columns", 0, "", "give one map for all logs, or one for each --log in the same order");
   }
@@ -58,7 +58,7 @@ logs::FlightLog load_all(const Options& options) {
 }
 
 /// The log of --validate-log, where there is one.
-std::optional<logs::FlightLog> load_other(const Options& options) {
+std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
   if (options.validation_log.empty()) {
     if (!options.validation_columns.empty()) {
       throw InputError("--validate-columns", 0, "", "is of --validate-log, which is not given");
@@ -70,7 +70,7 @@ std::optional<logs::FlightLog> load_other(const Options& options) {
 }
 
 /// Files are looked at before the work: what cannot be read or written, or would overwrite what is read.
-void check_files(const Options& options) {
+void check_files(const IdentifyOptions& options) {
   companion::FileUse()
       .reads("--log", options.logs)
       .reads("--columns", options.columns)
@@ -90,7 +90,7 @@ void check_files(const Options& options) {
 }
 
 /// @throws InputError where the log cannot tell the gain of a stick: a vehicle file holds it per count.
-void check_gain_of_sticks(const Options& options, const logs::FlightLog& log) {
+void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog& log) {
   using logs::Signal;
   const Signal stick = options.axis == "roll"       ? Signal::kStickRoll
                        : options.axis == "pitch"    ? Signal::kStickPitch
@@ -124,7 +124,7 @@ std::string base_names(const std::vector<std::string>& files) {
 }
 
 /// Null: there is none. @throws InputError
-nlohmann::json read_forecast(const Options& options) {
+nlohmann::json read_forecast(const IdentifyOptions& options) {
   if (options.forecast.empty()) {
     return nullptr;
   }
@@ -149,7 +149,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
 }
 
 /// Training and validation ranges, from --split or from --train and --validate.
-void ask_for_ranges(const Options& options, const logs::FlightLog& log, const logs::FlightLog* other,
+void ask_for_ranges(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other,
                     identify::Request& request) {
   if (!options.split.empty()) {
     if (!options.train.empty() || !options.validate.empty()) {
@@ -170,7 +170,7 @@ void ask_for_ranges(const Options& options, const logs::FlightLog& log, const lo
 }
 
 /// @throws InputError
-double wind_from_first(const Options& options) {
+double wind_from_first(const IdentifyOptions& options) {
   constexpr double kBlock_s = 2.5;
   if (options.wind_from_first_s == 0.0) {
     return 0.0;
@@ -197,7 +197,7 @@ void find_gaps(const identify::Request& request, identify::IdentifyResult& resul
   }
 }
 
-void write_answer(const Options& options, const identify::IdentifyResult& result,
+void write_answer(const IdentifyOptions& options, const identify::IdentifyResult& result,
                   const nlohmann::ordered_json& comparison) {
   if (options.json.empty()) {
     return;
@@ -209,7 +209,7 @@ void write_answer(const Options& options, const identify::IdentifyResult& result
   write_json(options.json, answer);
 }
 
-void run(const Options& options) {
+void run(const IdentifyOptions& options) {
   check_files(options);
   const nlohmann::json forecast = read_forecast(options);
   const logs::FlightLog log = load_all(options);
@@ -268,7 +268,7 @@ void run(const Options& options) {
 
 void add_identify(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("identify", "find what the declared model lacks in a log, name it, add it");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<IdentifyOptions>();
   app->add_option("--log", options->logs,
                   "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may stand more than once")
       ->required()

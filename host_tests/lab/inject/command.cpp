@@ -21,7 +21,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct InjectOptions {
   std::string log, columns, axis, declare, train, effect, out, map, json;
 };
 
@@ -47,7 +47,7 @@ hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   return out;
 }
 
-void write_answer(const Options& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
+void write_answer(const InjectOptions& options, const identify::ModelResult& fitted, const hidden::Hidden& effects) {
   nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
   for (const identify::NamedValue& one : fitted.parameters) {
     parameters[one.name] = one.value;
@@ -60,7 +60,7 @@ void write_answer(const Options& options, const identify::ModelResult& fitted, c
                                {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
 }
 
-void run(const Options& options) {
+void run(const InjectOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
       .reads("--columns", options.columns)
@@ -99,7 +99,7 @@ void run(const Options& options) {
 
 void add_inject(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("inject", "add a named effect to a measured flight, keeping its residual");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InjectOptions>();
   app->add_option("--log", options->log, "flight log")->required();
   app->add_option("--columns", options->columns, "column map (TOML)")->required();
   app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")

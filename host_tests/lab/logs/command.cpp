@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct LogsOptions {
   std::string log, json, map;
 };
 
@@ -81,7 +81,7 @@ void write_text(const std::string& file, const std::string& option, const std::s
   }
 }
 
-void run(const Options& options) {
+void run(const LogsOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
       .writes("--json", options.json)
@@ -124,7 +124,7 @@ void run(const Options& options) {
 
 void add_logs(CLI::App& lab) {
   CLI::App* app = lab.add_subcommand("logs", "list what is inside a log of any format, propose a column map for it");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LogsOptions>();
   app->add_option("log,--log", options->log, "CSV, MAT-file, ULog, ArduPilot .bin, ROS 1 or ROS 2 bag")->required();
   app->add_option("--json", options->json, "the same as JSON");
   app->add_option("--propose", options->map, "column map (TOML) to write; exit code 1 where the names are not known");

@@ -21,7 +21,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct LoopOptions {
   std::string plant;
   std::string plant_from;
   std::string vehicle;
@@ -36,7 +36,7 @@ struct Options {
 };
 
 /// Before the flights: they take minutes.
-void check_files(const Options& options) {
+void check_files(const LoopOptions& options) {
   companion::FileUse()
       .reads("--plant", options.plant)
       .reads("--plant-from", options.plant_from)
@@ -48,7 +48,7 @@ void check_files(const Options& options) {
       .check();
 }
 
-void run(const Options& options) {
+void run(const LoopOptions& options) {
   check_files(options);
   loop::LoopOptions loop;
   if (options.plant.empty() && options.plant_from.empty()) {
@@ -86,7 +86,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_loop(CLI::App& lab) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LoopOptions>();
   CLI::App* command = lab.add_subcommand("loop", "fly, identify what the log shows missing, add it, fly again");
   command->add_option("--plant", options->plant, "what the simulated world is (TOML); shown to the simulator only");
   command->add_option(

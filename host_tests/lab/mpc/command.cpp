@@ -21,7 +21,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct MpcOptions {
   std::string file;
   std::string scalar = "double";
   std::string law = "preview";
@@ -111,7 +111,7 @@ void add_mpc(CLI::App& lab) {
   CLI::App* mpc = lab.add_subcommand("mpc", "the horizontal MPC on its own");
   mpc->require_subcommand(1);
   CLI::App* command = mpc->add_subcommand("solve", "solves quadratic programs: JSON lines in, JSON lines out");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MpcOptions>();
   command->add_option("FILE", options->file, "model records, then problems (JSON lines)")->required();
   command->add_option("--scalar", options->scalar, "arithmetic of the controller")
       ->check(CLI::IsMember({"double", "float"}));

@@ -10,7 +10,7 @@
 namespace m100::lab {
 namespace {
 
-void run() {
+void print_references() {
   nlohmann::ordered_json pages;
   for (const reference::Table& table : reference::tables()) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
@@ -29,7 +29,7 @@ void add_reference(CLI::App& lab) {
       "reference", "print every key and word that the programs read, with unit, range and default, as JSON");
   command->footer(
       "The pages of firmware/companion/guide are written from it: host_tests/lab/reference/pages.py --write");
-  command->callback(run);
+  command->callback(print_references);
 }
 
 }  // namespace m100::lab

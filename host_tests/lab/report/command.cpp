@@ -17,7 +17,7 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::string out;
   std::string title = "Matrice 100: identified, flown, compared";
   std::string asked;
@@ -46,7 +46,7 @@ std::string seen_from(const std::string& out, const std::string& page) {
   return way.lexically_relative(folder.lexically_normal()).generic_string();
 }
 
-void run(const Options& options) {
+void run(const ReportOptions& options) {
   companion::FileUse()
       .reads("pages", options.pages)
       .reads("--lead", options.lead)
@@ -89,7 +89,7 @@ void run(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& lab) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* command = lab.add_subcommand("report", "join the pages of identify, gains, experiments and loop into one");
   command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
   command->add_option("--out", options->out, "the page to write")->required();

@@ -15,11 +15,11 @@
 namespace m100::lab {
 namespace {
 
-struct Options {
+struct PaperOptions {
   std::string pitch_roll, height, json;
 };
 
-void run(const Options& options) {
+void run(const PaperOptions& options) {
   companion::FileUse()
       .reads("--pitch-roll", options.pitch_roll)
       .reads("--height", options.height)
@@ -54,7 +54,7 @@ void run(const Options& options) {
 void add_paper(CLI::App& lab) {
   CLI::App* app =
       lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PaperOptions>();
   app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
   app->add_option("--height", options->height, "ExperimentHeight.mat")->required();
   app->add_option("--json", options->json, "the table as JSON");
