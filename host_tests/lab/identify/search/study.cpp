@@ -89,15 +89,16 @@ class Conclusion {
   }
 
  private:
-  /// The ratio is that of the errors as they are; how likely it is by chance, that of what the log knows.
+  /// As the errors are, and of what the log knows of them: neither alone is evidence. What is left where most is taken
+  /// away as unknown is no Gaussian series.
   PartsCompared compared(const Fit& fit, std::vector<std::vector<double>> training,
                          std::vector<std::vector<double>> validation) const {
     const std::size_t start = study_.start_samples();
     const PartsCompared whole = compare_parts(training, validation, fit.free_parameters, start);
     study_.keep_what_is_known(fit, training, validation);
-    PartsCompared out = compare_parts(training, validation, fit.free_parameters, start);
-    out.ratio = whole.ratio;
-    return out;
+    PartsCompared known = compare_parts(training, validation, fit.free_parameters, start);
+    known.ratio = whole.ratio;
+    return known.probability > whole.probability ? known : whole;
   }
 
   void add_notes(const std::vector<std::string>& sentences) {
