@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of identify on logs that are made to lead it astray, and on measured flights with an effect added."""
+import json
+import pathlib
+import re
+import tempfile
+
+from measure.lab_figures import LAB, MEASURED, table
+from measure.marked import Figure
+from measure.place import Source
+
+STRANGERS = ("--strangers", "--logs", 2, "--seed", 8101)
+KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
+MAP = "host_tests/lab/columns/m100_csv.toml"
+# Medium, as the confusion matrix of simulated logs has them.
+SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim_offset": 40, "stick_curve": 1.35,
+         "backlash": 18, "gain_drift": 0.28, "cross_axis": 0.17}
+
+
+def strangers(place):
+    """Logs of strangers' vehicles: what identify answers, kind by kind, and the shares that are asked for."""
+    printed = place.run(place.program("host_tests/property/identify_adversary", ("host-release",)), *STRANGERS,
+                        may_fail=True)
+    rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of them nobody can see",
+             "healthy refused", "error"]]
+    said = []
+    for line in printed.splitlines():
+        found = KIND.match(line)
+        if found:
+            rows.append([found["kind"]] + [found[f"n{k}"] for k in range(8)])
+        elif not line.startswith(("kind ", "processor time")):
+            said.append(line.strip())
+    if len(rows) < 10:
+        raise ValueError("the campaign printed no table")
+    return {"identify.strangers": table(*rows), "identify.strangers_shares": Figure("; ".join(said))}
+
+
+def untouched(place, axis):
+    """-> what identify finds on a measured flight as it is"""
+    with tempfile.TemporaryDirectory() as folder:
+        answer = pathlib.Path(folder) / "answer.json"
+        _, log, ranges = MEASURED[axis]
+        place.run(place.program(LAB), "identify", "--log", place.measured_log(log), "--columns", MAP, "--axis", axis,
+                  "--declare", "first_order", *ranges, "--json", answer)
+        return json.loads(answer.read_text())
+
+
+def with_effect(place, axis, structure, effect, size):
+    """-> what identify says of the flight with the effect added, all else that it has declared"""
+    with tempfile.TemporaryDirectory() as folder:
+        log, columns, answer = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml", "answer.json"))
+        _, flight, ranges = MEASURED[axis]
+        declared = ("--axis", axis, "--declare", ",".join(structure))
+        place.run(place.program(LAB), "inject", "--log", place.measured_log(flight), "--columns", MAP, *declared,
+                  "--train", ranges[1], "--effect", f"{effect}={size}", "--out", log, "--map", columns)
+        place.run(place.program(LAB), "identify", "--log", log, "--columns", columns, *declared, *ranges, "--json", answer)
+        return json.loads(answer.read_text())
+
+
+def names_it(found, effect):
+    alike = [group for group in found["not_separable"] if effect in group]
+    named = [one["name"] for one in found["effects"]]
+    return effect in named or any(name in group for group in alike for name in named)
+
+
+def injected(place):
+    """Each effect that a measured flight does not have, added to it at medium size."""
+    rows = [["flight", "effect", "added", "named", "found, 95 %", "verdict"]]
+    right, inside, numbers = 0, 0, 0
+    for axis in MEASURED:
+        structure = untouched(place, axis)["final"]["structure"]
+        for effect, size in SIZES.items():
+            taken = effect in structure or (effect == "transport_delay" and "lead_zero" in structure)
+            if taken or (effect == "cross_axis" and axis == "climb"):
+                continue
+            found = with_effect(place, axis, structure, effect, size)
+            named = [one["name"] for one in found["effects"]]
+            right += names_it(found, effect)
+            interval = ""
+            for one in found["effects"]:
+                if one["name"] == effect:
+                    number = next(iter(one["parameters"].values()))
+                    numbers += 1
+                    inside += number["low"] <= size <= number["high"]
+                    interval = f"{number['value']:.3g} [{number['low']:.3g}, {number['high']:.3g}]"
+            rows.append([axis, effect.replace("_", " "), f"{size:g}", ", ".join(named).replace("_", " "), interval,
+                         found["verdict"].replace("_", " ")])
+    shares = f"{right} of {len(rows) - 1} named right, {inside} of {numbers} sizes inside their intervals"
+    return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
+
+
+SOURCES = [Source(("identify.strangers",), strangers, quick=False),
+           Source(("identify.injected",), injected, quick=False)]
