@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/pose_trust.h"
 
+#include <optional>
+
 #include "firmware/core/maths.h"
+#include "firmware/core/tilt.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::app {
 
@@ -11,21 +15,36 @@ namespace {
 /// answered.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
+/// Of the velocity that the commands make: an error of the trim of half a degree is then 0.2 m/s. Who is about to hand
+/// over hovers.
+constexpr double kAskedMemory_s = 2.0, kHoverMemory_s = 0.5, kMost_m_s = 20.0;
+
 }  // namespace
 
 template <typename T>
-est::Contradiction<T> PoseTrust<T>::contradiction() const {
-  return rates_contradict() ? est::Contradiction<T>{.check = est::Check::kRates,
-                                                    .measured = tilt_check_.apart_rad(),
-                                                    .allowed = tilt_check_.allowed_rad()}
-                            : cross_check_.report();
+bool PoseTrust<T>::is_unanswered() const {
+  const bool accuses = lied_to_ || cross_check_.doubts() || cross_check_.report().check != est::Check::kNone;
+  return (off_ & set_of(est::Check::kAnswer)) == 0 && accuses && answer_check_.is_unanswered();
 }
 
 template <typename T>
-void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, safety::Rung rung,
-                          core::Duration elapsed) {
+est::Contradiction<T> PoseTrust<T>::contradiction() const {
+  if (rates_contradict()) {
+    return {.check = est::Check::kRates, .measured = tilt_check_.apart_rad(), .allowed = tilt_check_.allowed_rad()};
+  }
+  if (is_unanswered()) {
+    return {
+        .check = est::Check::kAnswer, .measured = answer_check_.apart_rad(), .allowed = answer_check_.allowed_rad()};
+  }
+  return cross_check_.report();
+}
+
+template <typename T>
+void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate,
+                          const core::Vector<T, 2>& asked_rad, safety::Rung rung, core::Duration elapsed) {
   constexpr T kFar_m_s = T(0.5);
   tilt_check_.update(felt, core::seconds<T>(elapsed));
+  answer_check_.update(estimate, asked_rad, rung != safety::Rung::kSilent, core::seconds<T>(elapsed));
   cross_check_.update(felt, estimate, reckoning_.push_w_m_s2(), elapsed);
   const bool contradicted = contradiction().check != est::Check::kNone;
   const core::Vector<T, 2> apart =
@@ -33,14 +52,52 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& esti
   const bool settles = rung == safety::Rung::kLevel || rung == safety::Rung::kRelease;
   const bool refused = settles && estimate.refused_poses > 0 && apart.squaredNorm() > kFar_m_s * kFar_m_s;
   lied_to_ = contradicted || refused || (lied_to_ && settles);
+  const bool lay = tilt_lies_;
+  tilt_lies_ = rates_contradict() || is_unanswered() || (tilt_lies_ && settles);
   const T speed_m_s = core::sqrt(reckoning_.velocity_w_m_s().squaredNorm());
   if (!lied_to_) {
     most_m_s_ = speed_m_s + static_cast<T>(kTurnsRound_s) * cross_check_.moved_m_s2() + static_cast<T>(kGust_m_s);
   }
-  const bool runs_away = settles && speed_m_s > most_m_s_;
-  tilt_lies_ = rates_contradict() || runs_away || (tilt_lies_ && settles);
+  runs_away_ = settles && (speed_m_s > most_m_s_ || runs_away_);
   const bool trusted = !lied_to_ && !cross_check_.doubts() && estimate.refused_poses == 0;
-  reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, rung == safety::Rung::kSilent, elapsed);
+  const bool pilots = rung == safety::Rung::kSilent;
+  asked_rad_ = asked_rad + reckoning_.offset_rad();
+  reckon_asked(estimate, trusted && !answer_check_.is_unanswered(), pilots, core::seconds<T>(elapsed));
+  if (tilt_lies_ && !lay) {
+    reckoning_.believe(asked_m_s_);
+  }
+  if (tilt_lies_) {
+    reckoning_.update(as_asked(felt, estimate.yaw_rad), estimate, std::nullopt, trusted, pilots, elapsed);
+  } else {
+    reckoning_.update(felt, estimate, cross_check_.felt_h_m_s2(), trusted, pilots, elapsed);
+  }
+}
+
+/// Beside the reckoned velocity, which is made of an attitude that may have lied for a while before that is known.
+template <typename T>
+void PoseTrust<T>::reckon_asked(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s) {
+  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
+  const core::Vector<T, 2> tilted_m_s2(kGravity_m_s2 * core::tan(asked_rad_.x()),
+                                       -kGravity_m_s2 * core::tan(asked_rad_.y()));
+  asked_m_s_ += (tilted_m_s2 + reckoning_.push_w_m_s2()) * step_s;
+  asked_m_s_ = asked_m_s_.cwiseMax(T(-kMost_m_s)).cwiseMin(T(kMost_m_s));
+  if (pilots) {
+    asked_m_s_ -= asked_m_s_ * (step_s * static_cast<T>(1.0 / kHoverMemory_s));
+  } else if (trusted) {
+    const core::Vector<T, 2> seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+    asked_m_s_ += (seen_m_s - asked_m_s_) * (step_s * static_cast<T>(1.0 / kAskedMemory_s));
+  }
+}
+
+/// With the tilt that the commands make instead of the one that lies.
+template <typename T>
+est::Felt<T> PoseTrust<T>::as_asked(const est::Felt<T>& felt, T yaw_rad) const {
+  const core::Euler<T> asked = core::attitude_of(core::Tilt<T>{asked_rad_.x(), asked_rad_.y()}, yaw_rad);
+  est::Felt<T> believed = felt;
+  believed.attitude_is_new = true;
+  believed.roll_rad = asked.roll_rad;
+  believed.pitch_rad = asked.pitch_rad;
+  return believed;
 }
 
 template <typename T>
@@ -48,6 +105,10 @@ est::Estimate<T> PoseTrust<T>::motion(const est::Estimate<T>& estimate) const {
   constexpr T kNotToBeUsed_m2_s2 = T(1e6);
   est::Estimate<T> known = lied_to_ ? reckoning_.instead_of(estimate) : estimate;
   if (tilt_lies_) {
+    known.x.tilt_rad = asked_rad_.x();
+    known.y.tilt_rad = asked_rad_.y();
+  }
+  if (runs_away_) {
     known.x.velocity_variance_m2_s2 = known.y.velocity_variance_m2_s2 = kNotToBeUsed_m2_s2;
   }
   return known;
@@ -60,7 +121,7 @@ double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
   const est::AxisEstimate<T>& y = estimate.y;
   const bool learned =
       lied_to_ || (x.velocity_variance_m2_s2 < kWorthless_m2_s2 && y.velocity_variance_m2_s2 < kWorthless_m2_s2);
-  if (!estimate.predicts || tilt_lies_ || !learned) {
+  if (!estimate.predicts || runs_away_ || !learned) {
     return 0.0;
   }
   const core::Vector<T, 2> velocity_m_s =

@@ -76,6 +76,7 @@ template <typename S>
 void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   auto& a = covariance_.arithmetic();
   const auto [tilt, rate] = response_.advance(a, {.output = x_[kTilt], .rate = x_[kRate]}, input, x_[kM]);
+  asked_ = response_.advance(a, asked_, input, S{});
   angular_acceleration_ = a.narrow(a.scaled(a.widen(rate) - a.widen(x_[kRate]), -kTickExponent));
 
   const S turned = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]));

@@ -84,6 +84,8 @@ class AxisFilter {
   /// Takes position (of `age` ago) and velocity from outside and forgets how they came about; d and m stay.
   void reanchor(S position, S velocity, const Age<S>& age);
 
+  /// The tilt that the commands alone make by the model, whatever was measured; rad.
+  S asked_tilt() const { return asked_.output; }
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   /// Sigma squared of a state over 4^scale; see ScaledCovariance.
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }
@@ -110,6 +112,7 @@ class AxisFilter {
   S secant_squared_{};  ///< 1 + tangent^2
   S angular_acceleration_{};
   ResponseStep<S> response_;
+  typename ResponseStep<S>::State asked_;  ///< by command and model alone
   Coefficients c_;
   typename ScaledCovariance<S, kStates>::Matrix phi_{};
   typename ScaledCovariance<S, kStates>::Column q_{};

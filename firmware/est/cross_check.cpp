@@ -25,13 +25,14 @@ struct Row {
 /// motion: told by MotionCheck with its alarm.
 /// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass beside its slow drift, which the
 ///   mean takes away; the noise of a pose's heading is 0.002 rad.
-/// rates: told by TiltCheck with its alarm.
+/// rates, answer: told by TiltCheck and AnswerCheck with their alarms.
 constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
                                               {"force", "m/s", 0.35},
                                               {"climb", "m/s", 0.2},
                                               {"heading", "rad", 0.21},
                                               {"motion", "m", 0.0},
-                                              {"rates", "rad", 0.0}}};
+                                              {"rates", "rad", 0.0},
+                                              {"answer", "rad", 0.0}}};
 
 constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(check)]; }
 

@@ -19,7 +19,7 @@
 namespace m100::est {
 
 /// What the pose's own motion is held against, each what the autopilot tells of the same motion (CrossCheck); and the
-/// autopilot's own attitude, against its rates (TiltCheck).
+/// autopilot's own attitude, against its rates (TiltCheck) and against our commands (AnswerCheck).
 enum class Check : std::uint8_t {
   kNone,
   kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
@@ -27,8 +27,9 @@ enum class Check : std::uint8_t {
   kHeading,  ///< how the heading changed, against the autopilot's; rad
   kMotion,   ///< the path of the last seconds, against that of the specific force; m
   kRates,    ///< how the tilt changed, against the rates of the autopilot; rad
+  kAnswer,   ///< the tilt, against what our own commands ask for; rad
 };
-inline constexpr std::size_t kCheckCount = 6;
+inline constexpr std::size_t kCheckCount = 7;
 std::string_view name(Check check);
 std::string_view unit_of(Check check);
 /// By its name; nothing: there is no such check.

@@ -36,12 +36,17 @@ class DeadReckoning {
   void update(const Felt<T>& felt, const Estimate<T>& estimate, const std::optional<Vector2>& felt_h_m_s2, bool trusted,
               bool pilots, core::Duration elapsed);
 
+  /// Another witness knows the velocity better.
+  void believe(const Vector2& velocity_w_m_s) { velocity_w_m_s_ = velocity_w_m_s; }
+
   /// The estimate with its horizontal velocity, disturbance and input offset replaced by those that are known beside
   /// the poses. The position stays what it was: nothing but the poses tells it.
   Estimate<T> instead_of(const Estimate<T>& estimate) const;
 
   const Vector2& velocity_w_m_s() const { return velocity_w_m_s_; }
   const Vector2& push_w_m_s2() const { return push_w_m_s2_; }
+  /// Of the input, mean; about both axes of the yaw-free frame.
+  const Vector2& offset_rad() const { return offset_rad_; }
 
  private:
   T seen_s_{0};  ///< how long the push has been averaged; at most its memory

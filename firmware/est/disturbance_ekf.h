@@ -73,6 +73,11 @@ class DisturbanceEkf {
   Estimate<Real> update(const Measurement<Real>& measured, const ctl::Command<Real>& in_force, core::Duration elapsed);
 
   EkfCounters counters() const;
+  /// The tilt about both axes of the yaw-free frame that the commands alone make by the model; rad.
+  core::Vector<Real, 2> asked_tilt_rad() const {
+    return {core::Arithmetic<S>::template real<Real>(x_.asked_tilt()),
+            core::Arithmetic<S>::template real<Real>(y_.asked_tilt())};
+  }
 
  private:
   /// Commands of the past in the filter's frame; [0] is the newest.

@@ -209,7 +209,7 @@ void add_fly(CLI::App& m100) {
       ->check(CLI::IsMember({"mpc", "lqr"}));
   app->add_option("--override", options->checks_off,
                   "switch off one check of the pose against the autopilot's telemetry, by its name; may be repeated")
-      ->check(CLI::IsMember({"force", "climb", "heading", "motion", "rates"}));
+      ->check(CLI::IsMember({"force", "climb", "heading", "motion", "rates", "answer"}));
   CLI::Option* const course =
       app->add_option("--course", options->course, "course file; default: hover where the aircraft is");
   app->add_option("--excite", options->excite,

@@ -26,10 +26,12 @@ void add_age(TextLine& line, std::string_view what, core::Duration age, core::Du
 
 void add_refusal(TextLine& line, const safety::Observation& seen) {
   const auto check = static_cast<est::Check>(seen.contradicted_by);
-  line.add(check == est::Check::kRates ? "attitude refused: " : "pose refused: ");
+  const bool of_attitude = check == est::Check::kRates || check == est::Check::kAnswer;
+  line.add(of_attitude ? "attitude refused: " : "pose refused: ");
   if (check != est::Check::kNone) {
-    line.add(check == est::Check::kRates ? "the autopilot's rates contradict it, check "
-                                         : "the autopilot contradicts it, check ")
+    line.add(check == est::Check::kAnswer  ? "it does not answer to our commands, check "
+             : check == est::Check::kRates ? "the autopilot's rates contradict it, check "
+                                           : "the autopilot contradicts it, check ")
         .add(est::name(check))
         .add(": ");
     line.add(seen.contradicted_with, 2).add(" ").add(est::unit_of(check)).add(" apart, allowed ");

@@ -148,6 +148,23 @@ void inverts_roll_and_rate(Telemetry& telemetry, Packages& memory, double size) 
   inverts_roll(telemetry, memory, size);
   inverts_rates(telemetry, memory, size);
 }
+/// Of a sensor that is mounted turned about the body's z axis, while the heading is told rightly.
+void turns_tilt_and_rates(Telemetry& telemetry, Packages&, double size) {
+  const double c = std::cos(size * kDegree), s = std::sin(size * kDegree);
+  tilts(telemetry, [c, s](double& roll, double& pitch) {
+    const double was_roll = roll;
+    roll = c * was_roll - s * pitch;
+    pitch = s * was_roll + c * pitch;
+  });
+  std::array<float, 3>& rate = telemetry.angular_velocity_frd_rad_s;
+  const double p = static_cast<double>(rate[0]), q = static_cast<double>(rate[1]);
+  rate[0] = static_cast<float>(c * p + s * q);  // FRD: the pitch rate has the other sign
+  rate[1] = static_cast<float>(c * q - s * p);
+}
+void multiplies_tilt_and_rates(Telemetry& telemetry, Packages& memory, double size) {
+  multiplies_tilt(telemetry, memory, size);
+  multiplies_rates(telemetry, memory, size);
+}
 void offsets_tilt(Telemetry& telemetry, Packages&, double size) {
   tilts(telemetry, [size](double& roll, double&) { roll += size * kDegree; });
 }
@@ -201,6 +218,9 @@ constexpr std::array kLies{
     Lie{"tilt_rates_swapped", "roll and pitch exchanged, their rates too", 0.0, "", nullptr, swaps_tilt_and_rates},
     Lie{"roll_inverted", "roll with the wrong sign, rates right", 0.0, "", nullptr, inverts_roll},
     Lie{"roll_rate_inverted", "roll and its rate with the wrong sign", 0.0, "", nullptr, inverts_roll_and_rate},
+    Lie{"tilt_rates_turned", "tilt and its rates turned about the vertical", 90.0, "deg", nullptr,
+        turns_tilt_and_rates},
+    Lie{"tilt_rates_times", "tilt and its rates too large", 3.0, "times", nullptr, multiplies_tilt_and_rates},
     Lie{"tilt_offset", "roll is wrong by", 5.0, "deg", nullptr, offsets_tilt},
     Lie{"rates_stuck", "rates stand still, with noise", 0.0, "", nullptr, sticks_rates},
     Lie{"rates_times", "rates in another unit", 57.2958, "times", nullptr, multiplies_rates},
