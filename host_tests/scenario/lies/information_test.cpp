@@ -72,5 +72,29 @@ TEST(CalmHover, TellsTooLittleOfAFrameThatIsTurnedByTwentyDegrees) {
   EXPECT_GT(kNats / turned, 3.0) << "then the promise of 3 s can be held, and must be";
 }
 
+/// What the attitude may be wrong by for seconds, as an acceleration, and for how many: measured logs
+/// (est::MotionCheck).
+constexpr double kAttitude_m_s2 = 0.02, kAttitudeLasts_s = 2.0;
+constexpr double kRotors_m_s2 = 0.1;
+
+/// The speed to which a drift of the pose may grow within so long, at a constant rate, before who knows it in advance,
+/// and its beginning, and the force's offset, has learned enough: energy of the false acceleration over the noise's
+/// density, E / 2 S = nats (matched filter).
+double unseen_drift_m_s(double grows_for_s) {
+  const double density =
+      2.0 * kAttitudeLasts_s * kAttitude_m_s2 * kAttitude_m_s2 + kTick_s * kRotors_m_s2 * kRotors_m_s2;
+  return std::sqrt(2.0 * kNats * density * grows_for_s);
+}
+
+TEST(CalmHover, TellsTooLittleOfADriftThatFadesIn) {
+  RecordProperty("promise", "R14");
+  char text[96];
+  static_cast<void>(std::snprintf(text, sizeof text, "%.2f m/s | %.2f m/s | %.2f m/s", unseen_drift_m_s(1.0),
+                                  unseen_drift_m_s(4.0), unseen_drift_m_s(10.0)));
+  RecordProperty("figure.information.drift", text);
+  std::printf("drift | %s\n", text);
+  EXPECT_GT(unseen_drift_m_s(4.0), 0.3) << "then the promise of 2 m for 0.3 m/s can be held, and must be";
+}
+
 }  // namespace
 }  // namespace m100::scenario
