@@ -87,7 +87,7 @@ void PoseSource::capture(core::TimePoint at, const VehicleState& truth, double y
   sample.yaw_rad += numbers_.noise_rad * random_.normal();
   const bool drops = random_.uniform() < numbers_.dropout_per_s / numbers_.rate_hz;
   const double jitter = random_.uniform();
-  if (drops) {
+  if (drops && at >= back_) {  // what is hidden already is not hidden for longer
     back_ = at + duration_of(numbers_.dropout_s);
   }
   if (numbers_.reported_age == ReportedAge::kConstant) {

@@ -169,6 +169,9 @@ TEST(PoseSource, DropsOutAsOftenAndAsLongAsStated) {
   const auto poses = record({.dropout_per_s = 1.0, .dropout_s = 0.1}, 100.0, 5);
   // A dropout begins only while poses come or go: expected share lost 0.1 / 1.1, three sigmas of 100 dropouts.
   EXPECT_NEAR(static_cast<double>(poses.size()), 10000.0 * (1.0 - 0.1 / 1.1), 300.0);
+  // Catches dropouts that lengthen each other: of half a second became one of up to a second.
+  const auto often = record({.dropout_per_s = 5.0, .dropout_s = 0.1}, 100.0, 5);
+  EXPECT_NEAR(static_cast<double>(often.size()), 10000.0 * (1.0 - 0.5 / 1.5), 365.0);
 }
 
 }  // namespace
