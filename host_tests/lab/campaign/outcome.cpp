@@ -69,7 +69,10 @@ void judge(const FlightResult& flight, const companion::FlightFile& file, Outcom
   double silent_since_s = -1.0;
   for (const TracePoint& point : flight.trace) {
     const auto rung = static_cast<Rung>(point.rung);
-    silent_since_s = rung == Rung::kSilent && silent_since_s < 0.0 ? point.t_s : silent_since_s;
+    if (rung == Rung::kSilent && silent_since_s < 0.0) {
+      silent_since_s = point.t_s;
+      out.handed_over_m_s = std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]);
+    }
     if (silent_since_s >= 0.0 && point.t_s > silent_since_s + kAftermath_s) {
       break;
     }

@@ -18,6 +18,7 @@ struct Outcome {
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
   double swing_noticed_s = -1.0;  ///< as FlightResult
+  double handed_over_m_s = -1.0;  ///< horizontal speed when the sticks became the pilot's; negative: they did not
   double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
   double tilt_rms_deg = 0.0;

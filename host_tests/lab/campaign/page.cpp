@@ -134,8 +134,8 @@ void write_page(const std::string& folder, const Json& report) {
   const auto tilt_words = [&](const Json& task) { return number_of(task.at("tilt_rms_deg")); };
   page.figure(
       svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
-      "Of the thrust axis. A hover in calm air that tilts far is a limit cycle, whatever the ladder thinks of it; in "
-      "wind the tilt holds the place.");
+      "Of the thrust axis, leaning against the wind included. Which flights swing by themselves the table says, each "
+      "beside the same task in a kind world of the same air.");
   if (failures > 0) {
     page.heading("Flights that did not stay");
     std::vector<std::vector<std::string>> rows{{"world", "task", "seed", "at [s]", "why", "command that repeats it"}};

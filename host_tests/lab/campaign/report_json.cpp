@@ -50,6 +50,7 @@ Json json_of(const Campaign& campaign, const Flown& flown) {
           {"fence_breach", out.breached},
           {"oscillating", out.oscillated},
           {"swing_noticed_s", out.swing_noticed_s},
+          {"handed_over_m_s", out.handed_over_m_s},
           {"worst_tilt_deg", out.worst_tilt_deg},
           {"pose_rms_m", out.pose_rms_m},
           {"tilt_rms_deg", out.tilt_rms_deg},
