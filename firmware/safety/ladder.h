@@ -13,7 +13,8 @@ namespace m100::safety {
 
 /// The failsafe ladder, from the top down. What each state lets through:
 ///   kNominal  the law's command
-///   kCoast    the law's command, computed from the model's prediction, for a stated time
+///   kCoast    the law's command, computed from the model's prediction, for a stated time; where the predicted error
+///             reaches the fence, that of kLevel
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
 ///   holds
 ///             the height. So it stands, too, while the autopilot takes off or lands by a task of its own
@@ -31,7 +32,7 @@ enum class LadderSign : std::uint32_t {
   kEstimateLost = 1U << 4U,      ///< gate shut for 0.3 s, or covariance beyond its limit
   kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
   kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
-  kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms
+  kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms, and the place was not known again meanwhile
   kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
@@ -42,7 +43,7 @@ enum class LadderSign : std::uint32_t {
   kClimbLeftModel = 1U << 14U,
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimWatch
   // Acted upon again.
-  kReserveSpent = 1U << 16U,  ///< while coasting: the predicted error of the position reaches the fence
+  kReserveSpent = 1U << 16U,  ///< 500 ms in kCoast, and the predicted error of the position reached the fence
   kOutside = 1U << 17U,       ///< the aircraft is beyond a side of its fence
   kPlaceLost = 1U << 18U,     ///< for 3 s the wind has been stronger than the aircraft
   kTaskFlies = 1U << 19U,     ///< the autopilot takes off or lands by a task of its own, by the operator's order

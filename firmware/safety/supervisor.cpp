@@ -8,6 +8,9 @@ namespace {
 
 /// A law that keeps the same limit in float must not be cut for its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
+/// A gap of the poses that is flown through whatever the reserve is: COAST begins where a pose is older than it may be,
+/// so that after this time in it the gap is longer than this.
+constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
 
 /// Finite and not absurd; NaN fails every comparison.
 template <typename T>
@@ -40,6 +43,27 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
 }
 
+/// Two gaps in a row are two coasts: where poses were used between them and the observer claims no larger an error than
+/// when the first one began, nothing of it is left. A refused pose is no such pose.
+template <typename T>
+void Supervisor<T>::note_known(const Observation& seen, bool fresh) {
+  if (fresh && seen.refused_poses == 0 && seen.error_m <= last_step_.seen.error_m) {
+    known_ = seen.now;
+  }
+}
+
+/// From where the reserve is spent the aircraft brakes as in kLevel, and what follows counts as kLevel; but poses that
+/// come back after a gap of the usual length find it still flying.
+template <typename T>
+void Supervisor<T>::note_reserve(const Observation& seen) {
+  if (rung_ != Rung::kCoast || known_ == seen.now) {
+    spent_ = false;
+  } else if (!spent_ && seen.error_m > seen.reserve_m) {
+    spent_ = true;
+    spent_since_ = seen.now;
+  }
+}
+
 template <typename T>
 LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation& seen) {
   LadderSign set = LadderSign::kNone;
@@ -47,6 +71,8 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   const bool fresh =
       seen.pose_age <= fresh_limit(limits_, seen.pose_latency) && seen.telemetry_age <= limits_.telemetry_stale;
   count_good_poses(seen, fresh);
+  note_known(seen, fresh);
+  note_reserve(seen);
   entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins behind the task
   const core::Duration inside = seen.now - entered_;
   const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // poses that are refused show no speed
@@ -59,8 +85,8 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   add(!seen.estimate_healthy || seen.refused_for >= limits_.gate_shut, LadderSign::kEstimateLost);
   add(fresh, LadderSign::kFresh);
   add(good_poses_ >= limits_.good_poses_to_recover, LadderSign::kRecovered);
-  add(rung_ == Rung::kCoast && inside >= limits_.coast, LadderSign::kCoastOver);
-  add(rung_ == Rung::kCoast && seen.error_m > seen.reserve_m, LadderSign::kReserveSpent);
+  add(rung_ == Rung::kCoast && seen.now - known_ >= limits_.coast, LadderSign::kCoastOver);
+  add(rung_ == Rung::kCoast && spent_ && seen.now - known_ >= kFlownThrough, LadderSign::kReserveSpent);
   add(seen.outside_m > 0.0, LadderSign::kOutside);
   add(seen.place_lost_for >= limits_.place_lost, LadderSign::kPlaceLost);
   add(rung_ == Rung::kLevel && inside >= limits_.level && may_hand_over, LadderSign::kLevelOver);
@@ -93,8 +119,9 @@ void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
   last_step_ = {.from = rung_, .to = row.to, .cause = cause_of(row, seen), .seen = seen};
   const bool is_descent = rung_ == Rung::kNominal || (rung_ == Rung::kCoast && last_step_.cause != Cause::kCoastOver);
   descent_ = is_descent && row.to != Rung::kNominal ? last_step_ : descent_;
+  entered_ = rung_ == Rung::kCoast && row.to == Rung::kLevel && spent_ ? spent_since_ : seen.now;
+  known_ = seen.now;
   rung_ = row.to;
-  entered_ = seen.now;
   stats_.steps += 1U;
   stats_.coasts += rung_ == Rung::kCoast ? 1U : 0U;
   stats_.levels += rung_ == Rung::kLevel ? 1U : 0U;
@@ -154,9 +181,8 @@ Passes Supervisor<T>::climb(const ctl::Command<T>& wanted, const Observation& se
   // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose is held until the
   // sticks are the pilot's.
   const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
-  const Passes passes = passes_law(rung_)                   ? Passes::kWanted
-                        : (rung_ == Rung::kLevel || stands) ? Passes::kSettled
-                                                            : Passes::kNeither;
+  const bool brakes = rung_ == Rung::kLevel || (rung_ == Rung::kCoast && spent_);
+  const Passes passes = brakes || stands ? Passes::kSettled : passes_law(rung_) ? Passes::kWanted : Passes::kNeither;
   return unsound ? Passes::kNeither : passes;
 }
 

@@ -74,6 +74,8 @@ class Supervisor {
   bool is_sound(const ctl::Command<T>& command) const;
   LadderSign weigh(const ctl::Command<T>& wanted, const Observation& seen);
   void count_good_poses(const Observation& seen, bool fresh);
+  void note_reserve(const Observation& seen);
+  void note_known(const Observation& seen, bool fresh);
   void enter(const LadderRow& row, const Observation& seen);
   Cause cause_of(const LadderRow& row, const Observation& seen) const;
   ctl::Command<T> leaning(const ctl::Command<T>& wanted);
@@ -84,6 +86,9 @@ class Supervisor {
   Envelope envelope_;
   Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
+  bool spent_ = false;  ///< kCoast: the reserve to the fence, and the place was not known again since
+  core::TimePoint spent_since_{};
+  core::TimePoint known_{};  ///< kCoast: when the place was last known as well as when it began
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
   LadderSign signs_ = LadderSign::kNone;

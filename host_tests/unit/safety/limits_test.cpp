@@ -137,15 +137,55 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   }
 }
 
-TEST(FlightLimit, CoastEndsWhereItsErrorExceedsTheReserve) {
+// A step that was flown through half a second without a pose ended with the pilot, though poses came back. Braking
+// begins where the error exceeds the reserve, as in kLevel, and is counted as kLevel.
+TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAfterItBegan) {
+  constexpr ctl::Command<double> kWanted{.roll_rad = 0.1}, kSettled{.roll_rad = -0.1};
   Flight flight;
   Observation old = good({});
   old.pose_age = milliseconds(61);
   old.error_m = old.reserve_m = 2.0;
-  ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
-  EXPECT_EQ(flight.tick(old).rung, Rung::kCoast);
+  ASSERT_EQ(flight.tick(old, kWanted, kSettled).rung, Rung::kCoast);
+  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, 0.1);
   old.error_m = 2.0001;
-  EXPECT_EQ(flight.tick(old).rung, Rung::kLevel);
+  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
+  old.reserve_m = 3.0;  // slow: the way to stop is short again, and the law would set out anew without a pose
+  EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
+  Flight seeing = flight;
+  EXPECT_EQ(flight.later(milliseconds(470) - kLeast, old), Rung::kCoast);
+  EXPECT_EQ(flight.later(kLeast, old), Rung::kLevel);
+  EXPECT_EQ(flight.later(milliseconds(520) - kLeast, old), Rung::kLevel);
+  EXPECT_EQ(flight.later(kLeast, old), Rung::kRelease) << "a second after the braking began";
+  EXPECT_EQ(seeing.tick(good({}), kWanted, kSettled).command.roll_rad, 0.1) << "the place is known again";
+}
+
+// Poses between two gaps renew the time of COAST only where they leave nothing of the first one: they are used, and the
+// error that is claimed is no larger than when it began.
+TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
+  struct Case {
+    double error_m;
+    std::uint32_t refused;
+    bool renews;
+  };
+  for (const Case& one : {Case{0.05, 0, true}, Case{0.0501, 0, false}, Case{0.05, 1, false}}) {
+    Flight flight;
+    Observation old = good({});
+    old.pose_age = milliseconds(61);
+    old.error_m = 0.05;
+    ASSERT_EQ(flight.tick(old).rung, Rung::kCoast);
+    old.error_m = 0.3;
+    ASSERT_EQ(flight.later(milliseconds(500), old), Rung::kCoast);
+    Observation seen = good({});
+    seen.error_m = one.error_m;
+    seen.refused_poses = one.refused;
+    ASSERT_EQ(flight.later(milliseconds(10), seen), Rung::kCoast);
+    Flight longer = flight;
+    EXPECT_EQ(flight.later(milliseconds(190), old), one.renews ? Rung::kCoast : Rung::kLevel) << one.error_m;
+    if (one.renews) {
+      EXPECT_EQ(longer.later(milliseconds(700) - kLeast, old), Rung::kCoast);
+      EXPECT_EQ(longer.later(kLeast, old), Rung::kLevel);
+    }
+  }
 }
 
 // Twice the envelope is a command that no law of ours makes.
