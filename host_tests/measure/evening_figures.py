@@ -21,14 +21,18 @@ ROWS = (("distance from the course [cm]", "pose_m.course", "pose_m.corrected", 1
 
 
 def shown(value):
-    return f"{value:.2f}" if value < 10.0 else f"{value:.0f}"
+    return f"{value:.2f}" if value < 10.0 else f"{value:.1f}"
+
+
+def titled(name, numbers):
+    return f"{name}, swings before" if numbers.get("calm_law.course") else name
 
 
 def errors(evenings):
     """-> rows of the table, from the folder that holds one folder for each evening, in the order of their names."""
     flown = {file.parent.parent.name: json.loads(file.read_text())["numbers"]
              for file in sorted(pathlib.Path(evenings).glob("*/*/evening.json"))}
-    return [["root mean square, before -> after", *flown]] + [
+    return [["root mean square, before -> after", *(titled(*one) for one in flown.items())]] + [
         [words, *(f"{shown(times * numbers[before])} -> {shown(times * numbers[after])}" for numbers in flown.values())]
         for words, before, after, times in ROWS]
 
