@@ -21,7 +21,7 @@ outside() {
   work=$(mktemp -d)
   group=$unified$(sed -n 's/^0:://p' /proc/self/cgroup)/m100-service-manager.$$
   mkdir "$group" 2>/dev/null || cannot "a cgroup of its own is refused"
-  trap 'rmdir "$group"; rm -rf "$work"' EXIT
+  trap 'rmdir "$group" || true; rm -rf "$work"' EXIT
   # In the new group before the namespace of groups begins: the group is the root of what is seen inside.
   bash -c 'echo $$ >"$0/cgroup.procs" && exec unshare --mount --pid --fork --kill-child --uts --ipc --net --cgroup "$@"' \
     "$group" "$0" --inside "$work" "$1" "$2" &
