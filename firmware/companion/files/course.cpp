@@ -15,8 +15,7 @@ namespace {
 constexpr double kDegree_rad = std::numbers::pi / 180.0;
 constexpr double kSamePlace_m = 1e-3;
 constexpr std::string_view kTable = "t_s";
-
-core::Duration seconds_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
+constexpr core::Duration kHour = std::chrono::hours(1);
 
 /// Lays one line after the other.
 template <typename T>
@@ -72,7 +71,9 @@ class Layer {
     const auto* const entry =
         std::find_if(kPieces.begin(), kPieces.end(), [&](const Entry& row) { return row.word == spot.word; });
     if (entry == kPieces.end()) {
-      spot.fail("no such piece");
+      const bool table = spot.word.find_first_of(",;\"") != std::string::npos;
+      spot.fail(table ? "no such piece; a table begins with t_s,x_m,y_m,z_m, without quotation marks"
+                      : "no such piece");
     }
     const core::Duration begin = course_.duration();
     const core::Status status = (this->*entry->lay)(words, spot);
@@ -84,15 +85,15 @@ class Layer {
 
   core::Status step(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
-    return course_.append_step(place(n), seconds_of(n[4]));
+    return course_.append_step(place(n), seconds_of(n[4], spot));
   }
   core::Status quintic(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
-    return course_.append_quintic(place(n), seconds_of(n[4]));
+    return course_.append_quintic(place(n), seconds_of(n[4], spot));
   }
   core::Status square(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 3, spot);
-    return course_.append_square(static_cast<T>(n[0]), seconds_of(n[1]), seconds_of(n[2]));
+    return course_.append_square(static_cast<T>(n[0]), seconds_of(n[1], spot), seconds_of(n[2], spot));
   }
   core::Status circle(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 3, spot);
@@ -135,7 +136,7 @@ class Layer {
       scale *= duration_s;
       ++count;
     }
-    return course_.append_polynomial(axes, seconds_of(duration_s));
+    return course_.append_polynomial(axes, seconds_of(duration_s, spot));
   }
 
   void set_limits(const Words& words, const Spot& spot) {
@@ -205,7 +206,12 @@ class Layer {
       }
       return;
     }
-    timed_.push_back({.place = there, .at = seconds_of(at_s)});
+    const core::Duration at = seconds_of(at_s, spot);
+    const core::Duration before = timed_.empty() ? core::Duration{0} : timed_.back().at;
+    if (at - before < ref::kShortestWay || at - before > kHour) {
+      spot.fail(reason(core::Status::kInvalidArgument));
+    }
+    timed_.push_back({.place = there, .at = at});
     spots_.push_back(spot);
   }
 
@@ -273,6 +279,8 @@ class Layer {
 template <typename T>
 std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
                                     const std::string& name) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write it
+  text.remove_prefix(text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
   Layer<T> layer(start, course, name);
   std::istringstream lines{std::string(text)};
   std::string line;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "firmware/companion/files/course.h"
+#include "firmware/companion/files/printable.h"
 
 // What reading one line of a course takes; course.cpp alone includes it.
 namespace m100::companion {
@@ -18,7 +19,7 @@ struct Spot {
   int line;
   std::string word;
   [[noreturn]] void fail(const std::string& what) const {
-    throw CourseError(name + ":" + std::to_string(line) + ": '" + word + "': " + what);
+    throw CourseError(name + ":" + std::to_string(line) + ": '" + printable(word, 60) + "': " + printable(what, 400));
   }
 };
 
@@ -57,6 +58,15 @@ inline double number(const std::string& text, const Spot& spot) {
     spot.fail("'" + text + "' is not a number");
   }
   return value;
+}
+
+/// A time; a day in each of 1024 pieces stays far below what a duration can count.
+inline core::Duration seconds_of(double seconds, const Spot& spot) {
+  constexpr double kDay_s = 86400.0;
+  if (!(std::abs(seconds) <= kDay_s)) {
+    spot.fail("a time of more than a day");
+  }
+  return core::Duration(std::llround(seconds * 1e6));
 }
 
 inline std::vector<double> numbers(const std::vector<std::string>& words, std::size_t needed, const Spot& spot) {

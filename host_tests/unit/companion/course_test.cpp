@@ -56,6 +56,13 @@ TEST(Course, ATableOfTimeAndPlaceIsACourse) {
   EXPECT_NEAR(at[3][0], 0.3 + 1.5707963267948966, 1e-9);
 }
 
+// A spreadsheet's mark and line ends; a message is a C string, and a zero in it cut it off.
+TEST(Course, BytesThatAreNoTextAreSkippedOrSaid) {
+  EXPECT_EQ(lay("\xEF\xBB\xBFt_s,x_m,y_m,z_m\r\n0,0,0,0\r\n2,1,0,0\r\n").said, "");
+  EXPECT_EQ(lay(std::string("\0\1\2\n", 4)).said, "c:1: '\\x00\\x01\\x02': no such piece");
+  EXPECT_LT(lay(std::string(100000, 'x')).said.size(), 200U);
+}
+
 TEST(Course, APolynomialIsInSecondsAndAnAxisThatItDoesNotNameStays) {
   // 10 s^3 - 15 s^4 + 6 s^5 over 2 s, twice as far.
   const Laid laid = lay("polynomial 2 x 0 0 0 2.5 -1.875 0.375\n");
@@ -84,7 +91,15 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"UnknownColumn", "t_s,x_m,y_m,z_m,q\n", "c:1: 't_s': 'q' is no column", ""},
         Refused{"MissingColumn", "t_s,x_m,y_m\n", "c:1: 't_s': the column z_m is missing", ""},
         Refused{"ShortRow", "t_s,x_m,y_m,z_m\n1,0,0,0\n2,0,0\n", "c:3: 't_s': the row has 3 values", ""},
-        Refused{"TimesGoBack", "t_s,x_m,y_m,z_m\n2,0,0,0\n1,0,0,0\n", "c:2: 't_s': times must rise", ""},
+        Refused{"TimesGoBack", "t_s,x_m,y_m,z_m\n2,0,0,0\n1,0,0,0\n", "c:3: 't_s': times must rise", ""},
+        Refused{"TimeStands", "t_s,x_m,y_m,z_m\n0,0,0,0\n1,0,0,0\n2,0,0,0\n2,1,0,0\n", "c:5: 't_s': times must", ""},
+        Refused{"ValueMissing", "t_s,x_m,y_m,z_m\n1,0,,0\n", "c:2: 't_s': '' is not a number", ""},
+        Refused{"NaNInATable", "t_s,x_m,y_m,z_m\n1,0,0,0\n2,nan,0,0\n", "c:3: 't_s': 'nan' is not a number", ""},
+        Refused{"TableOfASpreadsheet", "t_s;x_m;y_m;z_m\n", "c:1: 't_s;x_m;y_m;z_m': no such", "a table begins with"},
+        Refused{"TableInQuotes", "\"t_s\",\"x_m\",\"y_m\",\"z_m\"\n", "c:1: ", "a table begins with"},
+        // Ten of these overflowed the sum of durations.
+        Refused{"LongerThanADay", "step 0 0 0 0 9e12\n", "c:1: 'step': a time of more than a day", ""},
+        Refused{"TimeBeyondNumbers", "t_s,x_m,y_m,z_m\n2,0,0,0\n1e300,0,0,0\n", "c:3: 't_s': a time of more", ""},
         Refused{"TableBeginsElsewhere", "t_s,x_m,y_m,z_m\n0,5,0,0\n", "c:2: 't_s': the first place is not", ""},
         // v^2 / r = 8 m/s^2 is 39.2 degrees; as a share of g it would be 46.7.
         Refused{"BendTooSharp", "step 0 0 0 0 1\ncircle 2 4 3\n", "c:2: 'circle': the tilt is 25.",
