@@ -74,6 +74,7 @@ void check_files(const ExperimentsOptions& options) {
              options.rates    ? "rates.html"
              : options.motion ? "motion.html"
                               : "experiments.html")
+      .fills("--report", options.motion ? options.report : "", "motion.svg")
       .check();
 }
 

@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
 
@@ -82,11 +84,13 @@ nlohmann::json motion_to_json(const std::vector<MotionPoint>& points) {
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about) {
   plot::Page page("What calm commands cost in tracking error, simulated");
   page.paragraph(about);
-  page.raw(plot::svg(plot::Figure{.title = "One point for each input weight",
-                                  .x_label = "motion of both tilt commands together [deg/s]",
-                                  .y_label = "pose error [mm rms]",
-                                  .lines = {line_of(points, &MotionPoint::hover, "hover", plot::kBlue),
-                                            line_of(points, &MotionPoint::square, "square of 1 m", plot::kOrange)}}));
+  const std::string curve =
+      plot::svg(plot::Figure{.title = "One point for each input weight",
+                             .x_label = "motion of both tilt commands together [deg/s]",
+                             .y_label = "pose error [mm rms]",
+                             .lines = {line_of(points, &MotionPoint::hover, "hover", plot::kBlue),
+                                       line_of(points, &MotionPoint::square, "square of 1 m", plot::kOrange)}});
+  page.raw(curve);
   std::vector<std::vector<std::string>> rows{
       {"input weight", "hover [deg/s]", "hover [m]", "square [deg/s]", "square [m]"}};
   for (const MotionPoint& point : points) {
@@ -96,6 +100,12 @@ void write_motion_report(const std::string& folder, const std::vector<MotionPoin
   }
   page.table(rows);
   page.write(folder + "/motion.html");
+  const std::string drawing = folder + "/motion.svg";
+  std::ofstream out(drawing);
+  out << curve;
+  if (!out.flush()) {
+    throw InputError(drawing, 0, "", "cannot be written");
+  }
 }
 
 }  // namespace m100::lab::experiments

@@ -25,7 +25,7 @@ std::vector<MotionPoint> fly_motion(const SuiteOptions& options);
 void print_motion(std::ostream& out, const std::vector<MotionPoint>& points);
 /// [{"input_weight": 0, "hover": {"pose_m": 0, "command_deg_s": 0}, "square": {...}}]; null: it was not flown.
 nlohmann::json motion_to_json(const std::vector<MotionPoint>& points);
-/// A self-contained page with the curve, motion.html. Errors: InputError.
+/// A self-contained page with the curve, motion.html, and the curve alone, motion.svg. Errors: InputError.
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about);
 
 }  // namespace m100::lab::experiments
