@@ -14,6 +14,7 @@ enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 // CLI::RuntimeError(kAnswerIsNo) when the answer is no.
 void add_campaign(CLI::App& lab);
 void add_convert(CLI::App& lab);
+void add_course(CLI::App& lab);
 void add_experiments(CLI::App& lab);
 void add_loop(CLI::App& lab);
 void add_excite(CLI::App& lab);

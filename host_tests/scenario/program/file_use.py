@@ -44,6 +44,7 @@ TABLE = {
     "m100-lab campaign --merge": dict(inputs=["--merge"], needed=["--merge"], outputs=["--json"], folders=["--report"]),
     "m100-lab convert": dict(inputs=["--log", "--columns"], needed=["--log"], outputs=["--out", "--map", "--json"],
                              other=["log"]),
+    "m100-lab course": dict(inputs=["courses", "--flight"], needed=["courses"], outputs=["--json"], folders=["--out"]),
     "m100-lab excite": dict(inputs=["--vehicle"], outputs=["--out", "--json"], other=["--axis", "--kind"]),
     "m100-lab experiments": dict(words="--only hover", inputs=["--plant", "--plant-from", "--vehicle"],
                                  outputs=["--json"], folders=["--report"],
