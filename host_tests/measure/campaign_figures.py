@@ -6,6 +6,7 @@ import pathlib
 import tempfile
 
 from measure.lab_figures import LAB, table
+from measure.marked import Figure
 from measure.place import Source
 
 WORLDS = "host_tests/lab/campaign/worlds"
@@ -47,8 +48,11 @@ def changed_aircraft(place):
     # An answer of "one swings" is a figure too.
     printed = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), may_fail=True)
     inside = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--inside", "1000", may_fail=True)
-    return {name: table(*[[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
-            for name, lines in (("changes.map", printed), ("changes.inside", inside))}
+    everything = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--drawn", "0:500")
+    _, flights, left, swing, noticed, _ = (cell.strip() for cell in everything.splitlines()[-1].split("|"))
+    return {"changes.drawn": Figure(f"{swing} of {flights} flights swing, {noticed} of them noticed in flight; {left} did not stay"),
+            **{name: table(*[[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
+               for name, lines in (("changes.map", printed), ("changes.inside", inside))}}
 
 
 SOURCES = [Source(("campaign.",), campaigns, quick=False), Source(("changes.",), changed_aircraft, quick=False)]
