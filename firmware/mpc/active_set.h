@@ -93,10 +93,10 @@ class ActiveSet {
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
       const Pack<T> side = load(tableau_.side.data() + b * kLanes);
       Pack<T> value = load(column_ + b * kLanes);
-      value = value < low ? low : value;
-      value = value > high ? high : value;
-      value = side > zero ? high : value;
-      value = side < zero ? low : value;
+      value = choose<T>(is_below<T>(value, low), low, value);
+      value = choose<T>(is_below<T>(high, value), high, value);
+      value = choose<T>(is_below<T>(zero, side), high, value);
+      value = choose<T>(is_below<T>(side, zero), low, value);
       store<T>(inputs + b * kLanes, value);
     }
   }
@@ -118,10 +118,10 @@ class ActiveSet {
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
       const Pack<T> side = load(tableau_.side.data() + b * kLanes);
       const Pack<T> optimum = load(unconstrained_ + b * kLanes);
-      const Mask<T> is_free = side == zero;
-      const Pack<T> away = (side > zero ? high : low) - optimum;
-      store<T>(column_ + b * kLanes, is_free ? optimum + zero : zero);
-      store<T>(pivot_ + b * kLanes, is_free ? zero : away);
+      const Mask<T> is_free = is_equal<T>(side, zero);
+      const Pack<T> away = choose<T>(is_below<T>(zero, side), high, low) - optimum;
+      store<T>(column_ + b * kLanes, choose<T>(is_free, optimum + zero, zero));
+      store<T>(pivot_ + b * kLanes, choose<T>(is_free, zero, away));
     }
     settle(pivot_);
     add_product(swept(), pivot_, column_);
@@ -164,7 +164,8 @@ class ActiveSet {
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
       const Pack<T> side = load(tableau_.side.data() + b * kLanes);
       const Pack<T> value = load(column_ + b * kLanes);
-      const Mask<T> wrong = (side * value < pulls) | ((side == zero) & ((value < low) | (value > high)));
+      const Mask<T> outside = is_below<T>(value, low) | is_below<T>(high, value);
+      const Mask<T> wrong = is_below<T>(side * value, pulls) | (is_equal<T>(side, zero) & outside);
       places |= bits_of<T>(wrong) << (b * kLanes);
     }
     return places;
@@ -181,7 +182,8 @@ class ActiveSet {
     std::uint32_t kept = 0;
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      kept |= bits_of<T>(load(tableau_.side.data() + b * kLanes) != spread(T(0))) << (b * kLanes);
+      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), spread(T(0)));
+      kept |= (bits_of<T>(is_free) ^ kAllLanes) << (b * kLanes);
     }
     const int from_kept = __builtin_popcount(kept ^ active);
     const int from_empty = __builtin_popcount(active);
@@ -234,9 +236,9 @@ class ActiveSet {
       const Pack<T> value = load(column_ + b * kLanes);
       const Pack<T> above = value - high;
       const Pack<T> below = low - value;
-      const Pack<T> outside = above > below ? above : below;
-      const Mask<T> is_free = load(tableau_.side.data() + b * kLanes) == zero;
-      most.consider(is_free ? outside : zero, b);
+      const Pack<T> outside = larger<T>(above, below);
+      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), zero);
+      most.consider(choose<T>(is_free, outside, zero), b);
     }
     return most.found();
   }
@@ -251,7 +253,8 @@ class ActiveSet {
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
       const Pack<T> side = load(tableau_.side.data() + b * kLanes);
       const Pack<T> shrinks = side * load(pivot_ + b * kLanes) * whole;
-      places |= bits_of<T>((shrinks > zero) & (side * load(column_ + b * kLanes) < shrinks)) << (b * kLanes);
+      const Mask<T> blocks = is_below<T>(zero, shrinks) & is_below<T>(side * load(column_ + b * kLanes), shrinks);
+      places |= bits_of<T>(blocks) << (b * kLanes);
     }
     std::size_t first = kHorizon;
     T smallest = T(1);  // share of the step
@@ -310,9 +313,9 @@ class ActiveSet {
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
       const Pack<T> g = sum.pack[b];
       const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      const Pack<T> size = g > -g ? g : -g;
-      const Pack<T> wrong = side == zero ? size : side * g;
-      most = most > wrong ? most : wrong;
+      const Pack<T> size = larger<T>(g, -g);
+      const Pack<T> wrong = choose<T>(is_equal<T>(side, zero), size, side * g);
+      most = larger<T>(most, wrong);
     }
     return largest_of<T>(most);
   }
@@ -322,8 +325,8 @@ class ActiveSet {
     const Pack<T> zero = spread(T(0));
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Mask<T> is_free = load(tableau_.side.data() + b * kLanes) == zero;
-      store<T>(pivot_ + b * kLanes, is_free ? -load(gradient_ + b * kLanes) : zero);
+      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), zero);
+      store<T>(pivot_ + b * kLanes, choose<T>(is_free, -load(gradient_ + b * kLanes), zero));
       store<T>(column_ + b * kLanes, load(inputs + b * kLanes));
     }
     settle(pivot_);

@@ -29,8 +29,7 @@ M100_INLINE std::uint32_t guess_by_clipping(const GainTable<T>& table, const T* 
       const Pack<T> away = spread((value > high_rad ? high_rad : low_rad) - value);
       M100_UNROLL(20)
       for (std::size_t b = block * kPack / kLanes; b < kColumnPacks; ++b) {
-        store<T>(inputs + b * kLanes,
-                 fused(load(gain + (b * kLanes - block * kPack)), away, load(inputs + b * kLanes)));
+        store<T>(inputs + b * kLanes, load(gain + (b * kLanes - block * kPack)) * away + load(inputs + b * kLanes));
       }
     }
     gain += kHorizon - block * kPack;

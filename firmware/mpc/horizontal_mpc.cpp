@@ -22,7 +22,7 @@ namespace {
 template <typename T>
 typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 #ifdef M100_MPC_AVX
-  if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) {
+  if (__builtin_cpu_supports("avx2") != 0) {
     return {.preview = &solve_preview_avx<T>, .setpoint = &solve_setpoint_avx<T>};
   }
 #endif

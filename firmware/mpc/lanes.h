@@ -7,21 +7,18 @@
 
 #include "firmware/mpc/gain_table.h"
 
-#if defined(__AVX2__) && defined(__FMA__)
+#ifdef __SSE2__
 #include <immintrin.h>
-#define M100_LANES_FMA 1
-#elif defined(__aarch64__)
-#include <arm_neon.h>
 #endif
 
 // Columns of 20 numbers in lanes. Every operation here works element by element, and sums over columns are taken in the
-// order of the columns, so the bits of a result do not depend on how many lanes the machine has (promise R6). Products
-// that are added are fused by name (one rounding, as IEEE 754 defines it): the same bits whether the machine has an
-// instruction for it or the compiler's library does it, and never left to the compiler's taste.
+// order of the columns, so the bits of a result do not depend on how many lanes the machine has (promise R6). A product
+// that is added is rounded before (-ffp-contract=off): a fused multiply-add would save an instruction where the machine
+// has one, and where it has none each product would be a call into the compiler's library to have the same bits.
 //
 // Everything is in a namespace of its own per instruction set: the same templates compiled with wider registers are
 // different functions, and the linker cannot mix them up.
-#ifdef M100_LANES_FMA
+#ifdef __AVX2__
 #define M100_LANES_NAMESPACE avx
 #elif defined(__SSE2__) || defined(__ARM_NEON)
 #define M100_LANES_NAMESPACE simd
@@ -75,17 +72,60 @@ struct PackOf<float> {
   using Memory = float __attribute__((vector_size(16), aligned(4), may_alias));
   using Mask = std::int32_t __attribute__((vector_size(16)));
 };
+#ifdef __AVX2__
 template <>
 struct PackOf<double> {
   using Type = double __attribute__((vector_size(32)));
-  using Memory = double __attribute__((vector_size(32), aligned(8), may_alias));
   using Mask = std::int64_t __attribute__((vector_size(32)));
 };
 template <typename T>
+inline constexpr bool kHalved = false;
+#else
+/// Registers hold two doubles. Of a vector type of four the compilers keep every value in memory.
+struct DoubleMask {
+  using Half = std::int64_t __attribute__((vector_size(16)));
+  Half low, high;
+  M100_INLINE std::int64_t operator[](std::size_t lane) const { return lane < 2 ? low[lane] : high[lane - 2]; }
+  M100_INLINE friend DoubleMask operator&(const DoubleMask& a, const DoubleMask& b) {
+    return {a.low & b.low, a.high & b.high};
+  }
+  M100_INLINE friend DoubleMask operator|(const DoubleMask& a, const DoubleMask& b) {
+    return {a.low | b.low, a.high | b.high};
+  }
+};
+struct DoublePack {
+  using Half = double __attribute__((vector_size(16)));
+  Half low, high;
+  M100_INLINE friend DoublePack operator+(const DoublePack& a, const DoublePack& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  M100_INLINE friend DoublePack operator-(const DoublePack& a, const DoublePack& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  M100_INLINE friend DoublePack operator*(const DoublePack& a, const DoublePack& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  M100_INLINE DoublePack operator-() const { return {-low, -high}; }
+  M100_INLINE double operator[](std::size_t lane) const { return lane < 2 ? low[lane] : high[lane - 2]; }
+};
+template <>
+struct PackOf<double> {
+  using Type = DoublePack;
+  using Mask = DoubleMask;
+};
+template <typename T>
+inline constexpr bool kHalved = sizeof(T) == sizeof(double);
+#endif
+template <typename T>
 M100_INLINE std::uint32_t bits_of(const typename PackOf<T>::Mask& mask) {
-#ifdef M100_LANES_FMA
-  if constexpr (sizeof(T) == sizeof(double)) {
+#ifdef __SSE2__
+  if constexpr (kHalved<T>) {
+    const int low = _mm_movemask_pd(__builtin_bit_cast(__m128d, mask.low));
+    return static_cast<std::uint32_t>(low | _mm_movemask_pd(__builtin_bit_cast(__m128d, mask.high)) << 2);
+#ifdef __AVX2__
+  } else if constexpr (sizeof(T) == sizeof(double)) {
     return static_cast<std::uint32_t>(_mm256_movemask_pd(__builtin_bit_cast(__m256d, mask)));
+#endif
   } else {
     return static_cast<std::uint32_t>(_mm_movemask_ps(__builtin_bit_cast(__m128, mask)));
   }
@@ -118,41 +158,59 @@ M100_INLINE Pack<T> spread(T value) {
 #ifdef M100_LANES_SCALAR
   return value;
 #else
-  return Pack<T>{value, value, value, value};  // not Pack{} + value: that addition would stay, for the sake of -0
+  if constexpr (kHalved<T>) {
+    return Pack<T>{{value, value}, {value, value}};
+  } else {
+    return Pack<T>{value, value, value, value};  // not Pack{} + value: that addition would stay, for the sake of -0
+  }
 #endif
 }
 
-/// a b + c, rounded once.
-M100_INLINE float fused(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
-M100_INLINE double fused(double a, double b, double c) { return __builtin_fma(a, b, c); }
-#ifndef M100_LANES_SCALAR
-M100_INLINE Pack<float> fused(const Pack<float>& a, const Pack<float>& b, const Pack<float>& c) {
-#if defined(M100_LANES_FMA)
-  return _mm_fmadd_ps(a, b, c);
-#elif defined(__aarch64__)
-  return vfmaq_f32(c, a, b);
-#else
-  return Pack<float>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]),
-                     fused(a[3], b[3], c[3])};
-#endif
+// What the packs' operators would say, lane by lane; comparisons with a number that is none do not hold.
+#ifdef M100_LANES_SCALAR
+#define M100_LANEWISE(name, expression) \
+  template <typename T>                 \
+  M100_INLINE bool name(T a, T b) {     \
+    return expression;                  \
+  }
+template <typename T>
+M100_INLINE T choose(bool mask, T a, T b) {
+  return mask ? a : b;
 }
-M100_INLINE Pack<double> fused(const Pack<double>& a, const Pack<double>& b, const Pack<double>& c) {
-#if defined(M100_LANES_FMA)
-  return _mm256_fmadd_pd(a, b, c);
-#elif defined(__aarch64__)
-  struct Halves {
-    float64x2_t low, high;
-  };
-  const auto x = __builtin_bit_cast(Halves, a);
-  const auto y = __builtin_bit_cast(Halves, b);
-  const auto z = __builtin_bit_cast(Halves, c);
-  return __builtin_bit_cast(Pack<double>, Halves{vfmaq_f64(z.low, x.low, y.low), vfmaq_f64(z.high, x.high, y.high)});
 #else
-  return Pack<double>{fused(a[0], b[0], c[0]), fused(a[1], b[1], c[1]), fused(a[2], b[2], c[2]),
-                      fused(a[3], b[3], c[3])};
-#endif
+#define M100_LANEWISE(name, expression)                                                                           \
+  template <typename T>                                                                                           \
+  M100_INLINE Mask<T> name(const Pack<T>& x, const Pack<T>& y) {                                                  \
+    const auto compared = [](const auto& a, const auto& b) __attribute__((always_inline)) { return expression; }; \
+    if constexpr (kHalved<T>) {                                                                                   \
+      return Mask<T>{compared(x.low, y.low), compared(x.high, y.high)};                                           \
+    } else {                                                                                                      \
+      return compared(x, y);                                                                                      \
+    }                                                                                                             \
+  }
+/// a where the mask is set, else b.
+template <typename T>
+M100_INLINE Pack<T> choose(const Mask<T>& mask, const Pack<T>& a, const Pack<T>& b) {
+  if constexpr (kHalved<T>) {
+    return Pack<T>{mask.low ? a.low : b.low, mask.high ? a.high : b.high};
+  } else {
+    return mask ? a : b;
+  }
 }
 #endif
+M100_LANEWISE(is_below, a < b)
+M100_LANEWISE(is_at_most, a <= b)
+M100_LANEWISE(is_equal, a == b)
+#undef M100_LANEWISE
+
+template <typename T>
+M100_INLINE Pack<T> larger(const Pack<T>& a, const Pack<T>& b) {
+  return choose<T>(is_below<T>(b, a), a, b);
+}
+template <typename T>
+M100_INLINE Pack<T> smaller(const Pack<T>& a, const Pack<T>& b) {
+  return choose<T>(is_below<T>(a, b), a, b);
+}
 
 /// The largest lane; not a number only if a lane is not.
 template <typename T>
@@ -170,15 +228,22 @@ M100_INLINE T largest_of(const Pack<T>& pack) {
 /// The sum of the lanes of each of four packs, (0 + 2) + (1 + 3).
 template <typename T>
 M100_INLINE Pack<T> sums_of(const Pack<T>& a, const Pack<T>& b, const Pack<T>& c, const Pack<T>& d) {
-  const Pack<T> even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-  const Pack<T> even_cd = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-  const Pack<T> odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-  const Pack<T> odd_cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-  const Pack<T> even =
-      __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5) + __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
-  const Pack<T> odd =
-      __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5) + __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
-  return even + odd;
+  if constexpr (kHalved<T>) {
+    const auto pair = [](const auto& x, const auto& y) __attribute__((always_inline)) {
+      return __builtin_shufflevector(x, y, 0, 2) + __builtin_shufflevector(x, y, 1, 3);
+    };
+    return {pair(a.low + a.high, b.low + b.high), pair(c.low + c.high, d.low + d.high)};
+  } else {
+    const Pack<T> even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+    const Pack<T> even_cd = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+    const Pack<T> odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    const Pack<T> odd_cd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+    const Pack<T> even =
+        __builtin_shufflevector(even_ab, even_cd, 0, 1, 4, 5) + __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7);
+    const Pack<T> odd =
+        __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5) + __builtin_shufflevector(odd_ab, odd_cd, 2, 3, 6, 7);
+    return even + odd;
+  }
 }
 #endif
 
@@ -191,13 +256,14 @@ struct Column {
     const Pack<T> same = spread(factor);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
-      pack[i] = fused(load(column + i * kLanes), same, pack[i]);
+      pack[i] = load(column + i * kLanes) * same + pack[i];
     }
   }
   M100_INLINE void set(const T* column, T factor) {
+    const Pack<T> same = spread(factor);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kColumnPacks; ++i) {
-      pack[i] = load(column + i * kLanes) * factor;
+      pack[i] = load(column + i * kLanes) * same;
     }
   }
   M100_INLINE void read(const T* column) {
@@ -224,7 +290,7 @@ __attribute__((noinline)) void add_columns(Column<T>& sum, const T* columns, std
     const T factor = factors[i];
     M100_PRAGMA(GCC unroll 20)
     for (std::size_t j = 0; j < kHorizon; ++j) {
-      in_registers.pack[j] = fused(columns[j], factor, in_registers.pack[j]);
+      in_registers.pack[j] = columns[j] * factor + in_registers.pack[j];
     }
     columns += stride;
   }
@@ -254,9 +320,9 @@ class Largest {
 
   M100_INLINE void consider(const Pack<T>& value, std::size_t pack) {
     const Pack<T> place = load(kCount<T>.data() + pack * kLanes);
-    const Mask<T> better = value > value_;
-    value_ = better ? value : value_;
-    place_ = better ? place : place_;
+    const Mask<T> better = is_below<T>(value_, value);
+    value_ = choose<T>(better, value, value_);
+    place_ = choose<T>(better, place, place_);
   }
   /// @returns the place.
   M100_INLINE std::size_t found() {

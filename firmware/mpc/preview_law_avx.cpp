@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Both laws, compiled once more for x86-64 machines with 256-bit registers and a fused multiply-add: the same
-// operations in the same order, four to an instruction, and so the same bits.
+// Both laws, compiled once more for x86-64 machines with 256-bit registers: the same operations in the same order, four
+// to an instruction, and so the same bits.
 #include "firmware/mpc/preview_law.h"
 #include "firmware/mpc/setpoint_law.h"
 

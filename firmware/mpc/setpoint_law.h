@@ -9,13 +9,13 @@ namespace m100::mpc::M100_LANES_NAMESPACE {
 template <typename T>
 M100_INLINE T dot8(const T* row, const T* z) {
 #ifdef M100_LANES_SCALAR
-  const T a = fused(row[4], z[4], row[0] * z[0]);
-  const T b = fused(row[5], z[5], row[1] * z[1]);
-  const T c = fused(row[6], z[6], row[2] * z[2]);
-  const T d = fused(row[7], z[7], row[3] * z[3]);
+  const T a = row[4] * z[4] + row[0] * z[0];
+  const T b = row[5] * z[5] + row[1] * z[1];
+  const T c = row[6] * z[6] + row[2] * z[2];
+  const T d = row[7] * z[7] + row[3] * z[3];
   return (a + c) + (b + d);
 #else
-  const Pack<T> sum = fused(load(row + kPack), load(z + kPack), load(row) * load(z));
+  const Pack<T> sum = load(row + kPack) * load(z + kPack) + load(row) * load(z);
   if constexpr (sizeof(T) == sizeof(double)) {  // the same additions, two at a time
     using Half = double __attribute__((vector_size(16)));
     const Half half = Half{sum[0], sum[1]} + Half{sum[2], sum[3]};
@@ -41,7 +41,7 @@ class NodeWalk {
     for (std::size_t plane = 0; plane < kNodePlanes; ++plane) {
       T sum = planes[plane];
       for (std::size_t i = 0; i < kPlaneNumbers - 1; ++i) {
-        sum = fused(planes[(i + 1) * kNodePlanes + plane], z_[i], sum);
+        sum = planes[(i + 1) * kNodePlanes + plane] * z_[i] + sum;
       }
       found |= (sum >= T(0) ? 1U : 0U) << plane;
     }
@@ -50,9 +50,9 @@ class NodeWalk {
     Pack<T> sum = load(planes);
     M100_UNROLL(6)
     for (std::size_t i = 0; i < kPlaneNumbers - 1; ++i) {
-      sum = fused(load(planes + (i + 1) * kNodePlanes), z_[i], sum);
+      sum = load(planes + (i + 1) * kNodePlanes) * z_[i] + sum;
     }
-    return bits_of<T>(sum >= spread(T(0))) & 7U;
+    return bits_of<T>(is_at_most<T>(spread(T(0)), sum)) & 7U;
 #endif
   }
 
@@ -73,22 +73,23 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   z[3] = table.states == kMaxStates ? problem.state[3] : T(0);
   z[4] = problem.previous_input_rad - steady;
   z[5] = steady;
-  z[6] = fused(table.tilt_sign * table.acceleration_per_tilt, problem.tilt_ref_rad[0], problem.disturbance_m_s2);
+  z[6] = table.tilt_sign * table.acceleration_per_tilt * problem.tilt_ref_rad[0] + problem.disturbance_m_s2;
   z[7] = problem.input_ref_rad[0] - steady;
   T along = z[0] * tree.mirror[0];
   M100_UNROLL(5)
   for (std::size_t i = 1; i < kPlaneNumbers - 1; ++i) {
-    along = fused(z[i], tree.mirror[i], along);
+    along = z[i] * tree.mirror[i] + along;
   }
   const T sign = along < T(0) ? T(-1) : T(1);
   settle(z);
   const Pack<T> mirrored = spread(sign);
-  Mask<T> inside = mirrored == mirrored;
+  Mask<T> inside = is_equal<T>(mirrored, mirrored);
   M100_UNROLL(8)
   for (std::size_t i = 0; i < kSetpointStates; i += kLanes) {
     const Pack<T> value = load(z + i);
     store<T>(z + i, value * mirrored);
-    inside = inside & (value <= load(tree.box.data() + i)) & (-value <= load(tree.box.data() + i));
+    const Pack<T> most = load(tree.box.data() + i);
+    inside = inside & is_at_most<T>(value, most) & is_at_most<T>(-value, most);
   }
   if (bits_of<T>(inside) != kAllLanes) {
     return false;

@@ -80,7 +80,7 @@ M100_INLINE void add_product(const T* swept, const T* e, T* column) {
   factor.read(e);
   sum.read(column);
   const Pack<T> zero = spread(T(0));
-  const Pack<T> place{0, 1, 2, 3};
+  const Pack<T> place = load(kCount<T>.data());
   M100_UNROLL(5)
   for (std::size_t block = 0; block < kColumnPacks; ++block) {
     Pack<T> part_of_row[kPack];  // NOLINT(modernize-avoid-c-arrays): registers
@@ -93,12 +93,12 @@ M100_INLINE void add_product(const T* swept, const T* e, T* column) {
       M100_UNROLL(5)
       for (std::size_t b = 0; b < block; ++b) {
         const Pack<T> part = load(row + b * kPack);
-        in_lanes = fused(part, factor.pack[b], in_lanes);
-        sum.pack[b] = fused(part, same, sum.pack[b]);
+        in_lanes = part * factor.pack[b] + in_lanes;
+        sum.pack[b] = part * same + sum.pack[b];
       }
       const Pack<T> last = load(row + block * kPack);
-      part_of_row[r] = fused(place < diagonal ? last : zero, factor.pack[block], in_lanes);
-      sum.pack[block] = fused(place <= diagonal ? last : zero, same, sum.pack[block]);
+      part_of_row[r] = choose<T>(is_below<T>(place, diagonal), last, zero) * factor.pack[block] + in_lanes;
+      sum.pack[block] = choose<T>(is_at_most<T>(place, diagonal), last, zero) * same + sum.pack[block];
     }
     lanes.pack[block] = sums_of<T>(part_of_row[0], part_of_row[1], part_of_row[2], part_of_row[3]);
   }
@@ -119,7 +119,7 @@ M100_INLINE void add_outer_product(T* swept, const T* scaled, const T* pivot) {
     const Pack<T> same = spread(pivot[i]);
     M100_UNROLL(20)
     for (std::size_t b = 0; b < i / kLanes + 1; ++b) {
-      store<T>(row + b * kLanes, fused(factors.pack[b], same, load(row + b * kLanes)));
+      store<T>(row + b * kLanes, factors.pack[b] * same + load(row + b * kLanes));
     }
   }
 }

@@ -41,20 +41,20 @@ M100_INLINE T add_product_of_row(const T* row, std::size_t i, const T* e, T* col
   for (; j + kPack <= i; j += kPack) {
     M100_PRAGMA(GCC unroll 4)
     for (std::size_t l = 0; l < kPack; ++l) {
-      lanes[l] = fused(row[j + l], e[j + l], lanes[l]);
+      lanes[l] = row[j + l] * e[j + l] + lanes[l];
     }
     if (same != T(0)) {  // nothing in column is -0, so that adding 0 changes no bit
       M100_PRAGMA(GCC unroll 4)
       for (std::size_t l = 0; l < kPack; ++l) {
-        column[j + l] = fused(row[j + l], same, column[j + l]);
+        column[j + l] = row[j + l] * same + column[j + l];
       }
     }
   }
   M100_PRAGMA(GCC unroll 4)
   for (std::size_t l = 0; l < kPack; ++l) {
     const T part = row[j + l];
-    lanes[l] = fused(j + l < i ? part : T(0), e[j + l], lanes[l]);
-    column[j + l] = fused(j + l <= i ? part : T(0), same, column[j + l]);
+    lanes[l] = (j + l < i ? part : T(0)) * e[j + l] + lanes[l];
+    column[j + l] = (j + l <= i ? part : T(0)) * same + column[j + l];
   }
   return (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
 }
@@ -84,7 +84,7 @@ M100_INLINE void add_outer_product(T* swept, const T* scaled, const T* pivot) {
       const T factor = pivot[i];
       M100_PRAGMA(GCC unroll 4)
       for (std::size_t l = 0; l < kPack; ++l) {
-        part[l] = fused(in_registers[l], factor, part[l]);
+        part[l] = in_registers[l] * factor + part[l];
       }
       part += padded_row(i);
     }

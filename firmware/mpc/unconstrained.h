@@ -36,11 +36,11 @@ M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps, 
     const Pack<T> tap = spread(taps[m]);
     M100_UNROLL(20)
     for (std::size_t i = 0; i < kBody / kLanes; ++i) {
-      sum.pack[i] = fused(load(signal.body + i * kLanes + m), tap, sum.pack[i]);
+      sum.pack[i] = load(signal.body + i * kLanes + m) * tap + sum.pack[i];
     }
     M100_UNROLL(4)
     for (std::size_t i = kBody / kLanes; i < kColumnPacks; ++i) {
-      sum.pack[i] = fused(load(signal.tail + (i * kLanes - kBody) + m), tap, sum.pack[i]);
+      sum.pack[i] = load(signal.tail + (i * kLanes - kBody) + m) * tap + sum.pack[i];
     }
   }
 #endif
@@ -71,7 +71,7 @@ M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& t
   const Pack<T> same = spread(value);
   M100_UNROLL(4)
   for (std::size_t i = kBody / kLanes; i < kColumnPacks; ++i) {
-    sum.pack[i] = fused(load(taps.data() + (i * kLanes - kBody)), same, sum.pack[i]);
+    sum.pack[i] = load(taps.data() + (i * kLanes - kBody)) * same + sum.pack[i];
   }
 }
 
@@ -108,7 +108,7 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
     filter<T, 0>(sum, {near, near + kBody}, table.input_taps.data(), states + 1);
   }
   sum.write(filtered);
-  filtered[0] = fused(table.rate_weight, problem.previous_input_rad + problem.input_offset_rad, filtered[0]);
+  filtered[0] = table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad) + filtered[0];
 }
 
 /// What an optimum without limits is made from; one function each, because in one body the compilers share work between
@@ -159,10 +159,10 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   Pack<T> least = sum.pack[0];
   M100_UNROLL(20)
   for (std::size_t i = 1; i < kColumnPacks; ++i) {
-    most = most > sum.pack[i] ? most : sum.pack[i];
-    least = least < sum.pack[i] ? least : sum.pack[i];
+    most = larger<T>(most, sum.pack[i]);
+    least = smaller<T>(least, sum.pack[i]);
   }
-  return bits_of<T>((most <= spread(high_rad)) & (least >= spread(low_rad))) == kAllLanes;
+  return bits_of<T>(is_at_most<T>(most, spread(high_rad)) & is_at_most<T>(spread(low_rad), least)) == kAllLanes;
 #endif
 }
 

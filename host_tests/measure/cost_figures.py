@@ -40,16 +40,27 @@ def parts_of_a_tick(place):
     return {"cost.parts": Figure(table(*rows).text, SPREAD)}
 
 
+PATH = re.compile(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst\s+(\d+)", re.MULTILINE)
+
+
 def solves(place):
+    """Solves of the MPC with registers of 256 bits, and on a machine that has SSE2 alone."""
     needs_callgrind(place)
-    program = place.program("host_tests/benchmark/mpc_instructions", ("host-release",))
+    wide = place.program("host_tests/benchmark/mpc_instructions", ("host-release",))
+    plain = place.program("host_tests/benchmark/mpc_instructions_plain", ("host-release",))
     rows = [["mode", "path", "solves", "median", "99th percentile", "worst"]]
+    beside = [["mode", "path", "median", "99th percentile", "worst", "times AVX2's"]]
     for mode, scalar in (("flight", "double"), ("flight", "float")):
-        printed = place.run("host_tests/benchmark/mpc_instructions.sh", program, mode, scalar)
-        found = re.findall(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst\s+(\d+)", printed, re.MULTILINE)
-        for path, *numbers in sorted(found):
-            rows.append([f"`{mode} {scalar}`", path.replace("_", " ")] + [spaced(number) for number in numbers])
-    return {"cost.solves": Figure(table(*rows).text, SPREAD)}
+        few = {path: numbers for path, *numbers in PATH.findall(
+            place.run("host_tests/benchmark/mpc_instructions.sh", wide, mode, scalar))}
+        many = {path: numbers for path, *numbers in PATH.findall(
+            place.run("host_tests/benchmark/mpc_instructions.sh", plain, mode, scalar))}
+        for path in sorted(few):
+            head = [f"`{mode} {scalar}`", path.replace("_", " ")]
+            rows.append(head + [spaced(number) for number in few[path]])
+            times = [int(a) / int(b) for a, b in zip(many[path][1:], few[path][1:])]
+            beside.append(head + [spaced(number) for number in many[path][1:]] + [f"{min(times):.1f} to {max(times):.1f}"])
+    return {"cost.solves": Figure(table(*rows).text, SPREAD), "cost.plain_solves": Figure(table(*beside).text, SPREAD)}
 
 
 STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "random_bytes": "random bytes",
@@ -70,5 +81,5 @@ def streams(place):
     return {"cost.streams": Figure(table(*rows).text, 0.05)}
 
 
-SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves",), solves),
+SOURCES = [Source(("cost.parts",), parts_of_a_tick), Source(("cost.solves", "cost.plain_solves"), solves),
            Source(("cost.streams",), streams, quick=False)]
