@@ -215,8 +215,9 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
       .pose_latency = {.least = timing_.report().least,
                        .jitter = timing_.report().jitter,
                        .interval = timing_.report().interval},
-      .error_m = kErrorSigmas * core::sqrt(static_cast<double>(core::clamp(estimate_.x.position_variance_m2,
-                                                                           estimate_.y.position_variance_m2, T(1e6)))),
+      .error_m =
+          static_cast<double>(T(kErrorSigmas) * core::sqrt(core::clamp(estimate_.x.position_variance_m2,
+                                                                       estimate_.y.position_variance_m2, T(1e6)))),
       .reserve_m = static_cast<double>(fence_.reserve_m()),
       .outside_m = static_cast<double>(fence_.outside_m()),
       .place_lost_for = core::Duration(static_cast<core::Duration::rep>(place_.lost_s() * T(1e6))),

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/app/measure.h"
 
+#include <bit>
+
 #include "firmware/core/frames.h"
 
 namespace m100::app {
 namespace {
 
 /// NaN and infinity fail it.
-bool within(double value, double limit) { return value >= -limit && value <= limit; }
-
-core::Quaternion<double> attitude_of(const protocol::Telemetry& telemetry) {
-  return core::flip_yz(
-      core::Quaternion<double>{static_cast<double>(telemetry.attitude[0]), static_cast<double>(telemetry.attitude[1]),
-                               static_cast<double>(telemetry.attitude[2]), static_cast<double>(telemetry.attitude[3])});
+template <typename T>
+bool within(T value, T limit) {
+  return value >= -limit && value <= limit;
 }
 
-core::Vector<double, 3> rates_of(const protocol::Telemetry& telemetry) {
-  return core::flip_yz(core::Vector<double, 3>(static_cast<double>(telemetry.angular_velocity_frd_rad_s[0]),
-                                               static_cast<double>(telemetry.angular_velocity_frd_rad_s[1]),
-                                               static_cast<double>(telemetry.angular_velocity_frd_rad_s[2])));
+template <typename T>
+core::Quaternion<T> attitude_of(const protocol::Telemetry& telemetry) {
+  return core::flip_yz(core::Quaternion<T>{static_cast<T>(telemetry.attitude[0]), static_cast<T>(telemetry.attitude[1]),
+                                           static_cast<T>(telemetry.attitude[2]),
+                                           static_cast<T>(telemetry.attitude[3])});
 }
 
 template <typename T>
@@ -28,7 +28,9 @@ core::Vector<T, 3> vector_of(const std::array<float, 3>& numbers) {
 
 }  // namespace
 
-bool Measure::believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler) {
+template <typename T>
+bool Measure::believable(const protocol::Telemetry& telemetry, const core::Quaternion<T>& q,
+                         const core::Euler<T>& euler) {
   const std::array<float, 7> reading{telemetry.attitude[0],
                                      telemetry.attitude[1],
                                      telemetry.attitude[2],
@@ -38,30 +40,38 @@ bool Measure::believable(const protocol::Telemetry& telemetry, const core::Euler
                                      telemetry.angular_velocity_frd_rad_s[2]};
   same_readings_ = reading == last_reading_ ? same_readings_ + 1 : 0;
   last_reading_ = reading;
-  const core::Quaternion<double> q = attitude_of(telemetry);
-  const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  const core::Vector<double, 3> rates = rates_of(telemetry);
-  const bool good = within(norm2 - 1.0, 2.0 * plausible_.norm_error) && within(rates.x(), plausible_.rate_rad_s) &&
-                    within(rates.y(), plausible_.rate_rad_s) && within(rates.z(), plausible_.rate_rad_s) &&
-                    within(euler.roll_rad, plausible_.tilt_rad) && within(euler.pitch_rad, plausible_.tilt_rad);
+  const T norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  const auto most = [](float bound) { return static_cast<T>(bound); };
+  bool good = within(norm2 - T(1), most(2.F * plausible_.norm_error)) &&
+              within(euler.roll_rad, most(plausible_.tilt_rad)) && within(euler.pitch_rad, most(plausible_.tilt_rad));
+  for (const float rate_rad_s : telemetry.angular_velocity_frd_rad_s) {
+    good = good && within(rate_rad_s, plausible_.rate_rad_s);
+  }
   const bool stuck = same_readings_ >= plausible_.stuck_readings;
   stats_.refused_attitudes += good ? 0U : 1U;
   stats_.stuck_attitudes += stuck ? 1U : 0U;
   return good && !stuck;
 }
 
-bool Measure::believable(const core::Pose<double>& pose, core::TimePoint now) {
-  const bool good = within(pose.position_w_m.x(), plausible_.position_m) &&
-                    within(pose.position_w_m.y(), plausible_.position_m) &&
-                    within(pose.position_w_m.z(), plausible_.position_m) && within(pose.yaw_rad, 2.0 * core::kPi) &&
+/// An aircraft in the air never gives the same bits twice; a capture that lost it does, with fresh stamps.
+bool Measure::is_repeated(const core::Pose<double>& pose) {
+  const std::array<std::uint64_t, 4> seen{
+      std::bit_cast<std::uint64_t>(pose.position_w_m.x()), std::bit_cast<std::uint64_t>(pose.position_w_m.y()),
+      std::bit_cast<std::uint64_t>(pose.position_w_m.z()), std::bit_cast<std::uint64_t>(pose.yaw_rad)};
+  const bool repeated = seen == last_pose_;
+  stats_.repeated_poses += repeated ? 1U : 0U;
+  last_pose_ = seen;
+  return repeated;
+}
+
+template <typename T>
+bool Measure::believable(const core::Pose<T>& pose, core::TimePoint now) {
+  const T most_m = static_cast<T>(plausible_.position_m);
+  const bool good = within(pose.position_w_m.x(), most_m) && within(pose.position_w_m.y(), most_m) &&
+                    within(pose.position_w_m.z(), most_m) && within(pose.yaw_rad, static_cast<T>(2.0 * core::kPi)) &&
                     pose.captured_at() <= now;
   stats_.refused_poses += good ? 0U : 1U;
-  // An aircraft in the air never gives the same bits twice; a capture that lost it does, with fresh stamps.
-  const std::array<double, 4> seen{pose.position_w_m.x(), pose.position_w_m.y(), pose.position_w_m.z(), pose.yaw_rad};
-  const bool repeated = good && seen == last_pose_;
-  stats_.repeated_poses += repeated ? 1U : 0U;
-  last_pose_ = good ? seen : last_pose_;
-  return good && !repeated;
+  return good;
 }
 
 template <typename T>
@@ -69,20 +79,24 @@ est::Measurement<T> Measure::update(const protocol::Telemetry& telemetry, core::
                                     const core::Pose<double>& pose, core::TimePoint now) {
   est::Measurement<T> measured;
   measured.now = now;
-  if (pose.is_new && believable(pose, now)) {
-    measured.pose = pose.template cast<T>();
-    measured.pose.yaw_rad = static_cast<T>(core::wrap_pi(pose.yaw_rad));
+  if (pose.is_new) {
+    const core::Pose<T> came = pose.template cast<T>();
+    if (believable(came, now) && !is_repeated(pose)) {
+      measured.pose = came;
+      measured.pose.yaw_rad = core::wrap_pi(came.yaw_rad);
+    }
   }
   if (!telemetry.has(protocol::TelemetryItem::kAttitude) || !telemetry.has(protocol::TelemetryItem::kAngularVelocity)) {
     return measured;
   }
-  if (const core::Euler<double> euler = core::euler_of(attitude_of(telemetry)); believable(telemetry, euler)) {
+  const core::Quaternion<T> attitude = attitude_of<T>(telemetry);
+  if (const core::Euler<T> euler = core::euler_of(attitude); believable(telemetry, attitude, euler)) {
     measured.attitude.is_new = true;
     measured.attitude.age = attitude_age;
-    measured.attitude.roll_rad = static_cast<T>(euler.roll_rad);
-    measured.attitude.pitch_rad = static_cast<T>(euler.pitch_rad);
-    measured.attitude.yaw_rad = static_cast<T>(euler.yaw_rad);
-    measured.attitude.rate_b_rad_s = rates_of(telemetry).template cast<T>();
+    measured.attitude.roll_rad = euler.roll_rad;
+    measured.attitude.pitch_rad = euler.pitch_rad;
+    measured.attitude.yaw_rad = euler.yaw_rad;
+    measured.attitude.rate_b_rad_s = core::flip_yz(vector_of<T>(telemetry.angular_velocity_frd_rad_s));
   }
   return measured;
 }

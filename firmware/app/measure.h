@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <limits>
 
 #include "firmware/core/frames.h"
 #include "firmware/core/time.h"
@@ -14,10 +14,10 @@ namespace m100::app {
 
 /// Numbers that a working sensor cannot give; what lies outside is dropped and counted.
 struct Plausible {
-  double position_m = 100.0;          ///< the estimator's own range
-  double rate_rad_s = 20.0;           ///< twice the estimator's range; in degrees a slow turn is already beyond it
-  double norm_error = 0.01;           ///< of the unit quaternion
-  double tilt_rad = 1.2;              ///< a level flight that says more has its axes swapped
+  float position_m = 100.F;           ///< the estimator's own range
+  float rate_rad_s = 20.F;            ///< twice the estimator's range; in degrees a slow turn is already beyond it
+  float norm_error = 0.01F;           ///< of the unit quaternion
+  float tilt_rad = 1.2F;              ///< a level flight that says more has its axes swapped
   std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
 };
 
@@ -45,14 +45,18 @@ class Measure {
   const MeasureStats& stats() const { return stats_; }
 
  private:
-  bool believable(const protocol::Telemetry& telemetry, const core::Euler<double>& euler);
-  bool believable(const core::Pose<double>& pose, core::TimePoint now);
+  template <typename T>
+  bool believable(const protocol::Telemetry& telemetry, const core::Quaternion<T>& q, const core::Euler<T>& euler);
+  template <typename T>
+  bool believable(const core::Pose<T>& pose, core::TimePoint now);
+  bool is_repeated(const core::Pose<double>& pose);
 
   Plausible plausible_;
   MeasureStats stats_;
   std::array<float, 7> last_reading_{};
   std::uint32_t same_readings_ = 0;
-  std::array<double, 4> last_pose_{std::numeric_limits<double>::quiet_NaN()};  ///< x, y, z, yaw; NaN: none yet
+  /// Bits of x, y, z, yaw; at first those of no number.
+  std::array<std::uint64_t, 4> last_pose_{~std::uint64_t{0}};
 };
 
 }  // namespace m100::app

@@ -6,9 +6,9 @@
 namespace m100::core {
 
 // Elementary functions whose bits are the same on every machine (promise R6). Only + - * / and the square root are
-// trusted, because IEEE 754 rounds them in one way; libm is not: its sin, cos, exp and atan2 differ between newlib,
-// glibc on armhf and glibc on x86-64. T is float or double; the float functions are the double ones rounded once.
-// Accuracy, measured: firmware/core/README.md. Cost: straight-line code, no loops, 40 to 100 instructions.
+// trusted, because IEEE 754 rounds them in one way; libm's differ between newlib, glibc on armhf and glibc on x86-64.
+// T is float or double, each in its own arithmetic (some processors have float's alone); double beyond 400 rad.
+// Accuracy, measured: firmware/core/README.md. Cost: straight-line code, no loops, 30 to 100 instructions.
 
 inline constexpr double kPi = 3.14159265358979323846;
 

@@ -31,15 +31,21 @@ struct HeightReference {
 template <typename T>
 class AltitudePid {
  public:
-  explicit AltitudePid(const model::AltitudeGains& gains) : gains_(gains) {}
+  explicit AltitudePid(const model::AltitudeGains& gains)
+      : proportional_per_s_(static_cast<T>(gains.proportional_per_s)),
+        derivative_(static_cast<T>(gains.derivative)),
+        integral_per_s2_(static_cast<T>(gains.integral_per_s2)),
+        integral_min_m_s_(static_cast<T>(gains.integral_min_m_s)),
+        integral_max_m_s_(static_cast<T>(gains.integral_max_m_s)),
+        climb_limit_m_s_(static_cast<T>(gains.climb_limit_m_s)) {}
 
   T update(const HeightReference<T>& reference, T height_m, T climb_m_s, T step_s) {
     const T error = reference.height_m - height_m;
-    const T limit = static_cast<T>(gains_.climb_limit_m_s);
-    const T steady = reference.climb_command_m_s + static_cast<T>(gains_.proportional_per_s) * error +
-                     static_cast<T>(gains_.derivative) * (reference.climb_m_s - climb_m_s);
-    const T integral = core::clamp(integral_m_s_ + static_cast<T>(gains_.integral_per_s2) * error * step_s,
-                                   static_cast<T>(gains_.integral_min_m_s), static_cast<T>(gains_.integral_max_m_s));
+    const T limit = climb_limit_m_s_;
+    const T steady =
+        reference.climb_command_m_s + proportional_per_s_ * error + derivative_ * (reference.climb_m_s - climb_m_s);
+    const T integral =
+        core::clamp(integral_m_s_ + integral_per_s2_ * error * step_s, integral_min_m_s_, integral_max_m_s_);
     const bool winds_up = (steady + integral > limit && error > T(0)) || (steady + integral < -limit && error < T(0));
     if (!winds_up) {
       integral_m_s_ = integral;
@@ -50,7 +56,12 @@ class AltitudePid {
   T integral_m_s() const { return integral_m_s_; }
 
  private:
-  model::AltitudeGains gains_;
+  T proportional_per_s_;
+  T derivative_;
+  T integral_per_s2_;
+  T integral_min_m_s_;
+  T integral_max_m_s_;
+  T climb_limit_m_s_;
   T integral_m_s_{0};
 };
 

@@ -10,15 +10,17 @@ namespace m100::ctl {
 template <typename T>
 class YawP {
  public:
-  explicit YawP(const model::YawGain& gain) : gain_(gain) {}
+  explicit YawP(const model::YawGain& gain)
+      : proportional_per_s_(static_cast<T>(gain.proportional_per_s)),
+        rate_limit_rad_s_(static_cast<T>(gain.rate_limit_rad_s)) {}
   T update(T reference_rad, T reference_rate_rad_s, T yaw_rad) const {
-    const T limit = static_cast<T>(gain_.rate_limit_rad_s);
     const T error = core::wrap_pi(reference_rad - yaw_rad);
-    return core::clamp(reference_rate_rad_s + static_cast<T>(gain_.proportional_per_s) * error, -limit, limit);
+    return core::clamp(reference_rate_rad_s + proportional_per_s_ * error, -rate_limit_rad_s_, rate_limit_rad_s_);
   }
 
  private:
-  model::YawGain gain_;
+  T proportional_per_s_;
+  T rate_limit_rad_s_;
 };
 
 }  // namespace m100::ctl

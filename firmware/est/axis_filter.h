@@ -74,7 +74,7 @@ class AxisFilter {
     /// Innovation squared over its variance, expected 1.
     float normalised_square() const {
       using Number = core::Arithmetic<S>;
-      const auto scaled = Number::template real<float>(innovation) * static_cast<float>(power_of_two(-scale));
+      const auto scaled = Number::template real<float>(innovation) * power_of_two<float>(-scale);
       return scaled * scaled / Number::template real<float>(projection.s);
     }
   };

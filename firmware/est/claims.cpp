@@ -28,7 +28,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f, 
   const auto real = [](S value) { return core::Arithmetic<S>::template real<Real>(value); };
   const auto covariance = [&](int row, int col) {
     const int scale = f.scales()[static_cast<std::size_t>(row)] + f.scales()[static_cast<std::size_t>(col)];
-    return real(f.scaled_covariance(row, col)) * static_cast<Real>(power_of_two(scale));
+    return real(f.scaled_covariance(row, col)) * power_of_two<Real>(scale);
   };
   const Real tilt_rad = real(f.state(Filter::kTilt));
   const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;

@@ -22,13 +22,15 @@ struct Age {
   S units{};        ///< age / 0.64 s: a
   S half_square{};  ///< a^2 / 2
 
-  static Age of(double age_s) {
+  template <typename Real>
+  static Age of(Real age_s) {
     using Number = core::Arithmetic<S>;
-    const double limited_s = age_s > 0.0 ? (age_s < kMaxPoseAge_s ? age_s : kMaxPoseAge_s) : 0.0;
-    const double units = limited_s / kTimeUnit_s;
-    return {.ticks = Number::template number<double>(limited_s / kTick_s),
-            .units = Number::template number<double>(units),
-            .half_square = Number::template number<double>(0.5 * units * units)};
+    constexpr Real kMost_s = static_cast<Real>(kMaxPoseAge_s);
+    const Real limited_s = age_s > Real(0) ? (age_s < kMost_s ? age_s : kMost_s) : Real(0);
+    const Real units = limited_s / static_cast<Real>(kTimeUnit_s);
+    return {.ticks = Number::template number<Real>(limited_s / static_cast<Real>(kTick_s)),
+            .units = Number::template number<Real>(units),
+            .half_square = Number::template number<Real>(Real(0.5) * units * units)};
   }
 };
 

@@ -214,7 +214,7 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
   }
   const core::Tilt<Real> tilt = core::tilt_of(core::slope_of(turns));
   const core::Tilt<Real> tilt_rate = core::tilt_rate_of(turns, rate);
-  const Age<S> age = Age<S>::of(core::seconds<double>(attitude.age));
+  const Age<S> age = Age<S>::of(core::seconds<Real>(attitude.age));
   const Verdict x = x_.correct_attitude(Number::template number<Real>(tilt.x_rad),
                                         Number::template number<Real>(tilt_rate.x_rad * kUnit), age);
   const Verdict y = y_.correct_attitude(Number::template number<Real>(tilt.y_rad),
@@ -259,8 +259,8 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     return;
   }
   const core::Duration pose_age = pose.age(now_);
-  const double age_s = core::seconds<double>(pose_age);
-  if (age_s > kMaxPoseAge_s || age_s < 0.0) {
+  const Real age_s = core::seconds<Real>(pose_age);
+  if (age_s > static_cast<Real>(kMaxPoseAge_s) || age_s < Real(0)) {
     ++counters_.poses_stale;
     return;
   }
@@ -272,8 +272,9 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     begin(pose);
     return;
   }
-  const double dropout_s = core::seconds<double>(since_pose_);
-  const double unseen = 0.5 * kUnseenAcceleration_m_s2 * (dropout_s * dropout_s + kLearns_s * kLearns_s);
+  const Real dropout_s = core::seconds<Real>(since_pose_);
+  constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
+  const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kLearns_s * kLearns_s));
   // After a long dropout the covariance has met its ceiling and a large innovation would be shared out wrongly: what is
   // not inside the sigmas goes to judge_refused().
   const bool long_dropout = since_pose_ > kDropout;
@@ -281,7 +282,7 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     judge_refused(pose, age);  // inside the sigmas or not: how the errors go together is no longer known
     return;
   }
-  const S unseen_m = Number::template number<double>(long_dropout ? 0.0 : unseen);
+  const S unseen_m = Number::template number<Real>(long_dropout ? Real(0) : unseen);
   const core::Vector<Real, 3>& told_m2 = pose.position_variance_m2;
   constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
   const auto speed_m_s = [](S per_unit) { return Number::template real<Real>(per_unit) * kPerUnit; };

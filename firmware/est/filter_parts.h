@@ -85,8 +85,13 @@ struct ResponseStep {
 };
 
 /// 2^exponent, -1022 to 1023.
-constexpr double power_of_two(int exponent) {
-  return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52U);
+template <typename Real = double>
+constexpr Real power_of_two(int exponent) {
+  if constexpr (sizeof(Real) == sizeof(double)) {
+    return std::bit_cast<double>(static_cast<std::uint64_t>(exponent + 1023) << 52U);
+  } else {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23U);
+  }
 }
 
 /// The measurement variance of a position: the vehicle file's, or what the sender of the pose tells where that is more.
@@ -101,7 +106,7 @@ S larger_variance(S scaled, float told_m2, int scale) {
   }
   constexpr float kLargestTold_m2 = 1.F;
   constexpr float kLargestScaled = 90.F;
-  const float told = core::clamp(told_m2, 0.F, kLargestTold_m2) * static_cast<float>(power_of_two(-2 * scale));
+  const float told = core::clamp(told_m2, 0.F, kLargestTold_m2) * power_of_two<float>(-2 * scale);
   const bool fits = std::is_floating_point_v<S> || told < kLargestScaled;
   const S number = core::Arithmetic<S>::template number<float>(fits ? told : kLargestScaled);
   return number > scaled ? number : scaled;
@@ -131,8 +136,8 @@ bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_
 /// The same gate in metres, to be told to people.
 template <typename Real, typename S>
 Real gate_m(S s, int scale, Real unseen_m) {
-  const Real sigmas_m =
-      static_cast<Real>(kGateSigmas * power_of_two(scale)) * core::sqrt(core::Arithmetic<S>::template real<Real>(s));
+  const Real sigmas_m = static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *
+                        core::sqrt(core::Arithmetic<S>::template real<Real>(s));
   const Real gate = sigmas_m > unseen_m ? sigmas_m : unseen_m;
   return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
 }

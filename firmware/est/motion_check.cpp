@@ -10,15 +10,18 @@ namespace {
 ///   n sqrt(0.01 s / 16 a^3)        (the square of s / (s + a)^3, integrated), with the rotors' 0.1 m/s^2
 /// of a path, and an error of the attitude of 0.1 degrees, 0.02 m/s^2, that comes in seconds at most 0.27 / a^2 times
 /// itself. The observer's place is good for 2 mm.
+template <typename T>
 struct Scale {
-  double a_per_s;
-  double sigma_m;      ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
-  double unsettled_m;  ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
-                       ///< times 1 + |speed|: a gap hides more where more moves
-  double leans_s2;     ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
+  T a_per_s;
+  T sigma_m;      ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
+  T unsettled_m;  ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
+                  ///< times 1 + |speed|: a gap hides more where more moves
+  T leans_s2;     ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
 };
-constexpr std::array<Scale, 3> kScales{
-    {{0.75, 0.0052, 0.10, 0.0098}, {3.0, 0.0010, 0.021, 0.0006}, {1.5, 0.0017, 0.044, 0.0024}}};
+template <typename T>
+constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(0.75), T(0.0052), T(0.10), T(0.0098)},
+                                                 {T(3.0), T(0.0010), T(0.021), T(0.0006)},
+                                                 {T(1.5), T(0.0017), T(0.044), T(0.0024)}}};
 /// The offset belongs to the body, and what is learned of it to its mean tilt: who leans turns another part of it into
 /// the horizontal. The largest acceleration lately says how far.
 constexpr double kLeansMemory_s = 2.0;
@@ -58,7 +61,7 @@ void MotionCheck<T>::begin(const Motion& motion) {
   leans_m_s2_ = T(0);
   begun_ = true;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
-    const T time_s = static_cast<T>(1.0 / est::kScales[scale].a_per_s);
+    const T time_s = T(1) / kScaleNumbers<T>[scale].a_per_s;
     paths_[scale] = {};
     paths_[scale].slow_m[0] = motion.place_m - motion.speed_m_s * time_s;
     paths_[scale].slow_m[1] = motion.speed_m_s * time_s;
@@ -69,14 +72,14 @@ void MotionCheck<T>::begin(const Motion& motion) {
 /// over the last seconds; a path that stands, or that is another one, has no such time.
 template <typename T>
 typename MotionCheck<T>::Vector2 MotionCheck<T>::timed(std::size_t scale, const Vector2& seen_m, T step_s) {
-  const Scale& s = est::kScales[scale];
+  const Scale<T>& s = kScaleNumbers<T>[scale];
   Path& path = paths_[scale];
   const Vector2 velocity_m_s = velocity_of(scale);
   const Vector2 apart_m = seen_m - path.felt_m;
   const T fades = step_s * static_cast<T>(1.0 / kLateMemory_s);
   path.late_m2_s += apart_m.dot(velocity_m_s) * step_s - path.late_m2_s * fades;
   path.moved_m2_s += velocity_m_s.squaredNorm() * step_s - path.moved_m2_s * fades;
-  const T known_m2_s = static_cast<T>(s.sigma_m * s.sigma_m / (s.a_per_s * kLate_s * kLate_s));
+  const T known_m2_s = s.sigma_m * s.sigma_m / (s.a_per_s * static_cast<T>(kLate_s * kLate_s));
   const T late_s = core::clamp(path.late_m2_s / (path.moved_m2_s + known_m2_s), static_cast<T>(-kMostLate_s),
                                static_cast<T>(kMostLate_s));
   return apart_m - velocity_m_s * late_s;
@@ -84,14 +87,13 @@ typename MotionCheck<T>::Vector2 MotionCheck<T>::timed(std::size_t scale, const 
 
 template <typename T>
 void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s, T step_s) {
-  const Scale& s = est::kScales[scale];
+  const Scale<T>& s = kScaleNumbers<T>[scale];
   Path& path = paths_[scale];
   const T apart2_m2 = timed(scale, seen_m, step_s).squaredNorm();
-  const T settled = core::clamp(since_gap_s_ * static_cast<T>(s.a_per_s / kSettles), T(0), T(1));
-  const T noise_m = static_cast<T>(kTwoAxes * s.sigma_m) +
-                    static_cast<T>(s.unsettled_m) * (T(1) - settled) * (T(1) + speed_m_s) +
+  const T settled = core::clamp(since_gap_s_ * s.a_per_s * static_cast<T>(1.0 / kSettles), T(0), T(1));
+  const T noise_m = static_cast<T>(kTwoAxes) * s.sigma_m + s.unsettled_m * (T(1) - settled) * (T(1) + speed_m_s) +
                     static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) + unsure_m_ +
-                    static_cast<T>(s.leans_s2) * leans_m_s2_;
+                    s.leans_s2 * leans_m_s2_;
   const T allowed_m = noise_m + static_cast<T>(kShare) * core::sqrt(path.felt_m.squaredNorm());
   const T weight = core::clamp((apart2_m2 / (allowed_m * allowed_m) - T(1)) * static_cast<T>(1.0 / 3.0), T(-1),
                                static_cast<T>(kMostWeight));
@@ -99,14 +101,13 @@ void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s
   path.follows_s =
       core::clamp(path.follows_s + (bridges ? T(0) : weight * step_s), T(0), static_cast<T>(2.0 * kFollows_s));
   const T moved_m2 = seen_m.squaredNorm();
-  path.seen_m2 += (moved_m2 - path.seen_m2) * static_cast<T>(0.5 * s.a_per_s) * step_s;
+  path.seen_m2 += (moved_m2 - path.seen_m2) * (T(0.5) * s.a_per_s) * step_s;
   path.seen_m2 = moved_m2 > path.seen_m2 ? moved_m2 : path.seen_m2;  // a path that turns back stands for a moment
   if (settled >= T(1)) {
     const T per_sigma2 = static_cast<T>(0.5 * kTwoAxes * kTwoAxes) / (noise_m * noise_m);
     const T nats = core::clamp((apart2_m2 - path.seen_m2) * per_sigma2 - static_cast<T>(kDrift_nats),
                                static_cast<T>(-kMostNats), static_cast<T>(kMostNats));
-    path.answers =
-        core::clamp(path.answers + nats * static_cast<T>(s.a_per_s) * step_s, T(0), static_cast<T>(1.5 * kNats));
+    path.answers = core::clamp(path.answers + nats * s.a_per_s * step_s, T(0), static_cast<T>(1.5 * kNats));
   }
   const T follows = path.follows_s * static_cast<T>(1.0 / kFollows_s);
   const T answers = path.answers * static_cast<T>(1.0 / kNats);
@@ -117,7 +118,7 @@ void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s
 
 template <typename T>
 typename MotionCheck<T>::Vector2 MotionCheck<T>::velocity_of(std::size_t scale) const {
-  return paths_[scale].felt_m_s - paths_[scale].felt_m * static_cast<T>(est::kScales[scale].a_per_s);
+  return paths_[scale].felt_m_s - paths_[scale].felt_m * kScaleNumbers<T>[scale].a_per_s;
 }
 
 /// @returns the place, continued by the force over a gap of the poses and over what the observer then makes good.
@@ -153,7 +154,7 @@ void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
   turn_ = (turn_ + 1) % kScales;
   for (std::size_t scale = 0; scale < kScales; ++scale) {
     Path& path = paths_[scale];
-    const T a_per_s = static_cast<T>(est::kScales[scale].a_per_s);
+    const T a_per_s = kScaleNumbers<T>[scale].a_per_s;
     const T share = a_per_s * step_s;
     path.mean_m_s2 += (motion.force_m_s2 - path.mean_m_s2) * share;
     path.felt_m_s += (motion.force_m_s2 - path.mean_m_s2 - path.felt_m_s * a_per_s) * step_s;

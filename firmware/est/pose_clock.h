@@ -8,20 +8,26 @@
 
 namespace m100::est {
 
+/// Of a time that is a number of seconds; to the microsecond up to 8 s.
+template <typename T>
+core::Duration duration_of(T seconds) {
+  return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6) + (seconds < T(0) ? T(-0.5) : T(0.5))));
+}
+
 /// Follows how often something happens: estimates a quantile of numbers that come one by one.
 class Quantile {
  public:
   /// @param share of the numbers below the quantile @param step_s how far one number moves it at most
-  constexpr Quantile(double share, double step_s) : share_(share), step_s_(step_s) {}
-  void note(double value_s) { value_s_ += value_s > value_s_ ? share_ * step_s_ : (share_ - 1.0) * step_s_; }
+  constexpr Quantile(float share, float step_s) : share_(share), step_s_(step_s) {}
+  void note(float value_s) { value_s_ += value_s > value_s_ ? share_ * step_s_ : (share_ - 1.F) * step_s_; }
   /// What is measured has changed.
-  void set(double value_s) { value_s_ = value_s; }
-  double value_s() const { return value_s_ > 0.0 ? value_s_ : 0.0; }
+  void set(float value_s) { value_s_ = value_s; }
+  float value_s() const { return value_s_ > 0.F ? value_s_ : 0.F; }
 
  private:
-  double share_;
-  double step_s_;
-  double value_s_ = 0.0;
+  float share_;
+  float step_s_;
+  float value_s_ = 0.F;
 };
 
 /// Times of capture without the jitter of their way, from a source that stamps its captures with a clock of its own.
@@ -35,7 +41,8 @@ class Quantile {
 /// was set back makes poses look old, which they may be. Stamps that have once followed the arrivals go on to be
 /// believed: what is then far later than they say is old, however long it lasts, and teaches nothing about the rate.
 ///
-/// Cost: about 40 products a pose, three divisions. In double: the numbers are times of a whole flight.
+/// Cost: about 30 products a pose, three divisions. In float for every scalar: times of a whole flight are never
+/// computed with, only how far they are apart, and that is taken in whole microseconds.
 class PoseClock {
  public:
   /// @param captured later than that of the call before, or the clock is begun anew.
@@ -46,7 +53,7 @@ class PoseClock {
   /// Between two captures of the source; zero until it is known.
   core::Duration interval() const;
   /// How much faster our clock runs than the sender's, as a share; zero until it is known.
-  double drift() const { return count_ < kSettled ? 0.0 : rate_ - 1.0; }
+  float drift() const { return count_ < kSettled ? 0.F : drift_; }
   /// 99th percentile of what note() took away.
   core::Duration lateness() const;
   /// note() takes jitter away.
@@ -55,28 +62,27 @@ class PoseClock {
  private:
   static constexpr std::uint32_t kSettled = 30;
   static constexpr std::uint32_t kProven = 20;  ///< poses in a row, after those
-  static constexpr double kMostLateness_s = 0.12;
+  static constexpr float kMostLateness_s = 0.12F;
   bool is_proven() const { return in_time_ >= kProven; }
   void begin(core::SenderTime captured, core::TimePoint arrived);
-  void fit(double own_s, double arrived_s);
-  void note_spacing(double step_s);
+  void fit();
+  void note_spacing(float step_s);
 
-  core::TimePoint origin_{};
+  core::TimePoint last_arrived_{};
   core::SenderTime last_{};
   std::uint32_t count_ = 0;
-  std::uint32_t in_time_ = 0;       ///< poses in a row that were not far later than their stamps; kProven: once
-  double own_s_ = 0.0;              ///< of the sender's clock since the origin
-  double spacing_s_ = 0.0;          ///< between two captures
-  double least_long_step_s_ = 0.0;  ///< of those in a row that were longer than usual
+  std::uint32_t in_time_ = 0;      ///< poses in a row that were not far later than their stamps; kProven: once
+  float spacing_s_ = 0.F;          ///< between two captures
+  float least_long_step_s_ = 0.F;  ///< of those in a row that were longer than usual
   std::uint32_t long_steps_ = 0;
-  // Least squares with forgetting, about running means.
-  double mean_own_s_ = 0.0;
-  double mean_s_ = 0.0;
-  double square_ = 0.0;
-  double product_ = 0.0;
-  double rate_ = 1.0;
-  double envelope_s_ = 0.0;  ///< at the last pose, since the origin
-  Quantile lateness_{0.99, 1e-3};
+  // Least squares with forgetting: of s, and of what y gains on s, both from their running means.
+  float own_s_ = 0.F;
+  float slipped_s_ = 0.F;
+  float square_ = 0.F;
+  float product_ = 0.F;
+  float drift_ = 0.F;     ///< r - 1
+  float behind_s_ = 0.F;  ///< the envelope's place at the last pose, before its arrival
+  Quantile lateness_{0.99F, 1e-3F};
 };
 
 }  // namespace m100::est

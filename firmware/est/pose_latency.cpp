@@ -19,7 +19,10 @@ constexpr double kPosesPerSample = 10.0;
 /// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
 
-core::Duration duration_of(double seconds) { return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6)); }
+template <typename T>
+core::Duration cut_to_microseconds(T seconds) {
+  return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6)));
+}
 
 /// Cholesky factor of the symmetric 3 x 3 matrix of the powers, and its forward substitution: |L^-1 a|, |L^-1 b| and
 /// their product are what elimination takes away.
@@ -163,7 +166,7 @@ void PoseLatency<T>::note_pose(core::TimePoint captured, const Vector2& position
     tau_in_window_s_ = tau_s_;
   }
   Entry seen;
-  if (!look(captured - duration_of(static_cast<double>(tau_in_window_s_)), seen)) {
+  if (!look(captured - cut_to_microseconds(tau_in_window_s_), seen)) {
     return;
   }
   const T s = core::seconds<T>(captured - window_begin_) * static_cast<T>(1.0 / kHalfWindow_s) - T(1);

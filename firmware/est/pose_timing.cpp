@@ -17,14 +17,10 @@ constexpr double kOldest_s = 0.25;         // that PoseLatency reckons with
 constexpr double kSlew = 0.02;             // seconds a second
 constexpr double kLeftOfJitter_s = 0.002;  // after PoseClock
 constexpr double kRawSigma_s = 0.015;      // without it
-constexpr double kLeastRises = 1e-5;       // s a pose
-constexpr double kFarLater_s = 0.010;      // than the jitter known so far
+constexpr float kLeastRises = 1e-5F;       // s a pose
+constexpr float kFarLater_s = 0.010F;      // than the jitter known so far
 constexpr std::uint32_t kChanged = 4;      // such poses in a row: beyond a 99th percentile chance does that never
 constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // of them: what has piled up has come by then
-
-core::Duration duration_of(double seconds) {
-  return core::Duration(static_cast<core::Duration::rep>(seconds * 1e6 + (seconds < 0.0 ? -0.5 : 0.5)));
-}
 
 }  // namespace
 
@@ -42,7 +38,7 @@ void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
 /// Where the way of the poses becomes worse for good, what counts as fresh must follow within the time of a coast.
 /// Poses that have piled up behind a pause come late in a row, too, and tell nothing about those behind them.
 template <typename T>
-void PoseTiming<T>::note_jitter(double late_s) {
+void PoseTiming<T>::note_jitter(float late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;
   least_of_run_s_ = run_ == 0 || late_s < least_of_run_s_ ? late_s : least_of_run_s_;
   run_since_ = run_ == 0 ? last_ : run_since_;
@@ -56,8 +52,8 @@ void PoseTiming<T>::note_jitter(double late_s) {
 
 template <typename T>
 void PoseTiming<T>::note_way(core::Duration way) {
-  const double way_s = core::seconds<double>(way);
-  const double risen_s = least_s_ + kLeastRises;
+  const float way_s = core::seconds<float>(way);
+  const float risen_s = least_s_ + kLeastRises;
   least_s_ = way_s < risen_s ? way_s : risen_s;
   note_jitter(way_s - least_s_);
   report_.least = duration_of(least_s_) + report_.untold;
@@ -74,9 +70,10 @@ void PoseTiming<T>::believe(const core::Pose<T>& pose, core::TimePoint regular) 
     return;
   }
   const core::TimePoint told(pose.captured.time_since_epoch() + pose.offset.to_ours);
-  const double bound_s = core::seconds<double>(pose.offset.bound);
-  latency_.believe(static_cast<T>(core::clamp(core::seconds<double>(regular - told), 0.0, kOldest_s)),
-                   static_cast<T>(bound_s > kToldSigma_s ? bound_s : kToldSigma_s));
+  const T bound_s = core::seconds<T>(pose.offset.bound);
+  constexpr T kLeast_s = static_cast<T>(kToldSigma_s);
+  latency_.believe(core::clamp(core::seconds<T>(regular - told), T(0), static_cast<T>(kOldest_s)),
+                   bound_s > kLeast_s ? bound_s : kLeast_s);
 }
 
 template <typename T>
@@ -100,7 +97,7 @@ void PoseTiming<T>::update(Measurement<T>& measured, T yaw_rad) {
   const T most_s = static_cast<T>(kSlew) * core::seconds<T>(measured.now - last_);
   last_ = measured.now;
   applied_s_ += core::clamp(latency_.tau_s() - applied_s_, -most_s, most_s);
-  report_.untold = duration_of(static_cast<double>(applied_s_));
+  report_.untold = duration_of(applied_s_);
   const core::TimePoint captured = regular - report_.untold;
   pose.set_captured_at(captured < pose.arrived ? captured : pose.arrived);
   note_way(pose.arrived - regular);

@@ -17,7 +17,7 @@ struct PoseTimingReport {
   core::Duration untold{0};    ///< how much older than told the poses are
   T sigma_s{0};                ///< of that
   bool observable = false;     ///< motion has told it to 10 ms; else it is what was believed before
-  double drift = 0.0;          ///< of our clock against the sender's, as a share
+  float drift = 0.F;           ///< of our clock against the sender's, as a share
 };
 
 /// Says when poses were captured, on our clock, from when they came, their sender's stamps, and what the inertial
@@ -37,19 +37,19 @@ class PoseTiming {
  private:
   void note_attitude(const Measurement<T>& measured, T yaw_rad);
   void note_way(core::Duration way);
-  void note_jitter(double late_s);
+  void note_jitter(float late_s);
   void believe(const core::Pose<T>& pose, core::TimePoint regular);
 
   PoseClock clock_;
   PoseLatency<T> latency_;
-  Quantile jitter_{0.99, 1e-3};
-  double least_of_run_s_ = 0.0;  ///< of those in a row that came far later than jitter_
+  Quantile jitter_{0.99F, 1e-3F};
+  float least_of_run_s_ = 0.F;  ///< of those in a row that came far later than jitter_
   std::uint32_t run_ = 0;
   core::TimePoint run_since_{};
   PoseTimingReport<T> report_;
   T applied_s_{0};  ///< of the latency beyond what is told
   core::TimePoint last_{};
-  double least_s_ = 0.0;  ///< from the capture without jitter to the arrival
+  float least_s_ = 0.F;  ///< from the capture without jitter to the arrival
   bool begun_ = false;
 };
 

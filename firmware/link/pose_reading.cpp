@@ -10,10 +10,10 @@
 namespace m100::link {
 namespace {
 
-constexpr double kFarthest_m = 1000.0;
+constexpr float kFarthest_m = 1000.F;
 constexpr std::uint64_t kLatestStamp_us = std::uint64_t{1} << 53U;  // 285 years
-constexpr double kLengthError = 0.02;                               // of the squared length: twice that of the length
-constexpr double kLargestVariance_m2 = 100.0;
+constexpr float kLengthError = 0.02F;                               // of the squared length: twice that of the length
+constexpr float kLargestVariance_m2 = 100.F;
 /// Local frames of ODOMETRY whose axes are north, east, down, or forward, right, down: MAV_FRAME_LOCAL_NED, MOCAP_NED,
 /// VISION_NED, ESTIM_NED, LOCAL_FRD.
 constexpr std::array<std::uint8_t, 5> kNedFrames{1, 14, 16, 18, 20};
@@ -22,25 +22,23 @@ constexpr std::array<std::size_t, 3> kDiagonal{0, 6, 11};
 
 using Covariance = std::array<float, 21>;
 
-double as_double(float value) { return static_cast<double>(value); }
-
-/// What all three messages say, as it stands on the wire.
+/// What all three messages say, in the arithmetic in which it stands on the wire.
 struct Reading {
   std::uint64_t captured_us = 0;
-  core::Vector<double, 3> position_ned_m;
-  core::Quaternion<double> frd_in_ned;
+  core::Vector<float, 3> position_ned_m;
+  core::Quaternion<float> frd_in_ned;
   const Covariance& covariance;
 };
 
 // A comparison with NaN is false, so each test states what is good.
-bool believable(const core::Vector<double, 3>& p) {
-  const auto near = [](double value) { return value >= -kFarthest_m && value <= kFarthest_m; };
+bool believable(const core::Vector<float, 3>& p) {
+  const auto near = [](float value) { return value >= -kFarthest_m && value <= kFarthest_m; };
   return near(p.x()) && near(p.y()) && near(p.z());
 }
 
-bool believable(const core::Quaternion<double>& q) {
-  const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  return squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError;
+bool believable(const core::Quaternion<float>& q) {
+  const float squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  return squared >= 1.F - kLengthError && squared <= 1.F + kLengthError;
 }
 
 core::Expected<core::Pose<double>> pose_of(const Reading& reading) {
@@ -50,42 +48,41 @@ core::Expected<core::Pose<double>> pose_of(const Reading& reading) {
   core::Pose<double> pose;
   pose.is_new = true;
   pose.captured = core::SenderTime(core::SenderClock::duration(static_cast<std::int64_t>(reading.captured_us)));
-  pose.position_w_m = core::flip_yz(reading.position_ned_m);
-  pose.yaw_rad = core::yaw_of(core::flip_yz(reading.frd_in_ned));
+  pose.position_w_m = core::flip_yz(reading.position_ned_m).cast<double>();
+  pose.yaw_rad = static_cast<double>(core::yaw_of(core::flip_yz(reading.frd_in_ned)));
   for (std::size_t axis = 0; axis < kDiagonal.size(); ++axis) {
-    const double variance = as_double(reading.covariance[kDiagonal[axis]]);
+    const float variance = reading.covariance[kDiagonal[axis]];
     if (variance > kLargestVariance_m2) {
       return core::Status::kOutOfRange;
     }
-    pose.position_variance_m2[static_cast<Eigen::Index>(axis)] = variance > 0.0 ? variance : 0.0;  // NaN: not known
+    pose.position_variance_m2[static_cast<Eigen::Index>(axis)] =
+        variance > 0.F ? static_cast<double>(variance) : 0.0;  // NaN: not known
   }
   return pose;
 }
 
-core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
-  return {as_double(q[0]), as_double(q[1]), as_double(q[2]), as_double(q[3])};
-}
+core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0], q[1], q[2], q[3]}; }
 
 // Each message is decoded in a function of its own, which is not inlined: only one of them lies on the stack.
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_mocap(const mavlink::FrameView& frame) {
   const auto message = mavlink::decode<mavlink::AttPosMocap>(frame);
   return pose_of({.captured_us = message.time_usec,
-                  .position_ned_m = {as_double(message.x), as_double(message.y), as_double(message.z)},
+                  .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
                   .covariance = message.covariance});
 }
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame) {
   const auto message = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
-  constexpr double kTurns = 100.0;  // an angle beyond that is no angle, and costs accuracy
-  const core::Euler<double> euler{as_double(message.roll), as_double(message.pitch), as_double(message.yaw)};
-  const auto good = [](double angle) { return angle >= -kTurns && angle <= kTurns; };
+  constexpr float kTurns = 100.F;  // an angle beyond that is no angle, and costs accuracy
+  const core::Euler<float> euler{message.roll, message.pitch, message.yaw};
+  const auto good = [](float angle) { return angle >= -kTurns && angle <= kTurns; };
   if (!good(euler.roll_rad) || !good(euler.pitch_rad) || !good(euler.yaw_rad)) {
     return core::Status::kOutOfRange;
   }
   return pose_of({.captured_us = message.usec,
-                  .position_ned_m = {as_double(message.x), as_double(message.y), as_double(message.z)},
+                  .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = core::quaternion_of(euler),
                   .covariance = message.covariance});
 }
@@ -96,7 +93,7 @@ core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
     return core::Status::kOutOfRange;
   }
   return pose_of({.captured_us = message.time_usec,
-                  .position_ned_m = {as_double(message.x), as_double(message.y), as_double(message.z)},
+                  .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
                   .covariance = message.pose_covariance});
 }

@@ -48,15 +48,27 @@ constexpr core::Duration fresh_limit(const Limits& limits, const PoseLatency& me
 }
 
 /// What each command may be, and how fast it may change.
-struct Envelope {
+template <typename T>
+struct EnvelopeIn {
   /// 30 deg, of both axes together, as the law's own limit: the MPC's box of 25 deg is along the axes of the world, and
   /// what brakes in a wind needs the rest.
-  double tilt_rad = 0.5235987755982988;
-  double tilt_slew_rad_s = 20.0;
-  double climb_m_s = 2.0;
-  double climb_slew_m_s2 = 40.0;
-  double yaw_rate_rad_s = 1.7453292519943295;  ///< 100 deg/s (protocol, 6.4)
-  double yaw_slew_rad_s2 = 40.0;
+  T tilt_rad = T(0.5235987755982988);
+  T tilt_slew_rad_s = T(20.0);
+  T climb_m_s = T(2.0);
+  T climb_slew_m_s2 = T(40.0);
+  T yaw_rate_rad_s = T(1.7453292519943295);  ///< 100 deg/s (protocol, 6.4)
+  T yaw_slew_rad_s2 = T(40.0);
+
+  template <typename Other>
+  EnvelopeIn<Other> cast() const {
+    return {.tilt_rad = static_cast<Other>(tilt_rad),
+            .tilt_slew_rad_s = static_cast<Other>(tilt_slew_rad_s),
+            .climb_m_s = static_cast<Other>(climb_m_s),
+            .climb_slew_m_s2 = static_cast<Other>(climb_slew_m_s2),
+            .yaw_rate_rad_s = static_cast<Other>(yaw_rate_rad_s),
+            .yaw_slew_rad_s2 = static_cast<Other>(yaw_slew_rad_s2)};
+  }
 };
+using Envelope = EnvelopeIn<double>;
 
 }  // namespace m100::safety

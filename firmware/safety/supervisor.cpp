@@ -14,8 +14,8 @@ constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
 
 /// Finite and not absurd; NaN fails every comparison.
 template <typename T>
-bool sound(T value, double range) {
-  return value >= static_cast<T>(-2.0 * range) && value <= static_cast<T>(2.0 * range);
+bool sound(T value, T range) {
+  return value >= T(-2) * range && value <= T(2) * range;
 }
 
 }  // namespace
@@ -130,9 +130,9 @@ void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
 }
 
 template <typename T>
-T Supervisor<T>::limited(T wanted, T last, double range, double slew, T step_s) {
-  const T most = static_cast<T>(slew) * step_s;
-  const T inside = core::clamp(wanted, static_cast<T>(-range), static_cast<T>(range));
+T Supervisor<T>::limited(T wanted, T last, T range, T slew, T step_s) {
+  const T most = slew * step_s;
+  const T inside = core::clamp(wanted, -range, range);
   const T reached = core::clamp(inside, last - most, last + most);
   stats_.limited_commands += reached != wanted ? 1U : 0U;
   return reached;
@@ -141,7 +141,7 @@ T Supervisor<T>::limited(T wanted, T last, double range, double slew, T step_s) 
 // Both axes together: each at its own limit would lean the aircraft by 1.4 times as much.
 template <typename T>
 ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
-  const T most = static_cast<T>(envelope_.tilt_rad);
+  const T most = envelope_.tilt_rad;
   const T square = wanted.roll_rad * wanted.roll_rad + wanted.pitch_rad * wanted.pitch_rad;
   // cos(tilt) = cos(roll) cos(pitch): a little less than the root of the squares, by which the two are shortened.
   if (square <= most * most ||
@@ -158,7 +158,7 @@ ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
 
 template <typename T>
 ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) {
-  const Envelope& e = envelope_;
+  const EnvelopeIn<T>& e = envelope_;
   const ctl::Command<T> inside = leaning(wanted);
   return {.roll_rad = limited(inside.roll_rad, last_.roll_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),
           .pitch_rad = limited(inside.pitch_rad, last_.pitch_rad, e.tilt_rad, e.tilt_slew_rad_s, step_s),

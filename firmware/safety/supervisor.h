@@ -47,7 +47,7 @@ struct SupervisorStats {
 template <typename T>
 class Supervisor {
  public:
-  Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope) {}
+  Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope.cast<T>()) {}
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
   /// @param settled what may leave in kLevel; in kRelease only where LEVEL led
@@ -80,10 +80,10 @@ class Supervisor {
   Cause cause_of(const LadderRow& row, const Observation& seen) const;
   ctl::Command<T> leaning(const ctl::Command<T>& wanted);
   ctl::Command<T> limited(const ctl::Command<T>& wanted, T step_s);
-  T limited(T wanted, T last, double range, double slew, T step_s);
+  T limited(T wanted, T last, T range, T slew, T step_s);
 
   Limits limits_;
-  Envelope envelope_;
+  EnvelopeIn<T> envelope_;
   Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
   bool spent_ = false;  ///< kCoast: the reserve to the fence, and the place was not known again since

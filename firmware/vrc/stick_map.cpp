@@ -2,6 +2,7 @@
 #include "firmware/vrc/stick_map.h"
 
 #include "firmware/core/maths.h"
+#include "firmware/model/stick_axis.h"
 
 namespace m100::vrc {
 namespace {
@@ -10,24 +11,12 @@ constexpr float kTravel_vrc = 660.F;
 constexpr float kLow_vrc = 364.F;
 constexpr float kHigh_vrc = 1684.F;
 
-/// base^exponent for base in (0, 4], by the logarithm of base from Newton's iteration on exp (Halley: cubic).
-double power(double base, double exponent) {
-  double y = 0.0;
-  for (int i = 0; i < 8; ++i) {
-    const double e = core::exp(y);
-    y += 2.0 * (base - e) / (base + e);
-  }
-  return core::exp(y * exponent);
-}
-
 float curved(float u, float exponent) {
   if (exponent == 1.F || u == 0.F) {
     return u;
   }
   const float size = u < 0.F ? -u : u;
-  const float value = static_cast<float>(
-      static_cast<double>(kTravel_vrc) *
-      power(static_cast<double>(size) / static_cast<double>(kTravel_vrc), static_cast<double>(exponent)));
+  const float value = kTravel_vrc * model::power(size / kTravel_vrc, exponent);
   return u < 0.F ? -value : value;
 }
 

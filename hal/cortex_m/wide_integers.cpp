@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // 64-bit integers as floating-point numbers, on a core that adds and multiplies doubles itself. The compiler's library
 // does it with its software addition (1.5 kB, some sixty instructions each): these are a few, with the same roundings.
+// And back from float on every core, which the library does in double.
+#include <bit>
 #include <cstdint>
 
 #if (__ARM_FP & 8) != 0
@@ -48,3 +50,20 @@ extern "C" {
 }
 
 #endif
+
+extern "C" {
+/// Towards zero; what does not fit is the language's undefined behaviour, and here the nearest that fits.
+[[gnu::pcs("aapcs"), gnu::used]] std::int64_t __aeabi_f2lz(float value) {
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::int32_t exponent = static_cast<std::int32_t>((bits >> 23U) & 0xFFU) - 127;
+  const bool negative = (bits >> 31U) != 0;
+  if (exponent < 31) {
+    return static_cast<std::int32_t>(value);  // the processor's own
+  }
+  if (exponent > 62) {
+    return negative ? INT64_MIN : INT64_MAX;
+  }
+  const std::int64_t size = static_cast<std::int64_t>((bits & 0x7FFFFFU) | 0x800000U) << (exponent - 23);
+  return negative ? -size : size;
+}
+}

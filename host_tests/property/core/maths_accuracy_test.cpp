@@ -63,8 +63,8 @@ class MathsAccuracy : public ::testing::Test {
       GTEST_SKIP() << "measured on x86-64, whose long double is the judge";
     }
   }
-  /// Holds the worst distance to its bound, and in double records it as the figure ulp.<function> of a page; in float
-  /// it is always half a unit. In a figure's name, what is no letter or digit is an underscore.
+  /// Holds the worst distance to its bound, and in double records it as the figure ulp.<function> of a page. In
+  /// a figure's name, what is no letter or digit is an underscore.
   void expect_at_most(double bound_ulp, const char* function, double worst) {
     std::array<char, 16> text{};
     std::snprintf(text.data(), text.size(), "%.3f", worst);
@@ -77,8 +77,6 @@ class MathsAccuracy : public ::testing::Test {
     }
     EXPECT_LE(worst, bound_ulp) << function;
   }
-  /// Half a unit is the rounding itself; float is computed in double, so nothing is added but double's own error.
-  static constexpr double bound(double of_double) { return sizeof(T) == 4 ? 0.5001 : of_double; }
 };
 
 struct TypeNames {
@@ -90,23 +88,23 @@ struct TypeNames {
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(MathsAccuracy, Scalars, TypeNames);
 
-// Bounds for double: one unit for the functions with one rounding after the reduction, two where a quotient of two
-// rounded numbers is the result. A wrong digit in any coefficient costs thousands of units.
+// Bounds for both scalars: one unit for the functions with one rounding after the reduction, two where a quotient of
+// two rounded numbers is the result. A wrong digit in any coefficient costs thousands of units.
 TYPED_TEST(MathsAccuracy, OfSineAndCosine) {
   using T = TypeParam;
   for (const T reach : {T(0.79), T(10), T(1e5)}) {
     const std::string range = " up to " + std::to_string(static_cast<int>(reach + T(0.5))) + " rad";
     const auto judged_sin = [](long double x) { return std::sin(x); };
     const auto judged_cos = [](long double x) { return std::cos(x); };
-    this->expect_at_most(this->bound(1.0), ("sin" + range).c_str(), worst_ulps<T>(-reach, reach, sin<T>, judged_sin));
-    this->expect_at_most(this->bound(1.0), ("cos" + range).c_str(), worst_ulps<T>(-reach, reach, cos<T>, judged_cos));
+    this->expect_at_most(1.0, ("sin" + range).c_str(), worst_ulps<T>(-reach, reach, sin<T>, judged_sin));
+    this->expect_at_most(1.0, ("cos" + range).c_str(), worst_ulps<T>(-reach, reach, cos<T>, judged_cos));
   }
 }
 
 TYPED_TEST(MathsAccuracy, OfTangent) {
   using T = TypeParam;
   const auto judged = [](long double x) { return std::tan(x); };
-  this->expect_at_most(this->bound(2.5), "tan up to 1.57 rad", worst_ulps<T>(T(-1.57), T(1.57), tan<T>, judged));
+  this->expect_at_most(2.5, "tan up to 1.57 rad", worst_ulps<T>(T(-1.57), T(1.57), tan<T>, judged));
 }
 
 TYPED_TEST(MathsAccuracy, OfArcTangent) {
@@ -115,20 +113,20 @@ TYPED_TEST(MathsAccuracy, OfArcTangent) {
     const auto ours = [x](T y) { return atan2<T>(y, x); };
     const auto judged = [x](long double y) { return std::atan2(y, static_cast<long double>(x)); };
     const std::string label = "atan2(y, " + std::to_string(static_cast<double>(x)) + ")";
-    this->expect_at_most(this->bound(1.5), label.c_str(), worst_ulps<T>(T(-30), T(30), ours, judged));
+    this->expect_at_most(1.5, label.c_str(), worst_ulps<T>(T(-30), T(30), ours, judged));
   }
 }
 
 TYPED_TEST(MathsAccuracy, OfArcSine) {
   using T = TypeParam;
   const auto judged = [](long double x) { return std::asin(x); };
-  this->expect_at_most(this->bound(3.0), "asin", worst_ulps<T>(T(-1), T(1), asin<T>, judged));
+  this->expect_at_most(3.0, "asin", worst_ulps<T>(T(-1), T(1), asin<T>, judged));
 }
 
 TYPED_TEST(MathsAccuracy, OfTheExponential) {
   using T = TypeParam;
   const auto judged = [](long double x) { return std::exp(x); };
-  this->expect_at_most(this->bound(1.0), "exp", worst_ulps<T>(T(-80), T(80), exp<T>, judged));
+  this->expect_at_most(1.0, "exp", worst_ulps<T>(T(-80), T(80), exp<T>, judged));
 }
 
 TYPED_TEST(MathsAccuracy, OfWrappedAngles) {
@@ -150,7 +148,7 @@ TYPED_TEST(MathsAccuracy, OfWrappedAngles) {
   }
   // In units of the last place of pi: a wrapped angle near zero has the absolute error of the reduction, not less.
   const double of_pi = worst / std::ldexp(1.0, 2 - std::numeric_limits<T>::digits);
-  this->expect_at_most(this->bound(1.0), "wrap_pi (ulp of pi)", of_pi);
+  this->expect_at_most(1.0, "wrap_pi (ulp of pi)", of_pi);
 }
 
 }  // namespace
