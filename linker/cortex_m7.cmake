@@ -1,18 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Bare metal, Cortex-M7 with a double FPU. A board's own toolchain file includes this and says what else the board is.
-# No --specs=nosys.specs: its _sbrk would let a heap link (promise R1).
-set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-m7)
-set(CMAKE_C_COMPILER arm-none-eabi-gcc)
-set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
-set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
-set(m100_machine "-mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard -ffunction-sections -fdata-sections")
-# The call graph with each function's stack, beside every object file: linker/stack_report.py reads it.
-set(m100_machine "${m100_machine} -fcallgraph-info=su -fstack-usage")
-set(CMAKE_C_FLAGS_INIT "${m100_machine}")
-set(CMAKE_CXX_FLAGS_INIT
-    "${m100_machine} -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit -fno-unwind-tables")
-set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections")
-set(CMAKE_EXECUTABLE_SUFFIX_CXX .elf)
-set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(M100_PROCESSOR_FLAGS "-mcpu=cortex-m7 -mthumb -mfpu=fpv5-d16 -mfloat-abi=hard")
+include(${CMAKE_CURRENT_LIST_DIR}/cortex_m.cmake)

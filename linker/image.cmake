@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # How an image for a bare board is linked, sized and checked. Only the bare-metal build comes here; what is the board's own
 # comes from its toolchain file.
-foreach(name M100_BOARD M100_BOARD_SCRIPT M100_BOARD_HEADER M100_BOARD_MAIN)
+foreach(name M100_BOARD M100_BOARD_SCRIPT M100_BOARD_HEADER M100_BOARD_BUDGET M100_BOARD_MAIN)
   if(NOT DEFINED ${name})
     message(FATAL_ERROR "The toolchain file ${CMAKE_TOOLCHAIN_FILE} does not say ${name}: see linker/PORTING.md")
   endif()
@@ -9,15 +9,15 @@ endforeach()
 
 find_package(Python3 COMPONENTS Interpreter REQUIRED)
 set(M100_LINKER_DIR ${CMAKE_CURRENT_LIST_DIR})
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${M100_LINKER_DIR}/budget.txt)
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${M100_BOARD_BUDGET})
 
-file(STRINGS ${M100_LINKER_DIR}/budget.txt stack_line REGEX "^stack_bytes")
+file(STRINGS ${M100_BOARD_BUDGET} stack_line REGEX "^stack_bytes")
 string(REGEX MATCH "[0-9]+" M100_STACK_BYTES "${stack_line}")
 
 # m100_image(name SOURCES main.cpp DEPS m100::app [FLIGHT])
 #
 # Makes <name>.elf with start-up code and memory map. Each build prints its size by module; FLIGHT images are held to
-# budget.txt, in flash, RAM and stack.
+# the board's budget, in flash, RAM and stack.
 function(m100_image name)
   cmake_parse_arguments(arg "FLIGHT" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${arg_SOURCES} $<TARGET_OBJECTS:m100_startup>)
@@ -30,8 +30,8 @@ function(m100_image name)
   if(arg_FLIGHT)
     add_custom_command(TARGET ${name} POST_BUILD VERBATIM
       COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/size_report.py $<TARGET_FILE:${name}>.map
-              ${M100_LINKER_DIR}/budget.txt
+              ${M100_BOARD_BUDGET}
       COMMAND ${Python3_EXECUTABLE} ${M100_LINKER_DIR}/stack_report.py $<TARGET_FILE:${name}> ${PROJECT_BINARY_DIR}
-              ${M100_LINKER_DIR}/budget.txt)
+              ${M100_BOARD_BUDGET})
   endif()
 endfunction()

@@ -10,8 +10,8 @@ from measure.place import NotMeasuredHere, Source
 BUILD = "host_tests/target"
 
 
-def budget(place):
-    lines = (place.root / "linker" / "budget.txt").read_text().splitlines()
+def budget(place, name="budget.txt"):
+    lines = (place.root / "linker" / name).read_text().splitlines()
     return {words[0]: int(words[1]) for words in map(str.split, lines) if len(words) == 2 and words[1].isdigit()}
 
 
@@ -59,5 +59,26 @@ def ticks(place):
     return {"image.ticks": table(*rows), "image.median": Figure(spaced(whole[0][0])), "image.worst": Figure(spaced(whole[1][1]))}
 
 
-SOURCES = [Source(("image.sizes",), sizes, quick=False), Source(("image.companion",), companion, quick=False),
+def cortex_m4f(place):
+    """The image of the board without double in its FPU, and its ticks; parts as on the Cortex-M7 are printed, not shown."""
+    place.tool("qemu-system-arm")
+    image = place.program(f"{BUILD}/m100_mps2.elf", ("mps2-m4f",))
+    place.program(f"{BUILD}/replay.elf", ("mps2-m4f",))
+    tape = place.root / "build" / "determinism" / "flight.tape"
+    if not tape.is_file():
+        raise NotMeasuredHere("no recorded flight: host_tests/determinism prepare")
+    allowed = budget(place, "budget_m4f.txt")
+    sized = place.run("linker/size_report.py", f"{image}.map", "linker/budget_m4f.txt", may_fail=True)
+    flash, ram = re.search(r"^total\s+(\d+)\s+(\d+)", sized, re.MULTILINE).groups()
+    whole = re.findall(r" median (\d+).* worst (\d+)", place.run("linker/tick_cost", tape, "mps2-m4f", may_fail=True))
+    rows = [["Cortex-M4F", "measured", "budget"],
+            ["flash, tables included [bytes]", spaced(flash), spaced(allowed["flash_bytes"])],
+            ["RAM, stack included [bytes]", spaced(ram), spaced(allowed["ram_bytes"])]]
+    for (median, worst), mode, label in zip(whole, ("cost", "hostile"), ("tick", "tick, hostile bytes and hardest programs")):
+        for number, what in ((median, "median"), (worst, "worst")):
+            rows.append([f"{label}, {what} [instructions]", spaced(number), spaced(allowed[f"{mode}_{what}_instructions"])])
+    return {"image.cortex_m4f": table(*rows)}
+
+
+SOURCES = [Source(("image.cortex_m4f",), cortex_m4f, quick=False), Source(("image.sizes",), sizes, quick=False), Source(("image.companion",), companion, quick=False),
            Source(("image.ticks", "image.median", "image.worst"), ticks, quick=False)]

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Bare metal, any Cortex-M with an FPU. The file of the processor sets M100_PROCESSOR_FLAGS and includes this.
+# No --specs=nosys.specs: its _sbrk would let a heap link (promise R1).
+set(CMAKE_SYSTEM_NAME Generic)
+set(CMAKE_C_COMPILER arm-none-eabi-gcc)
+set(CMAKE_CXX_COMPILER arm-none-eabi-g++)
+set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
+# The call graph with each function's stack, beside every object file: linker/stack_report.py reads it.
+set(m100_machine "${M100_PROCESSOR_FLAGS} -ffunction-sections -fdata-sections -fcallgraph-info=su -fstack-usage")
+set(CMAKE_C_FLAGS_INIT "${m100_machine}")
+set(CMAKE_CXX_FLAGS_INIT
+    "${m100_machine} -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-use-cxa-atexit -fno-unwind-tables")
+set(CMAKE_EXE_LINKER_FLAGS_INIT "-nostartfiles -Wl,--gc-sections")
+set(CMAKE_EXECUTABLE_SUFFIX_CXX .elf)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
