@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
+#include "firmware/core/sha256.h"
 #include "host_tests/lab/gains/write_tables.h"
 
 namespace m100::mpc {
@@ -115,6 +119,41 @@ TEST_F(TableFile, OfAnyOtherLengthIsRefused) {
   std::vector<std::byte> longer = bytes;
   longer.push_back(std::byte{0});
   EXPECT_NE(storage->load(longer, file.digest), Status::kOk);
+}
+
+/// The file with its checksum made again, as another version of the program would have written it.
+std::vector<std::byte> summed(std::vector<std::byte> file) {
+  const std::size_t body = file.size() - std::tuple_size_v<core::Sha256Digest>;
+  const core::Sha256Digest sum = core::sha256(std::span(file).first(body));
+  std::transform(sum.begin(), sum.end(), file.begin() + static_cast<std::ptrdiff_t>(body),
+                 [](auto byte) { return static_cast<std::byte>(byte); });
+  return file;
+}
+
+// Catches a version that is looked at and let pass: nothing would be read, and the law would fly zeros.
+TEST_F(TableFile, OfAnotherVersionIsRefused) {
+  RecordProperty("promise", "R10");
+  ASSERT_EQ(storage->load(summed(bytes), file.digest), Status::kOk) << "the sum is made as the file's is";
+  for (const std::size_t at : {8U, 9U, 10U, 11U}) {
+    std::vector<std::byte> other = bytes;
+    other[at] ^= std::byte{1};
+    EXPECT_EQ(storage->load(summed(other), file.digest), Status::kInvalidArgument) << at;
+  }
+  std::vector<std::byte> other = bytes;
+  other[0] ^= std::byte{1};
+  EXPECT_EQ(storage->load(summed(other), file.digest), Status::kInvalidArgument) << "it is no table at all";
+}
+
+// Catches a reader that takes what fits and leaves the rest, or reads past the end.
+TEST_F(TableFile, WithRowsTooManyOrTooFewIsRefused) {
+  std::vector<std::byte> longer = bytes;
+  longer.resize(bytes.size() + 8);
+  EXPECT_EQ(storage->load(summed(longer), file.digest), Status::kInvalidArgument);
+  for (const std::size_t less : {1U, 4U, 8U, 64U}) {
+    std::vector<std::byte> shorter = bytes;
+    shorter.resize(bytes.size() - less);
+    EXPECT_EQ(storage->load(summed(shorter), file.digest), Status::kInvalidArgument) << less;
+  }
 }
 
 // Whoever can compute a SHA-256 could still write a tree that never ends or points outside.
