@@ -98,6 +98,29 @@ INSTANTIATE_TEST_SUITE_P(
                       BadFrame{"NoRoom", {}, 10, 25, core::Status::kResourceExhausted}),
     [](const auto& tested) { return tested.param.name; });
 
+// Catches a parser that counts otherwise, or holds a byte back, where its bytes come one by one; and one that is full
+// and says nothing.
+TEST(FrameParser, TakesBytesOneByOneAsItTakesThemTogether) {
+  Space space;
+  const std::vector<std::byte> value = counting_bytes(20);
+  const MessageId id{1, 3};
+  const auto bytes = encode_frame({.session = 7, .sequence = 1}, &id, value, space);
+  ASSERT_TRUE(bytes);
+  FrameParser together, one_by_one;
+  ASSERT_EQ(together.push(*bytes), bytes->size());
+  ASSERT_TRUE(together.poll());
+  for (std::size_t i = 0; i < bytes->size(); ++i) {
+    EXPECT_EQ(one_by_one.push((*bytes)[i]).has_value(), i + 1 == bytes->size()) << i;
+    EXPECT_EQ(one_by_one.pending_bytes(), i + 1 == bytes->size() ? 0U : i + 1);
+  }
+  EXPECT_TRUE(one_by_one.stats() == together.stats());
+  EXPECT_EQ(one_by_one.stats().frames, 1U);
+  while (one_by_one.push(*bytes) == bytes->size()) {
+  }
+  EXPECT_EQ(one_by_one.push(std::byte{0}).status(), core::Status::kResourceExhausted);
+  EXPECT_TRUE(one_by_one.poll());
+}
+
 TEST(FrameParser, ShortestFrameHasNoChecksumOfData) {
   Space space;
   const auto bytes = encode_frame({.session = 3, .is_ack = true, .sequence = 9}, nullptr, {}, space);
