@@ -77,6 +77,7 @@ TEST(AxisResidual, EqualsTheHostsSimulationError) {
 TEST(AxisResidual, StaysQuietWhileTheModelHolds) {
   const ResidualReport<double> seen = watch(measured_roll(), fly(measured_roll(), 6000, 0.002), 0.004);
   EXPECT_GT(seen.blocks, 20U);
+  EXPECT_EQ(seen.blocks_over, 0U) << "else a single block would do where two in a row are asked for";
   EXPECT_LT(seen.ratio, 1.0);
   EXPECT_FALSE(seen.departed);
 }
