@@ -304,6 +304,23 @@ TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
   interruptions_left = 0;
 }
 
+int writes = 0;
+ssize_t full_after_an_interruption(int, const void*, std::size_t) {
+  errno = EINTR;  // of the first call; a call that succeeds leaves it as it is
+  return ++writes == 1 ? -1 : 0;
+}
+constexpr SystemCalls kFullAfterAnInterruption{.write = &full_after_an_interruption};
+
+// Would catch a line without room that is asked again because an older call was interrupted.
+TEST(SerialPort, NoRoomIsAnAnswer) {
+  FarSide far;
+  SerialPort port(far.name(), 230400, kFullAfterAnInterruption);
+  ASSERT_EQ(port.open(), core::Status::kOk);
+  writes = 0;
+  EXPECT_EQ(port.write(bytes_of("ab")).value(), 0U);
+  EXPECT_EQ(writes, 2);
+}
+
 TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
   FarSide far;
   std::array<std::byte, 4> destination;
