@@ -19,7 +19,7 @@ using std::chrono::milliseconds;
 
 /// Our results as once published, m and degrees; today (README.md, host_tests/lab/experiments/README.md) hover and
 /// squares are a millimetre worse, the simulator 7 mm, because the command moves less. The limits were not widened for
-/// that.
+/// that. The yaw of the simulator's course stood in no page: it is the mean of forty seeds, 1.48 degrees (paper: 26).
 struct Ours {
   const char* task;
   const char* condition;
@@ -29,7 +29,7 @@ struct Ours {
 constexpr std::array kOurs{Ours{"hover", "calm", 0.016, 0.284, 1.5},      Ours{"hover", "wind", 0.016, 0.481, 1.5},
                            Ours{"step", "calm", 0.317, 0.288, 1.1},       Ours{"step", "wind", 0.240, 0.488, 1.1},
                            Ours{"trajectory", "calm", 0.016, 0.287, 1.5}, Ours{"trajectory", "wind", 0.016, 0.483, 1.5},
-                           Ours{"simulator", "calm", 0.021, 1.0, 1.5}};
+                           Ours{"simulator", "calm", 0.021, 1.48, 1.5}};
 
 class PaperTask : public ::testing::TestWithParam<std::size_t> {};
 
