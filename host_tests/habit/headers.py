@@ -26,7 +26,7 @@ LEFT_OUT = ("linker/mbedtls_aes_config.h", "firmware/mpc/swept_scalar.h")
 def flags_of(build):
     """Compiler, search paths and definitions that most of the project's files are compiled with."""
     commands = json.loads((pathlib.Path(build) / "compile_commands.json").read_text())
-    words = [shlex.split(entry["command"]) for entry in commands if entry["file"].endswith(".cpp")]
+    words = [shlex.split(entry["command"]) for entry in commands if entry["file"].endswith((".cpp", ".cxx"))]
     shared = [word for word in words[0] if all(word in other for other in words)]
     pairs = [pair for other in words for pair in zip(other, other[1:])]
     paths = dict.fromkeys(f"-isystem{path}" for word, path in pairs if word == "-isystem")

@@ -27,6 +27,13 @@ def recording_tests(root):
     return out
 
 
+def sources_of(file):
+    """The source itself, or those that CMake joined in it."""
+    if file.parent.name == "Unity":
+        return [pathlib.Path(name) for name in re.findall(r'^#include "(.*)"$', file.read_text(), re.MULTILINE)]
+    return [file]
+
+
 def programs_of(root):
     """-> {source file: [test program's path in a build folder]}, from what the builds say of themselves."""
     out = collections.defaultdict(list)
@@ -36,9 +43,9 @@ def programs_of(root):
             found = OUTPUT.search(entry["command"])
             if found:
                 program = f"{found['folder']}/{found['program']}"
-                source = pathlib.Path(entry["file"])
-                if program not in out[source]:
-                    out[source].append(program)
+                for source in sources_of(pathlib.Path(entry["file"])):
+                    if program not in out[source]:
+                        out[source].append(program)
     return out
 
 
