@@ -52,6 +52,14 @@ if(M100_SANITIZE)
     $<BUILD_INTERFACE:-fno-sanitize-recover=all> $<BUILD_INTERFACE:-fno-omit-frame-pointer>)
   target_link_options(m100_numerics INTERFACE $<BUILD_INTERFACE:-fsanitize=address,undefined>)
 endif()
+# Under sanitizers, what is not in the product goes without the undefined-behaviour checks of each single pointer: they
+# nearly double the time to compile it, and the address sanitizer finds what they find. Linked behind m100_numerics, because
+# the last option counts.
+add_library(m100_pointers_unchecked INTERFACE)
+if(M100_SANITIZE)
+  target_compile_options(m100_pointers_unchecked INTERFACE
+    -fno-sanitize=null,alignment,object-size,pointer-overflow,nonnull-attribute,returns-nonnull-attribute)
+endif()
 if(M100_COVERAGE)
   # -O0: a line that the optimiser joins with another is counted wrongly. Everything is counted, because headers are compiled
   # into the tests; threads of the companion count in the same places.
@@ -139,6 +147,7 @@ function(m100_module name)
     m100_leave_out(${name} ${missing})
     return()
   endif()
+  set(is_a_test OFF)
   if(arg_SOURCES)
     add_library(m100_${name} STATIC ${arg_SOURCES})
     m100_join(m100_${name})
@@ -161,6 +170,9 @@ function(m100_module name)
   add_library(m100::${name} ALIAS m100_${name})
   set_target_properties(m100_${name} PROPERTIES EXPORT_NAME ${name})
   target_link_libraries(m100_${name} ${scope} m100_numerics ${arg_DEPS})
+  if(is_a_test)
+    target_link_libraries(m100_${name} PRIVATE m100_pointers_unchecked)
+  endif()
   if(arg_HEADERS)
     target_sources(m100_${name} ${scope} FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   endif()
@@ -186,6 +198,7 @@ endfunction()
 # Tests, and the reading of options, call what takes time and do not do it themselves: -O1 takes a third off compiling them.
 add_library(m100_compiled_soon INTERFACE)
 target_compile_options(m100_compiled_soon INTERFACE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
+target_link_libraries(m100_compiled_soon INTERFACE m100_pointers_unchecked)
 
 # What gives each test program a folder for its temporary files, compiled once per build.
 function(m100_own_folder)
@@ -196,14 +209,15 @@ function(m100_own_folder)
   target_link_libraries(m100_own_folder PRIVATE m100::core m100_warnings)
 endfunction()
 
-# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE])
+# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE] [COMPUTES])
 #
 # Makes the program <label>_<name> and registers each of its GoogleTest cases with ctest under the label. In a cross
 # build the whole program is one test, because each start of the emulator costs more than most cases; a program whose
 # libraries this machine does not have is left out, by name, and so is one that is NATIVE: it asks the kernel for what
-# qemu-user does not pass on.
+# qemu-user does not pass on. One that COMPUTES for long has the label `computes` as well and stands in target
+# tests_computing instead of tests_<label>: by day it runs optimised, under sanitizers at night.
 function(m100_tests)
-  cmake_parse_arguments(arg "NATIVE" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(arg "NATIVE;COMPUTES" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
   set(program ${arg_LABEL}_${arg_NAME})
   if(CMAKE_CROSSCOMPILING)
     if(arg_NATIVE)
@@ -229,16 +243,22 @@ function(m100_tests)
     # build of the same files keeps the warnings.
     target_compile_options(${program} PRIVATE -Wno-array-bounds -Wno-stringop-overflow)
   endif()
-  if(NOT TARGET tests_${arg_LABEL})
-    add_custom_target(tests_${arg_LABEL})  # all programs of a label, for those who want to build no more
+  set(labels "${arg_LABEL};${arg_NAME}")
+  set(all tests_${arg_LABEL})  # all programs of a label, for those who want to build no more
+  if(arg_COMPUTES)
+    list(APPEND labels computes)
+    set(all tests_computing)
   endif()
-  add_dependencies(tests_${arg_LABEL} ${program})
+  if(NOT TARGET ${all})
+    add_custom_target(${all})
+  endif()
+  add_dependencies(${all} ${program})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 1200)  # ends what hangs, on a machine as busy as may be; no test is judged by the time it takes
   endif()
   if(CMAKE_CROSSCOMPILING)
     add_test(NAME ${arg_LABEL}.${arg_NAME} COMMAND ${program} --gtest_brief=1 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${arg_LABEL}.${arg_NAME} PROPERTIES LABELS "${arg_LABEL};${arg_NAME}" TIMEOUT 3600)
+    set_tests_properties(${arg_LABEL}.${arg_NAME} PROPERTIES LABELS "${labels}" TIMEOUT 3600)
     return()
   endif()
   gtest_discover_tests(${program} TEST_PREFIX "${arg_LABEL}.${arg_NAME}." DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
@@ -246,11 +266,11 @@ function(m100_tests)
     WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     TEST_LIST ${program}_cases
     PROPERTIES TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
-  # Both labels: PROPERTIES above takes no lists, and would keep the first label only.
-  set(labels ${CMAKE_CURRENT_BINARY_DIR}/${program}_labels.cmake)
-  file(WRITE ${labels} "if(${program}_cases)\n  set_tests_properties(\${${program}_cases} PROPERTIES LABELS "
-                       "\"${arg_LABEL};${arg_NAME}\")\nendif()\n")
-  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${labels})
+  # All labels: PROPERTIES above takes no lists, and would keep the first label only.
+  set(file ${CMAKE_CURRENT_BINARY_DIR}/${program}_labels.cmake)
+  file(WRITE ${file} "if(${program}_cases)\n  set_tests_properties(\${${program}_cases} PROPERTIES LABELS "
+                     "\"${labels}\")\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${file})
 endfunction()
 
 # `cmake --install` after a partial build names the target to build, before it copies anything. Call it before the first
