@@ -108,7 +108,8 @@ std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t 
 /// @param running as FrameParser::running_; @param known its last entry that is known.
 ///
 /// The register of a frame that begins here differs from the running one by something that depends on the distance
-/// only. Known at the first block border inside the frame, it is carried to the last one.
+/// only. Known at the first block border inside the frame, it is carried to the last one. Where the running one begins
+/// inside this frame, as it does while every frame is whole, it begins as the frame's own, and they do not differ.
 bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::size_t& known, std::size_t begin,
                           std::size_t length) {
   const std::size_t first = begin / kCrc32BlockBytes + 1;
@@ -116,18 +117,19 @@ bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::
   if (kCrc32BlockBytes >= kFrameOverheadBytes && last < first) {  // the shortest frame, all in one block
     return crc_kernels::step_rest(kCrc32Start, buffer + begin, length) == 0;
   }
+  const std::uint32_t own =
+      crc_kernels::after_header_start<kStartNumber>(buffer + begin, first * kCrc32BlockBytes - begin);
   if (known < first) {  // bytes in between belong to no candidate: start afresh behind them
     known = first;
-    running[first] = 0;
+    running[first] = own;
   }
   if (known < last) {
     crc_kernels::run_blocks(buffer + known * kCrc32BlockBytes, running + known, last - known);
     known = last;
   }
   const std::size_t edge = last * kCrc32BlockBytes;
-  const std::uint32_t own =
-      crc_kernels::after_header_start<kStartNumber>(buffer + begin, first * kCrc32BlockBytes - begin);
-  const std::uint32_t apart = crc_kernels::advance_blocks(running[first] ^ own, last - first);
+  const std::uint32_t apart_first = running[first] ^ own;
+  const std::uint32_t apart = apart_first != 0 ? crc_kernels::advance_blocks(apart_first, last - first) : 0;
   return crc_kernels::ends_well(running[last] ^ apart, buffer + edge, begin + length - edge);
 }
 

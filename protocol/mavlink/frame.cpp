@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "protocol/bytes.h"
+#include "protocol/crc_kernels.h"
 #include "protocol/mavlink/messages.h"
 
 namespace m100::mavlink {
@@ -37,16 +39,25 @@ static_assert(std::adjacent_find(kKnown.begin(), kKnown.end(),
                   kKnown.end(),
               "a message has one row");
 
+/// The register after one byte, started from 0: CCITT's polynomial, reflected.
+constexpr std::array<std::uint16_t, 256> kChecksumTable =
+    protocol::crc_kernels::make_tables<std::uint16_t, 1>(0x8408)[0];
+
 }  // namespace
 
 std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state) {
   unsigned crc = state;
-  for (const std::byte value : bytes) {
-    unsigned low = (std::to_integer<unsigned>(value) ^ crc) & 0xFFU;
-    low = (low ^ (low << 4U)) & 0xFFU;
-    crc = (crc >> 8U) ^ (low << 8U) ^ (low << 3U) ^ (low >> 4U);
+  const std::byte* next = bytes.data();
+  std::size_t left = bytes.size();
+  for (; left >= 2; next += 2, left -= 2) {  // what the second byte adds is added before the first one's step
+    crc ^= protocol::load<std::uint16_t>(next);
+    crc = (crc >> 8U) ^ kChecksumTable[crc & 0xFFU];
+    crc = (crc >> 8U) ^ kChecksumTable[crc & 0xFFU];
   }
-  return static_cast<std::uint16_t>(crc & 0xFFFFU);
+  if (left > 0) {
+    crc = (crc >> 8U) ^ kChecksumTable[(std::to_integer<unsigned>(*next) ^ crc) & 0xFFU];
+  }
+  return static_cast<std::uint16_t>(crc);
 }
 
 const MessageInfo* find_message(std::uint32_t id) {

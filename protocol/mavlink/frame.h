@@ -52,7 +52,7 @@ struct Frame {
   std::span<const std::byte> bytes() const { return std::span(space).first(size); }
 };
 
-/// CRC-16/MCRF4XX over the bytes, continued from state. Cost: seven operations a byte, no table.
+/// CRC-16/MCRF4XX over the bytes, continued from state. Cost: one look-up a byte.
 std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state = 0xFFFF);
 
 /// What is known about a type of message. @returns null: nothing, so its checksum cannot be told from noise.
