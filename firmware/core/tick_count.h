@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include "firmware/core/time.h"
 
 namespace m100::core {
@@ -18,7 +20,8 @@ class TickCount {
   int take(Duration elapsed, int most) {
     behind_ += elapsed;
     behind_ = behind_ > kMostBehind ? kMostBehind : behind_;
-    const auto rounded = static_cast<int>((behind_ + kTickPeriod / 2) / kTickPeriod);
+    // In 32 bits, which the most fits into: a division of 64 is a call into the compiler's library on some machines.
+    const auto rounded = static_cast<std::int32_t>((behind_ + kTickPeriod / 2).count()) / kPeriod;
     const int ticks = rounded > most ? most : rounded;
     behind_ -= ticks * kTickPeriod;
     behind_ -= ticks == rounded ? behind_ / 16 : Duration(0);
@@ -28,6 +31,7 @@ class TickCount {
   Duration behind() const { return behind_; }
 
  private:
+  static constexpr auto kPeriod = static_cast<std::int32_t>(kTickPeriod.count());
   Duration behind_{0};
 };
 

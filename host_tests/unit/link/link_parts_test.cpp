@@ -25,6 +25,12 @@ TEST(LineTime, IsTenBitsAByte) {
   EXPECT_EQ(line_time(23040, 230400), std::chrono::seconds(1));
   EXPECT_EQ(line_time(1, 230400), microseconds(43));
   EXPECT_EQ(line_time(100, 0), Duration{0});
+  // Both sides of what fits into 32 bits, and the largest that is asked for.
+  for (const std::uint64_t bytes :
+       {std::uint64_t{428}, std::uint64_t{429}, std::uint64_t{430}, std::uint64_t{1} << 40U}) {
+    const std::uint64_t expected_us = bytes * 10 * 1000000 / 9600;
+    EXPECT_EQ(line_time(bytes, 9600), microseconds(static_cast<std::int64_t>(expected_us))) << bytes;
+  }
 }
 
 // The windows of protocol, sections 6.4 and 7, at their edges.
