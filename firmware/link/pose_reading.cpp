@@ -20,14 +20,18 @@ constexpr std::array<std::uint8_t, 5> kNedFrames{1, 14, 16, 18, 20};
 /// Where the variances of x, y and z stand in the upper right of a 6x6 matrix, row by row.
 constexpr std::array<std::size_t, 3> kDiagonal{0, 6, 11};
 
-using Covariance = std::array<float, 21>;
+using Variances = std::array<float, 3>;
+
+Variances variances(const std::array<float, 21>& covariance) {
+  return {covariance[kDiagonal[0]], covariance[kDiagonal[1]], covariance[kDiagonal[2]]};
+}
 
 /// What all three messages say, in the arithmetic in which it stands on the wire.
 struct Reading {
   std::uint64_t captured_us = 0;
   core::Vector<float, 3> position_ned_m;
   core::Quaternion<float> frd_in_ned;
-  const Covariance& covariance;
+  Variances variance_m2;  ///< of x, y, z; 0 or no number: not known
 };
 
 // A comparison with NaN is false, so each test states what is good.
@@ -50,8 +54,8 @@ core::Expected<core::Pose<double>> pose_of(const Reading& reading) {
   pose.captured = core::SenderTime(core::SenderClock::duration(static_cast<std::int64_t>(reading.captured_us)));
   pose.position_w_m = core::flip_yz(reading.position_ned_m).cast<double>();
   pose.yaw_rad = static_cast<double>(core::yaw_of(core::flip_yz(reading.frd_in_ned)));
-  for (std::size_t axis = 0; axis < kDiagonal.size(); ++axis) {
-    const float variance = reading.covariance[kDiagonal[axis]];
+  for (std::size_t axis = 0; axis < reading.variance_m2.size(); ++axis) {
+    const float variance = reading.variance_m2[axis];
     if (variance > kLargestVariance_m2) {
       return core::Status::kOutOfRange;
     }
@@ -70,7 +74,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
-                  .covariance = message.covariance});
+                  .variance_m2 = variances(message.covariance)});
 }
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame) {
@@ -84,7 +88,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
   return pose_of({.captured_us = message.usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = core::quaternion_of(euler),
-                  .covariance = message.covariance});
+                  .variance_m2 = variances(message.covariance)});
 }
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_odometry(const mavlink::FrameView& frame) {
@@ -95,7 +99,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
   return pose_of({.captured_us = message.time_usec,
                   .position_ned_m = {message.x, message.y, message.z},
                   .frd_in_ned = quaternion(message.q),
-                  .covariance = message.pose_covariance});
+                  .variance_m2 = variances(message.pose_covariance)});
 }
 
 }  // namespace

@@ -78,8 +78,10 @@ const std::byte* load_field(const std::byte* at, std::array<Value, kCount>& valu
 template <typename Message>
 Message decode_payload(std::span<const std::byte> payload) {
   static_assert(wire_bytes<Message>() == Message::kInfo.full_bytes, "the fields are not those of the definition");
-  std::array<std::byte, wire_bytes<Message>()> whole{};
-  std::memcpy(whole.data(), payload.data(), payload.size() < whole.size() ? payload.size() : whole.size());
+  std::array<std::byte, wire_bytes<Message>()> whole;
+  const std::size_t came = payload.size() < whole.size() ? payload.size() : whole.size();
+  std::memcpy(whole.data(), payload.data(), came);
+  std::memset(whole.data() + came, 0, whole.size() - came);
   Message message;
   const std::byte* at = whole.data();
   for_each_field<Message>([&](const auto& one) { at = load_field(at, message.*(one.member)); });
