@@ -163,9 +163,9 @@ void FlightController<T, S>::watch_residual() {
   // In the order of sysid::Channel; the yaw stick is positive to the right. A gyro's z is the heading's rate only while
   // the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
   const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
-  const core::Turn<T> roll = core::turn_of(attitude.roll_rad);
+  const core::Turn<T>& roll = attitude.roll();
   const T heading_rate_rad_s =
-      (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / core::cos(attitude.pitch_rad);
+      (roll.sine * attitude.rate_b_rad_s.y() + roll.cosine * attitude.rate_b_rad_s.z()) / attitude.pitch().cosine;
   const est::TrimCounts<T>& trim = trim_.now();
   residual_.update({.stick_counts = {counts(last_sticks_.roll) - trim.roll, counts(last_sticks_.pitch) - trim.pitch,
                                      counts(last_sticks_.yaw), counts(last_sticks_.throttle)},

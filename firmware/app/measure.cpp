@@ -108,6 +108,7 @@ est::Felt<T> Measure::felt(const protocol::Telemetry& telemetry, const est::Meas
   felt.roll_rad = measured.attitude.roll_rad;
   felt.pitch_rad = measured.attitude.pitch_rad;
   felt.yaw_rad = measured.attitude.yaw_rad;
+  felt.turns = measured.attitude.turns;
   felt.rate_b_rad_s = measured.attitude.rate_b_rad_s;
   felt.force_is_new = felt.attitude_is_new && telemetry.has(protocol::TelemetryItem::kAcceleration);
   felt.force_b = core::flip_yz(vector_of<T>(telemetry.acceleration));

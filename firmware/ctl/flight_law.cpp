@@ -140,7 +140,7 @@ template <typename T>
 Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                                 const Command<T>& in_force, core::Duration elapsed, bool solves) {
   M100_ASSERT(elapsed >= core::Duration(0));
-  const core::Turn<T> heading = core::turn_of(estimate.yaw_rad);
+  const core::Turn<T>& heading = estimate.heading();
   const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
   const core::Slope<T> in_force_slope{.x = seen(told.x), .y = seen(told.y)};
   // The pipes hold tangents of what the attitude loop is told, without the offset, which may still change.

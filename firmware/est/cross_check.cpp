@@ -113,8 +113,8 @@ void CrossCheck<T>::feel(const Felt<T>& felt) {
     force_seen_s_ = T(0);
     return;
   }
-  const core::Turn<T> roll = core::turn_of(felt.roll_rad);
-  const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
+  const core::Turn<T>& roll = felt.roll();
+  const core::Turn<T>& pitch = felt.pitch();
   const T upright = roll.sine * f.y() + roll.cosine * f.z();
   force_h_m_s2_ = Vector2(pitch.cosine * f.x() + pitch.sine * upright, roll.cosine * f.y() - roll.sine * f.z()) * scale;
   lifted_m_s2_ = (pitch.cosine * upright - pitch.sine * f.x()) * scale - static_cast<T>(model::kGravity_m_s2);
@@ -220,7 +220,7 @@ bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
 
 /// Begins once the offset of the force is known from a second. The same witness as that of kForce, and off with it.
 template <typename T>
-void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
+void CrossCheck<T>::follow(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s) {
   const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
   last_age_s_ = core::seconds<T>(estimate.pose_age);
   unused_s_ = used ? T(0) : core::clamp(unused_s_ + step_s, T(0), T(1));
@@ -228,7 +228,7 @@ void CrossCheck<T>::follow(const Estimate<T>& estimate, T step_s) {
     motion_.restart();
     return;
   }
-  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + lacks_h_m_s2(), core::turn_of(estimate.yaw_rad)),
+  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + lacks_h_m_s2(), yaw),
                   .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
                   .speed_m_s = velocity_w_m_s_,
                   // Not what the poses push the observer by: a lie would hide behind what it does.
@@ -264,7 +264,7 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
     feel(felt);
   }
   const T step_s = core::seconds<T>(elapsed);
-  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
+  const core::Turn<T>& yaw = estimate.heading();
   const bool force_counts = force_known_ && force_seen_s_ >= static_cast<T>(kFirstLook_s) &&  // its offset is known
                             (off_ & set_of(Check::kForce)) == 0;
   note_push(yaw, force_counts && estimate.predicts && elapsed <= kGap, step_s);
@@ -280,7 +280,7 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
   const T gained_m_s = gained(estimate, yaw, step_s);
   const T allowed = allowed_m_s(push_w_m_s2);
   doubts_ = (off_ & set_of(Check::kForce)) == 0 && gained_m_s > allowed;
-  follow(estimate, step_s);
+  follow(estimate, yaw, step_s);
   doubts_ = doubts_ || motion_.evidence() > T(0.5);
   const T turned_rad = felt.attitude_is_new ? turned(felt, estimate, step_s) : T(0);
   if (estimate.pose_age > kPoseUsed) {

@@ -66,7 +66,8 @@ struct Contradiction {
 /// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1
 /// g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
 ///
-/// No heap. Cost: four sine-cosine pairs, twelve square roots and about 220 products a tick. T is float or double.
+/// No heap. Cost: twelve square roots and about 220 products a tick, beside the sines of attitude and heading, which
+/// all that look at them share. T is float or double.
 template <typename T>
 class CrossCheck {
  public:
@@ -104,7 +105,7 @@ class CrossCheck {
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   bool mends(const Estimate<T>& estimate, T step_s);
-  void follow(const Estimate<T>& estimate, T step_s);
+  void follow(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;

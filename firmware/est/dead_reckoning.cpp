@@ -41,7 +41,7 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
   const Vector2 seen_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
   const Vector2 told_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
   if (felt.attitude_is_new) {
-    slope_ = core::heading_slope_of(core::turn_of(felt.roll_rad), core::turn_of(felt.pitch_rad));
+    slope_ = core::heading_slope_of(felt.roll(), felt.pitch());
   }
   if (seen_s_ == T(0)) {
     velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;
@@ -49,7 +49,7 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
     offset_rad_ = {estimate.x.input_offset_rad, estimate.y.input_offset_rad};
   }
   seen_s_ = core::clamp(seen_s_ + step_s, T(0), static_cast<T>(kPushMemory_s));
-  const core::Turn<T> yaw = core::turn_of(estimate.yaw_rad);
+  const core::Turn<T>& yaw = estimate.heading();
   const Vector2 tilted_h = slope_ * static_cast<T>(model::kGravity_m_s2);
   tilted_h_m_s2_ += (tilted_h - tilted_h_m_s2_) * (step_s * static_cast<T>(1.0 / kFeltMean_s));
   const Vector2 felt_push = felt_h_m_s2 ? core::rotate<T>(*felt_h_m_s2 - tilted_h_m_s2_, yaw) : push_w_m_s2_;

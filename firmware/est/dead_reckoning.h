@@ -25,7 +25,7 @@ namespace m100::est {
 /// While the pilot flies, it stands: a pose that lies before control is taken has nobody to contradict its speed, and
 /// who hands over hovers. A pose faster than 1 m/s is believed: then he does not.
 ///
-/// Ten numbers; no heap. Cost: a sine and a cosine of yaw and about 40 products a tick. T is float or double.
+/// Ten numbers; no heap. Cost: about 40 products a tick. T is float or double.
 template <typename T>
 class DeadReckoning {
  public:

@@ -135,6 +135,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
     recover(Recovery::kNotFinite);
     restart();
   }
+  (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // for all who are handed the estimate
   return estimate();
 }
 
@@ -150,7 +151,7 @@ void DisturbanceEkf<S, Real>::note_command(const ctl::Command<Real>& in_force) {
   };
   const core::Tilt<Real> tilt =
       core::tilt_of(told_.at(inside(last_command_.roll_rad), inside(last_command_.pitch_rad),
-                             core::turn_of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))));
+                             heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()))));
   newest_ = (newest_ + 1) % kSentCapacity;
   sent_[newest_] = {
       .x = core::Arithmetic<S>::template number<Real>(tilt.x_rad),
@@ -204,7 +205,8 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
                .pitch_rad = attitude.pitch_rad,
                .yaw_rad = Number::template real<Real>(yaw_.yaw())};
   constexpr Real kUnit = static_cast<Real>(kTimeUnit_s);
-  const core::AttitudeTurns<Real> turns = core::turns_of(attitude_);
+  const core::AttitudeTurns<Real> turns{
+      .roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = heading_.of(attitude_.yaw_rad)};
   gyro_yaw_rate_ = Number::template number<Real>(core::yaw_rate_of(turns, rate) * kUnit);
   attitude_known_ = true;
   if (!started_) {
@@ -343,6 +345,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::estimate() const {
   e.climb_m_s = real(height_.state(HeightFilter<S>::kClimb)) * kPerUnit;
   e.climb_offset_m_s = real(height_.state(HeightFilter<S>::kOffset)) * kPerUnit;
   e.yaw_rad = real(yaw_.yaw());
+  e.heading_turn = heading_;
   e.yaw_rate_rad_s = real(yaw_.yaw_rate()) * kPerUnit;
   e.pose_age = pose_age_;
   e.refused_poses = refused_in_a_row_;

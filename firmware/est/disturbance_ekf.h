@@ -133,6 +133,7 @@ class DisturbanceEkf {
   std::size_t newest_ = 0;
   ctl::Command<Real> last_command_{};
   core::StandingSlope<Real> told_;
+  core::StandingTurn<Real> heading_;
   Real pose_variance_m2_;  ///< of the vehicle file
   S gyro_yaw_rate_{};
   bool push_noted_ = false;  ///< at the newest pose that was used, or since

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/core/standing_turn.h"
 #include "firmware/core/time.h"
 
 namespace m100::est {
@@ -52,6 +53,10 @@ struct Estimate {
   Refusal<T> refusal;
   bool predicts = false;  ///< begun and settled, the attitude known: the model's prediction stands
   bool healthy = false;   ///< and a pose was used in the last second
+  mutable core::StandingTurn<T> heading_turn{};
+
+  /// Sine and cosine of the yaw, taken once for all who ask.
+  const core::Turn<T>& heading() const { return heading_turn.of(yaw_rad); }
 };
 
 }  // namespace m100::est

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/core/eigen.h"
+#include "firmware/core/standing_turn.h"
 
 namespace m100::est {
 
@@ -17,6 +18,11 @@ struct Felt {
   core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();  ///< FLU
   core::Vector<T, 3> force_b = core::Vector<T, 3>::Zero();       ///< specific force, FLU, in m/s^2 or in g
   T climb_m_s{0};
+  mutable core::TiltTurns<T> turns{};
+
+  /// Sine and cosine, taken once for all who ask.
+  const core::Turn<T>& roll() const { return turns.roll.of(roll_rad); }
+  const core::Turn<T>& pitch() const { return turns.pitch.of(pitch_rad); }
 };
 
 /// The force is averaged over this, or the rotors would count as motion.

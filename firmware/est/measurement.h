@@ -4,6 +4,7 @@
 #include "firmware/core/eigen.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/pose.h"
+#include "firmware/core/standing_turn.h"
 #include "firmware/core/time.h"
 
 namespace m100::est {
@@ -29,6 +30,11 @@ struct Measurement {
     T pitch_rad{0};
     T yaw_rad{0};
     core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();
+    mutable core::TiltTurns<T> turns{};
+
+    /// Sine and cosine, taken once for all who ask.
+    const core::Turn<T>& roll() const { return turns.roll.of(roll_rad); }
+    const core::Turn<T>& pitch() const { return turns.pitch.of(pitch_rad); }
   };
   core::TimePoint now{};  ///< of this tick: what ages count to
   core::Pose<T> pose;     ///< from motion capture or another source of pose

@@ -27,8 +27,8 @@ constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // of them:
 template <typename T>
 void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
   const typename Measurement<T>::Attitude& attitude = measured.attitude;
-  const core::Slope<T> slope = core::slope_of(core::turns_of(
-      core::Euler<T>{.roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad, .yaw_rad = yaw_rad}));
+  const core::Slope<T> slope =
+      core::slope_of<T>({.roll = attitude.roll(), .pitch = attitude.pitch(), .yaw = core::turn_of(yaw_rad)});
   constexpr T kGravity = static_cast<T>(model::kGravity_m_s2);
   const core::Vector<T, 2> tilted_m_s2(kGravity * slope.x, -kGravity * slope.y);
   latency_.note_acceleration(measured.now - attitude.age,

@@ -29,8 +29,8 @@ void TiltCheck<T>::update(const Felt<T>& felt, T step_s) {
   }
   const T passed_s = age_s_;
   age_s_ = T(0);
-  const core::Turn<T> roll = core::turn_of(felt.roll_rad);
-  const core::Turn<T> pitch = core::turn_of(felt.pitch_rad);
+  const core::Turn<T>& roll = felt.roll();
+  const core::Turn<T>& pitch = felt.pitch();
   const T across = roll.sine * felt.rate_b_rad_s.y() + roll.cosine * felt.rate_b_rad_s.z();
   const T level = pitch.cosine > T(0.1) ? pitch.cosine : T(0.1);
   const Vector2 rate_rad_s(felt.rate_b_rad_s.x() + across * pitch.sine / level,

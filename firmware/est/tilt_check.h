@@ -14,8 +14,8 @@ namespace m100::est {
 /// |e| is weighed by what is allowed and summed (Evidence); the bounds stand in the source. A tilt that stands still,
 /// is in other units or has other axes than its rates is found; where both are wrong alike, nothing is.
 ///
-/// Fifteen numbers; no heap. Cost: two sine-cosine pairs, three square roots and about 40 products an attitude. T is
-/// float or double.
+/// Fifteen numbers; no heap. Cost: three square roots and about 40 products an attitude, beside the sines of its
+/// angles, which all that look at it share. T is float or double.
 template <typename T>
 class TiltCheck {
  public:
