@@ -1,31 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "firmware/mpc/certificate.h"
 #include "firmware/mpc/clipping_guess.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "firmware/mpc/lanes.h"
 #include "firmware/mpc/swept.h"
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
-
-/// What counts as zero, in the arithmetic of T: how far an input may be outside its limit [rad] and how wrong the sign
-/// of a multiplier [cost/rad] before the iteration acts, and what the certificate accepts.
-template <typename T>
-struct Tolerance;
-template <>
-struct Tolerance<double> {
-  static constexpr double kLimit_rad = 1e-12;
-  static constexpr double kMultiplier = 1e-10;
-  static constexpr double kCertificate = 2e-8;
-  static constexpr double kRefine = 1e-10;
-};
-template <>
-struct Tolerance<float> {
-  static constexpr float kLimit_rad = 1e-6F;
-  static constexpr float kMultiplier = 1e-4F;
-  static constexpr float kCertificate = 2e-2F;
-  static constexpr float kRefine = 0.F;
-};
 
 /// From so many wrong places on, a guess is nearer to the answer than the kept active set.
 inline constexpr int kStale = 7;
@@ -70,44 +52,14 @@ class ActiveSet {
   /// The sequence, limits met exactly, refined where T is short of digits. @returns the largest violation of the
   /// optimality conditions.
   M100_INLINE T finish(T* inputs) {
-    clamp(inputs);
-    const T residual = certificate(inputs);
-    if (!(residual > Tolerance<T>::kRefine)) {
-      return residual;
-    }
-    refine(inputs);
-    return certificate(inputs);
+    return Certificate<T>(table_, tableau_, unconstrained_, low_rad_, high_rad_, column_, pivot_, scaled_)
+        .finish(inputs);
   }
 
   std::uint16_t changes() const { return changes_; }
 
  private:
   M100_INLINE T limit(std::size_t i) const { return tableau_.side[i] > T(0) ? high_rad_ : low_rad_; }
-
-  /// inputs = column_ on the free inputs, held inside the limits, and the limits on the others.
-  M100_INLINE void clamp(T* inputs) const {
-    const Pack<T> low = spread(low_rad_);
-    const Pack<T> high = spread(high_rad_);
-    const Pack<T> zero = spread(T(0));
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      Pack<T> value = load(column_ + b * kLanes);
-      value = choose<T>(is_below<T>(value, low), low, value);
-      value = choose<T>(is_below<T>(high, value), high, value);
-      value = choose<T>(is_below<T>(zero, side), high, value);
-      value = choose<T>(is_below<T>(side, zero), low, value);
-      store<T>(inputs + b * kLanes, value);
-    }
-  }
-
-  /// column_ += pivot_ * factor
-  M100_INLINE void move_along_pivot(T factor) {
-    Column<T> sum;
-    sum.read(column_);
-    sum.add(pivot_, factor);
-    sum.write(column_);
-  }
 
   /// t from the tableau as it is.
   M100_INLINE void evaluate() {
@@ -129,12 +81,10 @@ class ActiveSet {
 
   /// Sweeps k in (side != 0) or out (side == 0); pivot_ holds column k.
   /// The column is made afresh, from zeros, instead of leaving it to the update: that would cancel its digits away.
-  M100_INLINE void sweep(std::size_t k, T side) {
+  M100_INLINE_PACKS void sweep(std::size_t k, T side) {
     const T inverse = T(1) / pivot_[k];
     const T sign = side != T(0) ? inverse : -inverse;
-    Column<T> scaled;
-    scaled.set(pivot_, -inverse);
-    scaled.write(scaled_);
+    scale_column(scaled_, pivot_, -inverse);
     scaled_[k] = sign;
     clear_below(swept(), k);
     settle(scaled_);
@@ -218,7 +168,7 @@ class ActiveSet {
       gather(swept(), worst, pivot_);
       const T step = column_[worst] / pivot_[worst];
       const T released = limit(worst) - step;
-      move_along_pivot(-step);
+      add_column(column_, pivot_, -step);
       column_[worst] = released;
       sweep(worst, T(0));
     }
@@ -280,7 +230,7 @@ class ActiveSet {
       const T full = (column_[i] - target) / pivot_[i];
       const std::size_t blocking = first_to_block(full);
       const T step = blocking == kHorizon ? full : column_[blocking] / pivot_[blocking];
-      move_along_pivot(-step);
+      add_column(column_, pivot_, -step);
       multiplier += step;
       if (blocking == kHorizon) {
         column_[i] = multiplier;
@@ -294,46 +244,6 @@ class ActiveSet {
     return false;
   }
 
-  /// gradient_ = H (inputs - unconstrained). @returns its largest wrong entry; if that is not a number, no number.
-  M100_INLINE T certificate(const T* inputs) {
-    alignas(32) T away[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-    const Pack<T> zero = spread(T(0));
-    Column<T> sum;
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      store<T>(away + b * kLanes, load(inputs + b * kLanes) - load(unconstrained_ + b * kLanes));
-    }
-    settle(away);
-    sum.set(table_.hessian.data(), away[0]);
-    add_columns(sum, table_.hessian.data() + kHorizon, kHorizon, away + 1, kHorizon - 1);
-    sum.write(gradient_);
-    // A NaN anywhere in `away` is one everywhere in the gradient, and comes through: the last pack is compared last.
-    Pack<T> most = zero;
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> g = sum.pack[b];
-      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      const Pack<T> size = larger<T>(g, -g);
-      const Pack<T> wrong = choose<T>(is_equal<T>(side, zero), size, side * g);
-      most = larger<T>(most, wrong);
-    }
-    return largest_of<T>(most);
-  }
-
-  /// inputs_F -= M_FF gradient_F: one Newton step on the free inputs.
-  M100_INLINE void refine(T* inputs) {
-    const Pack<T> zero = spread(T(0));
-    M100_UNROLL(20)
-    for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), zero);
-      store<T>(pivot_ + b * kLanes, choose<T>(is_free, -load(gradient_ + b * kLanes), zero));
-      store<T>(column_ + b * kLanes, load(inputs + b * kLanes));
-    }
-    settle(pivot_);
-    add_product(swept(), pivot_, column_);
-    clamp(inputs);
-  }
-
   M100_INLINE T* swept() { return tableau_.swept.data(); }
 
   const GainTable<T>& table_;
@@ -342,10 +252,9 @@ class ActiveSet {
   T low_rad_;
   T high_rad_;
   std::uint16_t changes_ = 0;
-  alignas(32) T column_[kHorizon];    // NOLINT(modernize-avoid-c-arrays): scratch
-  alignas(32) T pivot_[kHorizon];     // NOLINT(modernize-avoid-c-arrays)
-  alignas(32) T scaled_[kHorizon];    // NOLINT(modernize-avoid-c-arrays)
-  alignas(32) T gradient_[kHorizon];  // NOLINT(modernize-avoid-c-arrays)
+  alignas(32) T column_[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
+  alignas(32) T pivot_[kHorizon];   // NOLINT(modernize-avoid-c-arrays)
+  alignas(32) T scaled_[kHorizon];  // NOLINT(modernize-avoid-c-arrays)
 };
 
 }  // namespace m100::mpc::M100_LANES_NAMESPACE

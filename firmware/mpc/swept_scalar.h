@@ -80,13 +80,17 @@ M100_INLINE void add_outer_product(T* swept, const T* scaled, const T* pivot) {
   for (std::size_t b = 0; b < kHorizon; b += kPack) {  // four columns: their factors stay in registers
     const T in_registers[kPack] = {scaled[b], scaled[b + 1], scaled[b + 2], scaled[b + 3]};  // NOLINT
     T* part = swept + packed_row(b) + b;
-    for (std::size_t i = b; i < kHorizon; ++i) {
-      const T factor = pivot[i];
+    for (std::size_t i = b; i < kHorizon; i += kPack) {  // four rows of one length: its product is taken once
+      const std::size_t length = padded_row(i);
       M100_PRAGMA(GCC unroll 4)
-      for (std::size_t l = 0; l < kPack; ++l) {
-        part[l] = in_registers[l] * factor + part[l];
+      for (std::size_t r = 0; r < kPack; ++r) {
+        const T factor = pivot[i + r];
+        M100_PRAGMA(GCC unroll 4)
+        for (std::size_t l = 0; l < kPack; ++l) {
+          part[l] = in_registers[l] * factor + part[l];
+        }
+        part += length;
       }
-      part += padded_row(i);
     }
   }
 }
