@@ -17,6 +17,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr core::Duration::rep kPoints = 600;  ///< of a picture: fewer than it has pixels
 constexpr double kSide = 430.0;               ///< of the view from above, in pixels
 constexpr double kCross = 0.015;              ///< half of a cross, as a share of what is seen
+constexpr double kAir = 0.05;                 ///< left and right of what is drawn: a fence on the frame is not seen
 constexpr double kNear = 1.0 / 3.0;           ///< of the fence's width: a way that is smaller is drawn without it
 
 using Range = std::pair<double, double>;
@@ -141,9 +142,12 @@ std::string picture(const std::string& title, const ref::Trajectory<double>& cou
       .equal_axes = true,
       .width = kSide,
       .height = 1.5 * kSide};
+  Range across{*x_low, *x_high};
   if (shows_fence) {
     above.lines.push_back(fence(*flight));
+    across = {std::min(across.first, flight->fence_x_m.low), std::max(across.second, flight->fence_x_m.high)};
   }
+  above.x_range = Range{across.first - kAir * seen_m, across.second + kAir * seen_m};
   std::ostringstream out;
   const double width = 2.0 * kSide, height = 1.5 * kSide;
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << width << ' ' << height << "\" width=\"" << width
