@@ -80,5 +80,27 @@ def cortex_m4f(place):
     return {"image.cortex_m4f": table(*rows)}
 
 
-SOURCES = [Source(("image.cortex_m4f",), cortex_m4f, quick=False), Source(("image.sizes",), sizes, quick=False), Source(("image.companion",), companion, quick=False),
+MOST_CHANGES = 64  # kMaxChanges of firmware/mpc/problem.h, in each of two tries
+
+
+def active_set(place):
+    """What a change of the active set costs on the Cortex-M7, and by that what the cap on them would cost."""
+    emulator = place.tool("qemu-system-arm")
+    image = place.program(f"{BUILD}/active_set_cost.elf", ("mps2",))
+    printed = place.run("sh", "-c", f"{emulator} -M mps2-an500 -display none -monitor none -serial null -icount shift=0 "
+                        f"-semihosting-config enable=on,target=native -kernel '{image}' 2>&1")
+    found = [tuple(map(int, row)) for row in re.findall(r"^changes (\d+) solves (\d+) worst (\d+)", printed, re.MULTILINE)]
+    worst = {changes: cost for changes, _, cost in found}
+    each = max(-(-(cost - worst[0]) // changes) for changes, cost in worst.items() if changes > 0)
+    most = max(worst)
+    rows = [["changes of the active set", "solves", "instructions at most"]]
+    rows += [[str(changes), str(solves), spaced(cost)] for changes, solves, cost in found if changes % 8 == 0 or changes == most]
+    rows.append(["one change, the dearest", "", spaced(each)])
+    rows.append([f"the cap, {MOST_CHANGES} in each of two tries, reckoned", "", spaced(2 * (worst[0] + MOST_CHANGES * each))])
+    return {"image.active_set": table(*rows)}
+
+
+SOURCES = [Source(("image.active_set",), active_set, quick=False),
+           Source(("image.cortex_m4f",), cortex_m4f, quick=False), Source(("image.sizes",), sizes, quick=False),
+           Source(("image.companion",), companion, quick=False),
            Source(("image.ticks", "image.median", "image.worst"), ticks, quick=False)]

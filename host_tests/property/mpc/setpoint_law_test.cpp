@@ -5,11 +5,14 @@
 
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
+#include "host_tests/lab/gains/setpoint_regions.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -35,6 +38,80 @@ mpc::Problem<double> constant_problem(std::mt19937& random, const mpc::GainTable
   problem.constant_targets = true;
   problem.constant_reference = true;
   return problem;
+}
+
+/// The problem of one point of the box, in the numbers of the set-point law; the sides mirrored with `sign`.
+mpc::Problem<double> problem_at(const ParametricProgram& program, const mpc::GainTable<double>& table,
+                                const Eigen::VectorXd& scaled, double sign) {
+  std::array<double, mpc::kSetpointStates> z{};
+  for (Eigen::Index j = 0; j < program.size(); ++j) {
+    z.at(program.slot(j)) = sign * scaled[j] * program.box().at(program.slot(j));
+  }
+  const double tilt = table.input_gain * z[5];
+  mpc::Problem<double> problem;
+  problem.state = {z[0], z[1], z[2] + tilt, table.states == 4 ? z[3] : 0.0};
+  problem.previous_input_rad = z[4] + z[5];
+  problem.disturbance_m_s2 = -table.tilt_sign * table.acceleration_per_tilt * tilt;
+  problem.tilt_ref_rad.fill(tilt);
+  problem.input_ref_rad.fill(z[5]);
+  problem.constant_targets = true;
+  problem.constant_reference = true;
+  return problem;
+}
+
+/// The most changes of the active set with which the preview law answers problems of the box.
+struct MostChanges {
+  std::size_t regions = 0;   ///< critical regions in half the box; the other half is its mirror image
+  std::uint16_t cold = 0;    ///< from the empty set: a point inside each region, and its corners
+  std::uint16_t kept = 0;    ///< from the set of each region of the box to a point of each region of the half
+  std::uint32_t failed = 0;  ///< not answered by the iteration or by the table
+};
+
+MostChanges most_changes(const AxisProblem& axis) {
+#ifdef __SANITIZE_ADDRESS__
+  constexpr std::size_t kEvery = 19;  // instrumented code takes a share of them
+#else
+  constexpr std::size_t kEvery = 1;
+#endif
+  constexpr double kInside = 0.99;  // of the way from the middle to a corner
+  ParametricProgram program(axis, kSetpointBox);
+  Allowance allowance;
+  const SetpointProgress nobody;
+  const Undertaking work(allowance, nobody);
+  const Regions regions(program, work);
+  const mpc::GainTable<double> table = make_gain_table(axis);
+  mpc::HorizontalMpc<double> law(table);
+  mpc::Solution<double> solution;
+  MostChanges most{.regions = regions.all().size()};
+  const auto changes = [&](const mpc::Problem<double>& problem) {
+    law.solve_preview(problem, solution);
+    most.failed += solution.path == mpc::Path::kClipped ? 1U : 0U;
+    return solution.changes;
+  };
+  std::vector<mpc::Problem<double>> inside, both;
+  for (const Region& region : regions.all()) {
+    Eigen::VectorXd middle = Eigen::VectorXd::Zero(program.size());
+    for (const Eigen::VectorXd& corner : region.corners) {
+      middle += corner / static_cast<double>(region.corners.size());
+    }
+    for (const Eigen::VectorXd& corner : region.corners) {
+      law.reset();
+      most.cold =
+          std::max(most.cold, changes(problem_at(program, table, kInside * corner + (1.0 - kInside) * middle, 1.0)));
+    }
+    inside.push_back(problem_at(program, table, middle, 1.0));
+    both.push_back(inside.back());
+    both.push_back(problem_at(program, table, middle, -1.0));
+    law.reset();
+    most.cold = std::max(most.cold, changes(inside.back()));
+  }
+  for (std::size_t from = 0; from < both.size(); from += kEvery) {
+    for (const mpc::Problem<double>& to : inside) {
+      (void)changes(both[from]);
+      most.kept = std::max(most.kept, changes(to));
+    }
+  }
+  return most;
 }
 
 struct Difference {
@@ -118,6 +195,25 @@ TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
     EXPECT_TRUE(rows.nodes.empty() && rows.planes.empty() && rows.laws.empty());
     EXPECT_GT(told, 0.0);
   }
+}
+
+// Where the set-point law answers, the active set is not touched at all. How far the iteration would have to go there:
+// every critical region of the box is an active set, and all of them are known.
+TEST(SetpointLaw, TheMostChangesOfTheActiveSetInItsBoxByEnumeration) {
+  std::string cold, kept;
+  for (const Axis axis : {Axis::kX, Axis::kY}) {
+    const MostChanges most = most_changes(axis_problem(mpc::generated::kVehicle, axis));
+    EXPECT_GT(most.regions, 400U);
+    EXPECT_EQ(most.failed, 0U);
+    EXPECT_LE(most.cold, mpc::kHorizon + 4) << "from the empty set hardly a change is taken back";
+    EXPECT_LE(most.kept, 3 * mpc::kMaxChanges / 4) << "a quarter of the cap is left";
+    cold += (cold.empty() ? "" : ", ") + std::to_string(most.cold);
+    kept += (kept.empty() ? "" : ", ") + std::to_string(most.kept);
+  }
+#ifndef __SANITIZE_ADDRESS__
+  RecordProperty("figure.box_changes.cold", cold);
+  RecordProperty("figure.box_changes.kept", kept);
+#endif
 }
 
 TEST(SetpointLaw, LeavesWhatIsOutsideItsBoxToThePreviewLaw) {
