@@ -21,7 +21,7 @@ template <typename T>
 class ActiveSet {
  public:
   M100_INLINE ActiveSet(const GainTable<T>& table, Tableau<T>& tableau, const T* unconstrained, T low_rad, T high_rad)
-      : table_(table), tableau_(tableau), unconstrained_(unconstrained), low_rad_(low_rad), high_rad_(high_rad) {}
+      : work_(table, tableau, unconstrained, low_rad, high_rad) {}
 
   /// One try. @returns whether the iteration ended by itself; false at the cap.
   M100_INLINE bool run() {
@@ -32,7 +32,8 @@ class ActiveSet {
       return true;
     }
     if (__builtin_popcount(wrong) >= kStale) {
-      adopt(guess_by_clipping(table_, unconstrained_, low_rad_, high_rad_, column_, pivot_));
+      adopt(guess_by_clipping(work_.table, work_.unconstrained, work_.low_rad, work_.high_rad, work_.column,
+                              work_.pivot));
       evaluate();
     }
     if (!drop_wrong()) {
@@ -49,46 +50,42 @@ class ActiveSet {
     }
   }
 
-  /// The sequence, limits met exactly, refined where T is short of digits. @returns the largest violation of the
-  /// optimality conditions.
-  M100_INLINE T finish(T* inputs) {
-    return Certificate<T>(table_, tableau_, unconstrained_, low_rad_, high_rad_, column_, pivot_, scaled_)
-        .finish(inputs);
-  }
+  /// The sequence, limits met exactly. @returns the largest violation of the optimality conditions.
+  M100_INLINE T finish(T* inputs) { return M100_LANES_NAMESPACE::finish(work_, inputs); }
 
   std::uint16_t changes() const { return changes_; }
 
  private:
-  M100_INLINE T limit(std::size_t i) const { return tableau_.side[i] > T(0) ? high_rad_ : low_rad_; }
+  M100_INLINE T limit(std::size_t i) const { return work_.tableau.side[i] > T(0) ? work_.high_rad : work_.low_rad; }
 
   /// t from the tableau as it is.
   M100_INLINE void evaluate() {
     const Pack<T> zero = spread(T(0));
-    const Pack<T> low = spread(low_rad_);
-    const Pack<T> high = spread(high_rad_);
+    const Pack<T> low = spread(work_.low_rad);
+    const Pack<T> high = spread(work_.high_rad);
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      const Pack<T> optimum = load(unconstrained_ + b * kLanes);
+      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
+      const Pack<T> optimum = load(work_.unconstrained + b * kLanes);
       const Mask<T> is_free = is_equal<T>(side, zero);
       const Pack<T> away = choose<T>(is_below<T>(zero, side), high, low) - optimum;
-      store<T>(column_ + b * kLanes, choose<T>(is_free, optimum + zero, zero));
-      store<T>(pivot_ + b * kLanes, choose<T>(is_free, zero, away));
+      store<T>(work_.column + b * kLanes, choose<T>(is_free, optimum + zero, zero));
+      store<T>(work_.pivot + b * kLanes, choose<T>(is_free, zero, away));
     }
-    settle(pivot_);
-    add_product(swept(), pivot_, column_);
+    settle(work_.pivot);
+    add_product(swept(), work_.pivot, work_.column);
   }
 
-  /// Sweeps k in (side != 0) or out (side == 0); pivot_ holds column k.
+  /// Sweeps k in (side != 0) or out (side == 0); work_.pivot holds column k.
   /// The column is made afresh, from zeros, instead of leaving it to the update: that would cancel its digits away.
   M100_INLINE_PACKS void sweep(std::size_t k, T side) {
-    const T inverse = T(1) / pivot_[k];
+    const T inverse = T(1) / work_.pivot[k];
     const T sign = side != T(0) ? inverse : -inverse;
-    scale_column(scaled_, pivot_, -inverse);
-    scaled_[k] = sign;
+    scale_column(work_.scaled, work_.pivot, -inverse);
+    work_.scaled[k] = sign;
     clear_below(swept(), k);
-    settle(scaled_);
-    add_outer_product(swept(), scaled_, pivot_);
+    settle(work_.scaled);
+    add_outer_product(swept(), work_.scaled, work_.pivot);
     T* row = swept() + packed_row(k);
     const Pack<T> same = spread(sign);
     M100_UNROLL(20)
@@ -96,24 +93,24 @@ class ActiveSet {
       if (b > k / kLanes) {
         break;
       }
-      store<T>(row + b * kLanes, load(pivot_ + b * kLanes) * same);
+      store<T>(row + b * kLanes, load(work_.pivot + b * kLanes) * same);
     }
     row[k] = -inverse;
-    tableau_.side[k] = side;
+    work_.tableau.side[k] = side;
     ++changes_;
   }
 
   /// One bit for each input that is free and outside its limits or active and pulled back by its multiplier.
   M100_INLINE std::uint32_t wrong_places() const {
-    const Pack<T> low = spread(low_rad_ - Tolerance<T>::kLimit_rad);
-    const Pack<T> high = spread(high_rad_ + Tolerance<T>::kLimit_rad);
+    const Pack<T> low = spread(work_.low_rad - Tolerance<T>::kLimit_rad);
+    const Pack<T> high = spread(work_.high_rad + Tolerance<T>::kLimit_rad);
     const Pack<T> zero = spread(T(0));
     const Pack<T> pulls = spread(-Tolerance<T>::kMultiplier);
     std::uint32_t places = 0;
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      const Pack<T> value = load(column_ + b * kLanes);
+      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
+      const Pack<T> value = load(work_.column + b * kLanes);
       const Mask<T> outside = is_below<T>(value, low) | is_below<T>(high, value);
       const Mask<T> wrong = is_below<T>(side * value, pulls) | (is_equal<T>(side, zero) & outside);
       places |= bits_of<T>(wrong) << (b * kLanes);
@@ -127,28 +124,28 @@ class ActiveSet {
     constexpr std::uint32_t kAll = (1U << kHorizon) - 1;
     alignas(32) T side[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
     Column<T> sides;
-    sides.read(pivot_);
+    sides.read(work_.pivot);
     sides.write(side);
     std::uint32_t kept = 0;
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), spread(T(0)));
+      const Mask<T> is_free = is_equal<T>(load(work_.tableau.side.data() + b * kLanes), spread(T(0)));
       kept |= (bits_of<T>(is_free) ^ kAllLanes) << (b * kLanes);
     }
     const int from_kept = __builtin_popcount(kept ^ active);
     const int from_empty = __builtin_popcount(active);
     const int from_full = static_cast<int>(kHorizon) - from_empty;
     if (from_kept > from_empty && from_empty <= from_full) {
-      start_over(table_, tableau_);
+      start_over(work_.table, work_.tableau);
       kept = 0;
     } else if (from_kept > from_full) {
-      start_full(table_, tableau_);
+      start_full(work_.table, work_.tableau);
       kept = kAll;
     }
-    sides.write(tableau_.side.data());
+    sides.write(work_.tableau.side.data());
     for (std::uint32_t places = kept ^ active; places != 0; places &= places - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(places));
-      gather(swept(), i, pivot_);
+      gather(swept(), i, work_.pivot);
       sweep(i, side[i]);
     }
   }
@@ -159,17 +156,17 @@ class ActiveSet {
       Largest<T> most(Tolerance<T>::kMultiplier);
       M100_UNROLL(20)
       for (std::size_t b = 0; b < kColumnPacks; ++b) {
-        most.consider(-load(tableau_.side.data() + b * kLanes) * load(column_ + b * kLanes), b);
+        most.consider(-load(work_.tableau.side.data() + b * kLanes) * load(work_.column + b * kLanes), b);
       }
       const std::size_t worst = most.found();
       if (worst == kHorizon) {
         return true;
       }
-      gather(swept(), worst, pivot_);
-      const T step = column_[worst] / pivot_[worst];
+      gather(swept(), worst, work_.pivot);
+      const T step = work_.column[worst] / work_.pivot[worst];
       const T released = limit(worst) - step;
-      add_column(column_, pivot_, -step);
-      column_[worst] = released;
+      add_column(work_.column, work_.pivot, -step);
+      work_.column[worst] = released;
       sweep(worst, T(0));
     }
     return false;
@@ -177,40 +174,40 @@ class ActiveSet {
 
   /// The free input that is farthest outside its limits; kHorizon when none is.
   M100_INLINE std::size_t most_violated() const {
-    const Pack<T> low = spread(low_rad_);
-    const Pack<T> high = spread(high_rad_);
+    const Pack<T> low = spread(work_.low_rad);
+    const Pack<T> high = spread(work_.high_rad);
     const Pack<T> zero = spread(T(0));
     Largest<T> most(Tolerance<T>::kLimit_rad);
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> value = load(column_ + b * kLanes);
+      const Pack<T> value = load(work_.column + b * kLanes);
       const Pack<T> above = value - high;
       const Pack<T> below = low - value;
       const Pack<T> outside = larger<T>(above, below);
-      const Mask<T> is_free = is_equal<T>(load(tableau_.side.data() + b * kLanes), zero);
+      const Mask<T> is_free = is_equal<T>(load(work_.tableau.side.data() + b * kLanes), zero);
       most.consider(choose<T>(is_free, outside, zero), b);
     }
     return most.found();
   }
 
-  /// The active input whose multiplier reaches zero first when column_ moves by -step pivot_, before the whole step;
-  /// kHorizon when none does.
+  /// The active input whose multiplier reaches zero first when work_.column moves by -step work_.pivot, before the
+  /// whole step; kHorizon when none does.
   M100_INLINE std::size_t first_to_block(T step) const {
     const Pack<T> zero = spread(T(0));
     const Pack<T> whole = spread(step);
     std::uint32_t places = 0;
     M100_UNROLL(20)
     for (std::size_t b = 0; b < kColumnPacks; ++b) {
-      const Pack<T> side = load(tableau_.side.data() + b * kLanes);
-      const Pack<T> shrinks = side * load(pivot_ + b * kLanes) * whole;
-      const Mask<T> blocks = is_below<T>(zero, shrinks) & is_below<T>(side * load(column_ + b * kLanes), shrinks);
+      const Pack<T> side = load(work_.tableau.side.data() + b * kLanes);
+      const Pack<T> shrinks = side * load(work_.pivot + b * kLanes) * whole;
+      const Mask<T> blocks = is_below<T>(zero, shrinks) & is_below<T>(side * load(work_.column + b * kLanes), shrinks);
       places |= bits_of<T>(blocks) << (b * kLanes);
     }
     std::size_t first = kHorizon;
     T smallest = T(1);  // share of the step
     for (; places != 0; places &= places - 1) {
       const auto i = static_cast<std::size_t>(__builtin_ctz(places));
-      const T share = column_[i] / (pivot_[i] * step);
+      const T share = work_.column[i] / (work_.pivot[i] * step);
       if (share < smallest) {
         smallest = share;
         first = i;
@@ -222,39 +219,32 @@ class ActiveSet {
   /// Raises the multiplier of input i until it is at its limit, dropping on the way each active input whose multiplier
   /// would change sign.
   M100_INLINE bool enter(std::size_t i) {
-    const T side = column_[i] > high_rad_ ? T(1) : T(-1);
-    const T target = side > T(0) ? high_rad_ : low_rad_;
+    const T side = work_.column[i] > work_.high_rad ? T(1) : T(-1);
+    const T target = side > T(0) ? work_.high_rad : work_.low_rad;
     T multiplier = T(0);
     while (changes_ < kMaxChanges) {
-      gather(swept(), i, pivot_);
-      const T full = (column_[i] - target) / pivot_[i];
+      gather(swept(), i, work_.pivot);
+      const T full = (work_.column[i] - target) / work_.pivot[i];
       const std::size_t blocking = first_to_block(full);
-      const T step = blocking == kHorizon ? full : column_[blocking] / pivot_[blocking];
-      add_column(column_, pivot_, -step);
+      const T step = blocking == kHorizon ? full : work_.column[blocking] / work_.pivot[blocking];
+      add_column(work_.column, work_.pivot, -step);
       multiplier += step;
       if (blocking == kHorizon) {
-        column_[i] = multiplier;
+        work_.column[i] = multiplier;
         sweep(i, side);
         return true;
       }
-      column_[blocking] = limit(blocking);
-      gather(swept(), blocking, pivot_);
+      work_.column[blocking] = limit(blocking);
+      gather(swept(), blocking, work_.pivot);
       sweep(blocking, T(0));
     }
     return false;
   }
 
-  M100_INLINE T* swept() { return tableau_.swept.data(); }
+  M100_INLINE T* swept() { return work_.tableau.swept.data(); }
 
-  const GainTable<T>& table_;
-  Tableau<T>& tableau_;
-  const T* unconstrained_;
-  T low_rad_;
-  T high_rad_;
+  ActiveSetWork<T> work_;
   std::uint16_t changes_ = 0;
-  alignas(32) T column_[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
-  alignas(32) T pivot_[kHorizon];   // NOLINT(modernize-avoid-c-arrays)
-  alignas(32) T scaled_[kHorizon];  // NOLINT(modernize-avoid-c-arrays)
 };
 
 }  // namespace m100::mpc::M100_LANES_NAMESPACE
