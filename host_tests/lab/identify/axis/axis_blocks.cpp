@@ -2,8 +2,10 @@
 #include "host_tests/lab/identify/axis/axis_blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "firmware/model/axis_effects.h"
 #include "firmware/sysid/axis_dynamics.h"
 
 namespace m100::lab::identify {
@@ -47,6 +49,44 @@ State measured_state(const AxisData& data, std::size_t at) {
   return {c0 / det, c1 / det / data.period_s};
 }
 
+/// The numbers of a stick axis that act on the command before delay and dynamics.
+std::vector<double model::StickAxis::*> numbers_of_the_law() {
+  using model::StickAxis;
+  constexpr std::array kBehind{&StickAxis::time_constant_s,   &StickAxis::natural_frequency_rad_s,
+                               &StickAxis::damping_ratio,     &StickAxis::lead_zero_s,
+                               &StickAxis::transport_delay_s, &StickAxis::rate_limit_per_s};
+  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // no effect of its own: a variant of one
+  model::for_each_axis_number([&](const model::AxisNumber& number) {
+    if (std::find(kBehind.begin(), kBehind.end(), number.member) == kBehind.end()) {
+      out.push_back(number.member);
+    }
+  });
+  return out;
+}
+
+/// Whether the two make the same commands of every stick.
+bool same_stick_law(const model::StickAxis& a, const model::StickAxis& b) {
+  static const std::vector<double model::StickAxis::*> kNumbers = numbers_of_the_law();
+  return a.dead_zone_shape == b.dead_zone_shape &&
+         std::all_of(kNumbers.begin(), kNumbers.end(), [&](auto number) { return a.*number == b.*number; });
+}
+
+using Dynamics = sysid::AxisDynamics<double>;
+
+/// Several vehicles at once, each with a command after the other of its own, which its response takes the place of: one
+/// vehicle alone would wait for each product of its recurrence.
+template <std::size_t Vehicles>
+void respond(std::span<Dynamics> dynamics, std::span<double> driven, std::size_t samples) {
+  for (std::size_t i = 0; i < samples; ++i) {
+    for (std::size_t vehicle = 0; vehicle < Vehicles; ++vehicle) {
+      double& at = driven[vehicle * samples + i];
+      const double command = at;
+      at = dynamics[vehicle].value();
+      dynamics[vehicle].step(command);
+    }
+  }
+}
+
 }  // namespace
 
 AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, double block_s) : data_(&data) {
@@ -79,7 +119,6 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
       }
       at = stop;
     }
-    command_.resize(std::max(command_.size(), end - stretches_.back().past));
   }
 }
 
@@ -88,63 +127,126 @@ AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::
   return {begin, end, state.value, state.rate_per_s, stretch};
 }
 
-void AxisBlocks::simulate(const model::StickAxis& axis, std::span<const int> weights, bool subtract,
-                          std::span<double> out, std::size_t& count) const {
-  const AxisData& data = *data_;
-  const bool has_other = !data.other.empty();
-  const double delay = axis.transport_delay_s / data.period_s;
+const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, std::size_t stretch) const {
+  auto memory = std::find_if(laws_.begin(), laws_.end(),
+                             [&](const Law& one) { return !one.commands.empty() && same_stick_law(one.axis, axis); });
+  if (memory == laws_.end()) {  // the one that was used last stays: a Jacobian comes back to it for every column
+    memory = laws_.begin() + (last_law_ == 0 ? 1 : 0);
+    memory->axis = axis;
+    memory->commands.resize(stretches_.size());
+    memory->known.assign(stretches_.size(), 0);
+  }
+  last_law_ = static_cast<std::size_t>(memory - laws_.begin());
+  std::vector<double>& out = memory->commands[stretch];
+  if (memory->known[stretch] == 0) {
+    memory->known[stretch] = 1;
+    const AxisData& data = *data_;
+    const Stretch& around = stretches_[stretch];
+    const bool has_other = !data.other.empty();
+    model::StickLaw<double> law(axis, data.period_s);
+    const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
+    out.resize(around.end - around.past);
+    for (std::size_t i = around.past; i < around.end; ++i) {
+      const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
+      out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
+    }
+  }
+  return out;
+}
+
+void AxisBlocks::drive(const model::StickAxis& axis, const Block& block, std::span<double> out) const {
+  const std::vector<double>& command = commands(axis, block.stretch);
+  const double delay = axis.transport_delay_s / data_->period_s;
   const double whole = std::floor(delay);
   const double part = delay - whole;
-  const auto shift = static_cast<std::ptrdiff_t>(whole);
-  const double lead = axis.lead_zero_s / data.period_s;
-  sysid::AxisDynamics<double> dynamics(axis, data.period_s);
-  std::size_t stretch = stretches_.size();
+  const double lead = axis.lead_zero_s / data_->period_s;
+  const auto command_at = [&](std::ptrdiff_t sample) {
+    return command[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, sample))];
+  };
+  const auto delayed = [&](std::ptrdiff_t sample) {
+    const double newer = command_at(sample);
+    return newer + part * (command_at(sample - 1) - newer);
+  };
+  std::ptrdiff_t sample =
+      static_cast<std::ptrdiff_t>(block.begin - stretches_[block.stretch].past) - static_cast<std::ptrdiff_t>(whole);
+  double before = delayed(sample - 1);
+  for (std::size_t i = 0; i < block.end - block.begin; ++i, ++sample) {
+    const double now = delayed(sample);
+    out[i] = now + lead * (now - before);
+    before = now;
+  }
+}
+
+void AxisBlocks::run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const {
+  std::size_t longest = 0;
+  for (const Block* block : blocks) {
+    longest = std::max(longest, block->end - block->begin);
+  }
+  driven_.assign(blocks.size() * longest, 0.0);
+  const Dynamics still(axis, data_->period_s);
+  std::array<Dynamics, kTogether> dynamics{still, still, still, still};
+  for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
+    drive(axis, *blocks[lane], std::span<double>(driven_).subspan(lane * longest, longest));
+    dynamics[lane].start(blocks[lane]->value, blocks[lane]->rate_per_s);
+  }
+  if (blocks.size() == kTogether) {
+    respond<kTogether>(dynamics, driven_, longest);
+  } else {
+    for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
+      respond<1>(std::span(dynamics).subspan(lane), std::span(driven_).subspan(lane * longest), longest);
+    }
+  }
+  auto to = out.begin();
+  for (std::size_t lane = 0; lane < blocks.size(); ++lane) {
+    const auto from = driven_.begin() + static_cast<std::ptrdiff_t>(lane * longest);
+    to = std::copy_n(from, blocks[lane]->end - blocks[lane]->begin, to);
+  }
+}
+
+std::size_t AxisBlocks::simulate(const model::StickAxis& axis, std::span<const int> weights,
+                                 std::span<double> out) const {
+  std::array<const Block*, kTogether> together{};
+  std::size_t lanes = 0;
+  std::size_t samples = 0;
+  std::size_t count = 0;
+  const auto flush = [&] {
+    run(axis, std::span<const Block* const>(together).first(lanes), out.subspan(count, samples));
+    count += samples;
+    lanes = samples = 0;
+  };
+  for (std::size_t number = 0; number < blocks_.size(); ++number) {
+    if (!weights.empty() && weights[number] <= 0) {
+      continue;
+    }
+    together[lanes++] = &blocks_[number];
+    samples += blocks_[number].end - blocks_[number].begin;
+    if (lanes == kTogether) {
+      flush();
+    }
+  }
+  flush();
+  return count;
+}
+
+std::size_t AxisBlocks::error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const {
+  const std::size_t count = simulate(axis, weights, out);
+  std::size_t at = 0;
   for (std::size_t number = 0; number < blocks_.size(); ++number) {
     const int weight = weights.empty() ? 1 : weights[number];
     if (weight <= 0) {
       continue;
     }
-    const Block& block = blocks_[number];
-    const Stretch& around = stretches_[block.stretch];
-    if (block.stretch != stretch) {
-      stretch = block.stretch;
-      model::StickLaw<double> law(axis, data.period_s);
-      const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
-      for (std::size_t i = around.past; i < around.end; ++i) {
-        const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-        command_[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
-      }
-    }
-    const auto command_at = [&](std::ptrdiff_t sample) {
-      return command_[static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, sample))];
-    };
-    const auto delayed = [&](std::ptrdiff_t sample) {
-      const double newer = command_at(sample - shift);
-      return part > 0.0 ? newer + part * (command_at(sample - shift - 1) - newer) : newer;
-    };
-    dynamics.start(block.value, block.rate_per_s);
     const double scale = weight == 1 ? 1.0 : std::sqrt(static_cast<double>(weight));
-    double before = delayed(static_cast<std::ptrdiff_t>(block.begin - around.past) - 1);
-    for (std::size_t i = block.begin; i < block.end; ++i) {
-      const double error = subtract ? dynamics.value() - data.measured[i] : dynamics.value();
-      out[count++] = subtract ? (data.valid[i] ? scale * error : 0.0) : error;
-      const double now = delayed(static_cast<std::ptrdiff_t>(i - around.past));
-      dynamics.step(now + lead * (now - before));
-      before = now;
+    for (std::size_t i = blocks_[number].begin; i < blocks_[number].end; ++i, ++at) {
+      out[at] = data_->valid[i] ? scale * (out[at] - data_->measured[i]) : 0.0;
     }
   }
-}
-
-std::size_t AxisBlocks::error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const {
-  std::size_t count = 0;
-  simulate(axis, weights, true, out, count);
   return count;
 }
 
 std::vector<double> AxisBlocks::response(const model::StickAxis& axis) const {
   std::vector<double> out(samples_);
-  std::size_t count = 0;
-  simulate(axis, {}, false, out, count);
+  simulate(axis, {}, out);
   return out;
 }
 

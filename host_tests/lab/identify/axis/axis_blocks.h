@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -74,15 +75,31 @@ class AxisBlocks {
     std::size_t begin;
     std::size_t end;
   };
-  void simulate(const model::StickAxis& axis, std::span<const int> weights, bool subtract, std::span<double> out,
-                std::size_t& count) const;
+  /// Commands of the stick that were asked for last, by the numbers that make them: a step of frequency, delay or zero
+  /// leaves them as they are.
+  struct Law {
+    model::StickAxis axis;
+    std::vector<std::vector<double>> commands;  ///< by stretch
+    std::vector<char> known;
+  };
+  static constexpr std::size_t kTogether = 4;  ///< blocks that wait for each other's arithmetic, side by side
+
+  const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
+  /// The command behind delay and zero, sample by sample of a block.
+  void drive(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
+  /// The response of at most kTogether blocks, one after the other.
+  void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
+  /// @returns the number of values written.
+  std::size_t simulate(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
   Block start_of(std::size_t begin, std::size_t end, std::size_t stretch) const;
 
   const AxisData* data_;
   std::vector<Stretch> stretches_;
   std::vector<Block> blocks_;
   std::size_t samples_ = 0;
-  mutable std::vector<double> command_;  // scratch, as long as the longest stretch
+  mutable std::array<Law, 2> laws_;
+  mutable std::size_t last_law_ = 0;
+  mutable std::vector<double> driven_;
 };
 
 /// Root mean square of the prediction error at the given ages, over starts every 0.1 s inside the ranges.

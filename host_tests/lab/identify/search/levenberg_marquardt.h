@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <type_traits>
@@ -70,11 +71,17 @@ class LmSearch {
   std::span<double> trial() const { return scratch_.subspan(rows_, rows_); }
   std::span<double> column(std::size_t j) const { return scratch_.subspan((j + 2) * rows_, rows_); }
   double dot(std::span<const double> a, std::span<const double> b) const {
-    double total = 0.0;
-    for (std::size_t row = 0; row < rows_; ++row) {
-      total += a[row] * b[row];
+    std::array<double, 4> totals{};  // four sums side by side: one alone waits for each of its additions
+    std::size_t row = 0;
+    for (; row + totals.size() <= rows_; row += totals.size()) {
+      for (std::size_t k = 0; k < totals.size(); ++k) {
+        totals[k] += a[row + k] * b[row + k];
+      }
     }
-    return total;
+    for (; row < rows_; ++row) {
+      totals[0] += a[row] * b[row];
+    }
+    return (totals[0] + totals[1]) + (totals[2] + totals[3]);
   }
 
   /// The Jacobian at x by one-sided differences that stay in the box.
