@@ -70,6 +70,18 @@ double usual_largest(std::vector<double> values) {
   return values[values.size() * 98 / 100];
 }
 
+// The finding: with a lead zero declared beside, the fit without the trim ended at the edge (a zero of 1 s, a dead zone
+// of 55 counts), the fit with it began there, and 40 counts of trim were "unexplained".
+TEST(Injection, AFitThatEndedAtAnEdgeIsNoStartForWhatIsMissing) {
+  M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");
+  const logs::FlightLog flight = measured_flight(csv.string());
+  const Names declared{"second_order", "dead_zone", "lead_zero"};
+  const IdentifyResult plain = analyse(flight, "roll", declared);
+  const IdentifyResult result =
+      analyse(inject(flight, "roll", plain.declared, {{"trim_offset", 40.0}}), "roll", declared);
+  EXPECT_TRUE(has(found_in(result), "trim_offset")) << result.verdict;
+}
+
 // Effects added to the measured residual of the real flight, air and autopilot included. Goal: 90 % at medium size.
 TEST(Injection, IntoTheMeasuredFlightIsNamed) {
   RecordProperty("promise", "R13");

@@ -294,11 +294,25 @@ bool AxisFamily::big_enough(const Fit& fit, const std::string& name) const {
   return true;
 }
 
-bool AxisFamily::means_something(const Fit& fit, std::size_t parameter, const AxisNumber& number) const {
-  // An effect that ends at the edge of what an aircraft can have explains something else.
+bool AxisFamily::at_an_edge(const Fit& fit, std::size_t parameter, const AxisNumber& number) {
   const double in_unit = from_fitted(number, fit.parameters[parameter]);
   const double margin = 1e-3 * (number.fit.high - number.fit.low);
-  if (in_unit > number.fit.high - margin || (number.fit.low != 0.0 && in_unit < number.fit.low + margin)) {
+  return in_unit > number.fit.high - margin || (number.fit.low != 0.0 && in_unit < number.fit.low + margin);
+}
+
+bool AxisFamily::stands_at_an_edge(const Fit& fit) const {
+  const Parameters parameters = parameters_of(fit.structure);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (at_an_edge(fit, i, *parameters[i].number)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool AxisFamily::means_something(const Fit& fit, std::size_t parameter, const AxisNumber& number) const {
+  // An effect that ends at the edge of what an aircraft can have explains something else.
+  if (at_an_edge(fit, parameter, number)) {
     return false;
   }
   if (number.least <= 0.0) {

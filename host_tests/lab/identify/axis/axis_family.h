@@ -27,6 +27,7 @@ class AxisFamily final : public Family {
   std::vector<Edit> edits(const Structure& present) const override;
   Structure without(const Structure& structure, const std::string& name) const override;
   bool big_enough(const Fit& fit, const std::string& name) const override;
+  bool stands_at_an_edge(const Fit& fit) const override;
 
   model::StickAxis model(const Fit& fit) const;
   /// Names of the free parameters in order, as the JSON spells them, each with the effect it belongs to ("" : base).
@@ -52,6 +53,7 @@ class AxisFamily final : public Family {
   /// Where a fit of `structure` begins: what is known from `warm` stays; every effect that is new is started from each
   /// of its starts and variants.
   static std::vector<Fit> starts_of(const Structure& structure, const Fit* warm);
+  static bool at_an_edge(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool means_something(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
   /// The fit with a jump at the dead zone's edge. Its width is scanned: the error is flat in it between two stick

@@ -66,6 +66,12 @@ class Family {
   virtual Structure without(const Structure& structure, const std::string& name) const = 0;
   /// Whether effect `name` in this fit is large enough to mean something physically.
   virtual bool big_enough(const Fit& fit, const std::string& name) const = 0;
+  /// Whether a number of the fit is at the edge of what an aircraft can have: it stands in for something else, and
+  /// where it ended is no good start for that.
+  virtual bool stands_at_an_edge(const Fit& fit) const {
+    static_cast<void>(fit);
+    return false;
+  }
   /// Whether the data can tell the two apart at all; true: never (then both are named, and never both fitted).
   virtual bool alias(const Fit& winner, const std::string& name, const std::string& rival) const {
     static_cast<void>(winner), static_cast<void>(name), static_cast<void>(rival);

@@ -41,8 +41,14 @@ bool ForwardSelection::banned(const std::string& name) const {
 }
 
 ForwardSelection::Tried ForwardSelection::try_edit(const Judged& from, const Family::Edit& edit, double worth) const {
+  return judged_edit(from, edit, family_.fit(edit.structure, std::vector<int>(family_.block_count(), 1), &from.fit),
+                     worth);
+}
+
+ForwardSelection::Tried ForwardSelection::judged_edit(const Judged& from, const Family::Edit& edit, Fit fit,
+                                                      double worth) const {
   Tried tried{edit, {}, {}, false};
-  tried.judged.fit = family_.fit(edit.structure, std::vector<int>(family_.block_count(), 1), &from.fit);
+  tried.judged.fit = std::move(fit);
   // An edit that does not even fit better cannot predict better: its cross validation would be time wasted.
   const double kept = tried.judged.fit.sum_of_squares / from.fit.sum_of_squares;
   if (1.0 - kept < options_.minimum_cv_gain || tried.judged.fit.sum_of_squares > worth) {
@@ -67,6 +73,17 @@ std::vector<ForwardSelection::Tried> ForwardSelection::try_edits(const Judged& f
   }
   std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
   return tried;
+}
+
+void ForwardSelection::start_anew(const Judged& from, std::vector<Tried>& tried) const {
+  constexpr std::size_t kFew = 3;
+  for (std::size_t k = 0; k < std::min(kFew, tried.size()); ++k) {
+    const Fit anew = family_.fit(tried[k].edit.structure, std::vector<int>(family_.block_count(), 1), nullptr);
+    if (anew.sum_of_squares < tried[k].judged.fit.sum_of_squares) {
+      tried[k] = judged_edit(from, Family::Edit(tried[k].edit), anew);
+    }
+  }
+  std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
 }
 
 // The best accepted one; a simpler one that is as good comes first.
@@ -109,6 +126,10 @@ void ForwardSelection::take(const Tried& winner) {
 bool ForwardSelection::add_one() {
   last_tried_ = try_edits(out_.final_model);
   const Tried* winner = winner_of(last_tried_);
+  if (winner == nullptr && family_.stands_at_an_edge(out_.final_model.fit)) {
+    start_anew(out_.final_model, last_tried_);
+    winner = winner_of(last_tried_);
+  }
   for (const Tried& one : last_tried_) {
     out_.table.push_back({round_, one.edit.name, one.comparison.cv_gain, one.comparison.delta_bic,
                           one.comparison.delta_white, one.comparison.t,

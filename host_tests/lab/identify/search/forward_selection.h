@@ -46,7 +46,10 @@ class ForwardSelection {
   bool banned(const std::string& name) const;
   /// Fits and judges; with a training error above `worth` (mean squares summed) it is not judged and not accepted.
   Tried try_edit(const Judged& from, const Family::Edit& edit, double worth = kAny) const;
+  Tried judged_edit(const Judged& from, const Family::Edit& edit, Fit fit, double worth = kAny) const;
   std::vector<Tried> try_edits(const Judged& from) const;
+  /// The best few edits of a fit that ended at an edge, fitted from the beginning.
+  void start_anew(const Judged& from, std::vector<Tried>& tried) const;
   const Tried* winner_of(const std::vector<Tried>& tried) const;
   void take(const Tried& winner);
   bool add_one();
