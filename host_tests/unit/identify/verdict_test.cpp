@@ -82,6 +82,21 @@ TEST(Guard, RefusesACleanBillWhereValidationIsMuchWorse) {
   EXPECT_GT(result.validation_over_training, 2.0);
 }
 
+// The finding: a change was dated 7 s off, the side of it that was fitted held the true one, and validation was 2.6
+// times worse.
+TEST(Guard, SidesOfAChangeMustAgreeWithThemselves) {
+  PartsCompared parts = compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4);
+  IdentifyResult result = fine();
+  result.changes.emplace_back();
+  guard(parts, {}, result);
+  EXPECT_EQ(verdict_of(result), "unexplained");
+  parts.across_a_change = true;
+  IdentifyResult across = fine();
+  across.changes.emplace_back();
+  guard(parts, {}, across);
+  EXPECT_EQ(verdict_of(across), "explained");
+}
+
 // The finding: the loop's own plant was "unexplained" for an error 1.06 times that of training, in two minutes of log.
 TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
   PartsCompared parts{.ratio = 1.06 * 1.06,

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 
 #include "host_tests/lab/identify/log_ranges.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
@@ -73,8 +74,9 @@ class Conclusion {
     study_.annotate(selection_, result_);
     figures(study_.traces(selection_.declared.fit, final_fit));
     const std::vector<int> all(family_.block_count(), 1);
-    guard(compared(final_fit, family_.errors(final_fit, all), study_.validation_errors(final_fit)), GuardLimits{},
-          result_);
+    PartsCompared parts = compared(final_fit, family_.errors(final_fit, all), study_.validation_errors(final_fit));
+    parts.across_a_change = across_a_change();
+    guard(parts, GuardLimits{}, result_);
     result_.verdict = verdict_of(result_);
     if (result_.verdict == "unexplained" && result_.unexplained.empty()) {
       for (const Finding& finding : result_.findings) {
@@ -99,6 +101,20 @@ class Conclusion {
     PartsCompared known = compare_parts(training, validation, fit.free_parameters, start);
     known.ratio = whole.ratio;
     return known.probability > whole.probability ? known : whole;
+  }
+
+  /// Parts of two logs have clocks of their own: no date says on which side of a change they lie.
+  bool across_a_change() const {
+    const auto first = [](const Range& a, const Range& b) { return a.first < b.first; };
+    const auto last = [](const Range& a, const Range& b) { return a.second < b.second; };
+    const auto& [train, validate] = std::tie(request_.train, request_.validate);
+    const double from_s = std::min(std::min_element(train.begin(), train.end(), first)->first,
+                                   std::min_element(validate.begin(), validate.end(), first)->first);
+    const double to_s = std::max(std::max_element(train.begin(), train.end(), last)->second,
+                                 std::max_element(validate.begin(), validate.end(), last)->second);
+    return std::any_of(result_.changes.begin(), result_.changes.end(), [&](const Change& change) {
+      return !in_one_log(request_) || (from_s < change.at_s && change.at_s < to_s);
+    });
   }
 
   void add_notes(const std::vector<std::string>& sentences) {

@@ -144,11 +144,12 @@ void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult
                   std::max(0.0, result.final_model.fit_percent));
     result.unexplained.emplace_back(text);
   }
-  if (!result.changes.empty()) {
+  if (parts.across_a_change) {
     return;
   }
-  // What was named has passed the validation part already: there only the ratio counts.
-  const bool by_chance = !result.effects.empty() || parts.probability >= limits.least_probability;
+  // What was named has passed the validation part already, and a change its own level: there only the ratio counts.
+  const bool named = !result.effects.empty() || !result.changes.empty();
+  const bool by_chance = named || parts.probability >= limits.least_probability;
   const double later_ratio = std::sqrt(parts.beyond_start);
   const bool little = later_ratio < limits.least_ratio;
   if (rms_ratio > limits.most_ratio || !(by_chance || little)) {

@@ -16,6 +16,7 @@ struct PartsCompared {
   double probability = 1.0;   ///< of so large a ratio by chance (F test); 1 where the ratio is below one
   double training_degrees = 0.0;
   double validation_degrees = 0.0;
+  bool across_a_change = false;  ///< the parts do not lie on one side of what changed: they need not agree
 };
 
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
