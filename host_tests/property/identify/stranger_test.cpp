@@ -44,6 +44,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"EarlyClock", "clock, net -20 to -60 ms", 12}, Case{"CurveBehindAJump", "lacks: stick curve", 11},
         Case{"HoldsInSlowRows", "healthy, any hand", 7101}, Case{"LoopInSlowRows", "healthy, closed loop", 7102},
         Case{"LateInSlowRows", "healthy, clock 20 to 80 ms late: a delay", 8101},
+        Case{"SlowerModeForAWhile", "another mode for a while", 9101},
+        Case{"ModeForAWhile", "another mode for a while", 9104},
+        Case{"ZeroOrClockInSlowRows", "clock, net -20 to -60 ms", 9103},
+        Case{"DelayThatChangesInSlowRows", "delay grows 20 to 80 ms", 9701},
+        Case{"GainOnAWrongDate", "gain changes 10 to 35 %", 8101},
         Case{"GainThatLooksLikeDrift", "gain changes 10 to 35 %", 7003}, Case{"Tether", "tether in climb", 7002}),
     [](const auto& one) { return one.param.name; });
 

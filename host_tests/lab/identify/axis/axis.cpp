@@ -9,12 +9,14 @@
 #include <optional>
 
 #include "host_tests/lab/identify/axis/axis_change.h"
+#include "host_tests/lab/identify/axis/axis_change_again.h"
 #include "host_tests/lab/identify/axis/axis_clock.h"
 #include "host_tests/lab/identify/axis/axis_rest.h"
 #include "host_tests/lab/identify/axis/axis_study.h"
 #include "host_tests/lab/identify/axis/axis_tether.h"
 #include "host_tests/lab/identify/axis/axis_trace.h"
 #include "host_tests/lab/identify/axis/flight_trims.h"
+#include "host_tests/lab/identify/axis/row_readings.h"
 #include "host_tests/lab/identify/axis/stick_freeze.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
@@ -105,17 +107,9 @@ class AxisInquiry {
     if (!clean) {
       return;
     }
-    const AxisData& data = study_->training().signals.data;
-    std::vector<AxisData> held;
-    if (slow_rows(data)) {
-      held = {held_between_rows(data, false), held_between_rows(data, true)};
-    }
-    std::vector<FreeRun> readings{study_->free_run()};
-    for (const AxisData& reading : held) {
-      readings.push_back(study_->free_run(reading));
-    }
+    RowReadings readings = readings_of(study_->training().signals.data, study_->free_ranges());
     const std::optional<AxisTrace> trace =
-        trace_of(std::move(readings), study_->axis_family(), chosen_.final_model.fit);
+        trace_of(std::move(readings.runs), study_->axis_family(), chosen_.final_model.fit);
     if (!trace) {
       return;
     }
@@ -133,12 +127,14 @@ class AxisInquiry {
   void ask_the_clock() {
     const ClockShift first = clock_of(study_->free_run(), study_->axis_family(), chosen_.final_model.fit);
     if (!first.likely) {
+      doubt_the_zero(first);
       return;
     }
     auto moved = std::make_unique<AxisStudy>(request_, -first.shift_s, trims_);
     Selection chosen = choose(*moved, request_, {});
     const ClockShift clock = clock_of(study_->free_run(), moved->axis_family(), chosen.final_model.fit);
     if (!clock.likely) {
+      doubt_the_zero(first);
       return;
     }
     std::array<char, 200> text{};
@@ -153,6 +149,18 @@ class AxisInquiry {
     study_ = std::move(moved);
     chosen_ = std::move(chosen);
     forget("lead_zero");  // never beside a response that begins before its stick
+  }
+
+  /// Where rows are too slow to tell a shift, they are too slow to name the zero that would be its shadow.
+  void doubt_the_zero(const ClockShift& clock) {
+    constexpr const char* kZero = "lead_zero";
+    const bool named =
+        std::any_of(chosen_.steps.begin(), chosen_.steps.end(), [&](const Step& step) { return step.name == kZero; });
+    if (clock.zero_in_doubt && named) {
+      beside_.unexplained.emplace_back(
+          "a lead zero would fit, and so would a response that begins before its stick: these data cannot tell");
+      forget(kZero);
+    }
   }
 
   /// A climb speed that falls with the height flown: asked before a change, which it imitates, under what was found and
@@ -191,26 +199,54 @@ class AxisInquiry {
   /// one side of the date, and the change must stand under it.
   void ask_for_a_change() {
     const FreeRun run = study_->free_run();
-    AxisChange change = change_under(run, chosen_);
-    if (!change.found) {
+    const AxisChange first = change_under(run, chosen_);
+    if (!first.found) {
       return;
     }
-    for (const Request& side : sides_of(request_, change.change)) {
+    for (const Request& side : sides_of(request_, first.change)) {
       std::unique_ptr<AxisStudy> calm = study_of(side);
       if (calm == nullptr) {
         continue;
       }
       Selection chosen = choose(*calm, side, {});
-      change = change_of(run, calm->axis_family(), chosen.final_model.fit);
-      if (!change.found) {
+      const AxisChange change = change_of(run, calm->axis_family(), chosen.final_model.fit);
+      if (!change.found || !believe(change, calm->axis_family(), chosen.final_model.fit)) {
         return;
       }
       beside_.findings.push_back(side_note(side));
       study_ = std::move(calm);
       chosen_ = std::move(chosen);
-      break;
+      take(change.change);
+      return;
     }
-    take(change.change);
+    if (believe(first, study_->axis_family(), chosen_.final_model.fit)) {
+      take(first.change);
+    }
+  }
+
+  /// @returns false for what slow rows of the stick leave open, which is said. What came and went is said beside the
+  /// change.
+  bool believe(const AxisChange& change, const AxisFamily& family, const Fit& fit) {
+    const AxisData& data = study_->training().signals.data;
+    const std::vector<Range> ranges = study_->free_ranges();
+    const std::optional<Change> another = another_change(data, ranges, family, fit, change);
+    if (another) {
+      std::array<char, 120> text{};
+      std::snprintf(text.data(), text.size(),
+                    "something that came and went: the response changes at %.1f s, and again at %.1f s",
+                    std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s));
+      beside_.unexplained.emplace_back(text.data());
+      return true;
+    }
+    const bool stands = stands_between_rows(data, ranges, family, fit, change);
+    if (!stands) {
+      std::array<char, 160> text{};
+      std::snprintf(text.data(), text.size(),
+                    "something may have changed at %.1f s (%s would fit): the stick's rows are too slow to tell",
+                    change.change.at_s, change.change.name.c_str());
+      beside_.unexplained.emplace_back(text.data());
+    }
+    return stands;
   }
 
   /// One side of a change; null where it has too little that can be used: the stick rests there, or gaps cut it up.

@@ -14,7 +14,7 @@ using model::StickAxis;
 
 namespace {
 
-constexpr double kThreshold = 30.0;
+constexpr double kThreshold = kChangeIsCertain;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
 constexpr double kNameMargin = 6.0;
@@ -301,6 +301,9 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   out.change = described(*best);
   out.change.rivals = rivals;
   out.change.likelihood_ratio = ratio;
+  out.knob = best->candidate->knob;
+  out.before = best->fit.before;
+  out.after = best->fit.after;
   return out;
 }
 

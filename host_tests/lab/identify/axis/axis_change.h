@@ -12,11 +12,16 @@ namespace m100::lab::identify {
 /// Everything that a structure has, to be fitted again to whitened free runs.
 std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit);
 
+/// Likelihood ratio from which on a change is named.
+inline constexpr double kChangeIsCertain = 30.0;
+
 /// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct AxisChange {
   bool found = false;
   Change change;
   double score = 0.0;  ///< of the model with the change, refitted (see WhitenedFit)
+  Knob knob;           ///< what changed
+  model::StickAxis before, after;
 };
 
 /// Scans the free run of a fit for a parameter that takes another value (change_scan.h), then refits every candidate at

@@ -72,15 +72,20 @@ ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit
       *std::min_element(starts.begin(), starts.end(), [&](double a, double b) { return power_at(a) < power_at(b); });
   constexpr std::size_t kDelay = 3;  // of the knobs
   const WhitenedFit early = with(from_s, 0.0, kEarliest_s, false);
-  if (early.values[kDelay] > -0.25 * period_s) {
-    return out;  // it waits, with or without a zero
+  const bool waits = early.values[kDelay] > -0.25 * period_s;  // with or without a zero
+  if (waits && !(has_zero && early.values[kDelay] < 0.0)) {
+    return out;
   }
   const WhitenedFit lead = with(0.0, std::max(0.01, found.lead_zero_s), 0.0, true);
+  // The zero is one parameter more (Schwarz's criterion): N stands for B, and is likelier than L, within its price.
+  const double price = std::log(static_cast<double>(run.size()));
+  out.zero_in_doubt = has_zero && early.score < lead.score + price + kMargin;
+  if (waits) {
+    return out;
+  }
   const WhitenedFit both = with(early.values[kDelay], 0.0, kEarliest_s, true);
   const WhitenedFit both_from_lead = with(lead.values[kDelay], lead.before.lead_zero_s, kEarliest_s, true);
   const WhitenedFit& free = both.score < both_from_lead.score ? both : both_from_lead;
-  // The zero is one parameter more (Schwarz's criterion): N stands for B, and is likelier than L, within its price.
-  const double price = std::log(static_cast<double>(run.size()));
   const WhitenedFit& best = early.score < free.score + price ? early : free;
   out.shift_s = best.values[kDelay];
   out.sigma_s = best.sigmas[kDelay];

@@ -11,6 +11,8 @@ namespace m100::lab::identify {
 struct ClockShift {
   bool likely = false;   ///< a net shift of -10 ms is likelier than none
   bool certain = false;  ///< and no other reading is left
+  /// The fit has a lead zero, and a response that begins before its stick without any is not clearly less likely.
+  bool zero_in_doubt = false;
   double shift_s = 0.0;  ///< net delay of the response, below zero
   double sigma_s = 0.0;
   double likelihood_ratio = 0.0;  ///< over the best model whose response waits for its stick

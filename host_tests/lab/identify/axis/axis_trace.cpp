@@ -10,32 +10,10 @@
 
 #include "host_tests/lab/identify/axis/axis_change.h"
 #include "host_tests/lab/identify/axis/left_over.h"
+#include "host_tests/lab/identify/axis/row_readings.h"
 
 namespace m100::lab::identify {
 namespace {
-
-/// Where the readings of a log with slow rows differ, the innovations count as that much less certain.
-void weigh_by_what_is_known(std::span<FreeRun> readings, const model::StickAxis& model) {
-  const Rows error = readings.front().error(model);
-  Rows unknown = Rows::Zero(error.size());
-  for (const FreeRun& reading : readings) {
-    unknown = unknown.cwiseMax((reading.error(model) - error).cwiseAbs());
-  }
-  const std::vector<Segment>& segments = readings.front().segments();
-  const Ar filter = autoregression(error, segments);
-  Rows white = error;
-  whiten(filter, segments, white);
-  const double power = white.squaredNorm() / std::max(1.0, whitened_rows(segments));
-  // What is not known of a row is another thing in the next one: powers add.
-  Rows doubt = unknown.array().square();
-  whiten(-filter.cwiseAbs2(), segments, doubt);
-  if (power > 0.0) {
-    const Rows weights = (1.0 + doubt.array() / power).rsqrt();
-    for (FreeRun& reading : readings) {
-      reading.weigh(weights);
-    }
-  }
-}
 
 struct Fitted {
   Fit fit;  ///< the whitened numbers

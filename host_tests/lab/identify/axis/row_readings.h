@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "host_tests/lab/identify/axis/axis_blocks.h"
+#include "host_tests/lab/identify/axis/free_run.h"
+#include "host_tests/lab/identify/request.h"
+
+namespace m100::lab::identify {
+
+/// A log as it was read, and where its stick's rows are further apart than samples also with the stick held at its last
+/// and at its next row all the way: what it did in between nobody knows, and what is certain is so in all three.
+struct RowReadings {
+  std::vector<AxisData> held;  ///< what the later runs are of; empty where the rows leave nothing open
+  std::vector<FreeRun> runs;
+};
+
+/// The data must outlive the readings.
+RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges);
+
+/// Where the readings of a model differ, the innovations of all of them count as that much less certain.
+void weigh_by_what_is_known(std::span<FreeRun> readings, const model::StickAxis& model);
+
+}  // namespace m100::lab::identify
