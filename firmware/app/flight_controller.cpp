@@ -61,9 +61,9 @@ core::Status FlightController<T, S>::tick(core::TimePoint now) {
   measured.push = trust_.push();                                // what was felt beside the tilt
   timing_.update(measured, estimate_.yaw_rad);                  // times of capture as they were, not as told
   estimate_ = observer_.update(measured, in_force_, elapsed_);  // -> state estimate
-  trust_.update(Measure::felt<T>(telemetry, measured), estimate_, observer_.asked_tilt_rad(), supervisor_.rung(),
-                elapsed_);  // against autopilot
-  stand_ready(now);         // a flight that begins in this tick begins here
+  trust_.update(Measure::felt<T>(telemetry, measured), measured, estimate_, observer_.asked_tilt_rad(),
+                supervisor_.rung(), elapsed_);  // against autopilot
+  stand_ready(now);                             // a flight that begins in this tick begins here
   const bool solves = may_leave(now);
   const std::size_t points = solves ? ref::kHorizon + 1 : 1;
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference

@@ -15,6 +15,12 @@ namespace {
 /// answered.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
+/// The observer predicts with the attitude that is told. A time of capture that is wrong by as much as MotionCheck
+/// takes for possible puts it so far from the poses, per speed; noise and the lag behind a gust another 5 cm (1008
+/// healthy flights: README of est). The mean is that of a few poses.
+constexpr double kMostLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
+constexpr double kSane = 1e6;  ///< what is not a number would stay so
+
 /// Of the velocity that the commands make: an error of the trim of half a degree is then 0.2 m/s. Who is about to hand
 /// over hovers.
 constexpr double kAskedMemory_s = 2.0, kHoverMemory_s = 0.5, kMost_m_s = 20.0;
@@ -23,7 +29,8 @@ constexpr double kAskedMemory_s = 2.0, kHoverMemory_s = 0.5, kMost_m_s = 20.0;
 
 template <typename T>
 bool PoseTrust<T>::is_unanswered() const {
-  const bool accuses = lied_to_ || cross_check_.doubts() || cross_check_.report().check != est::Check::kNone;
+  const bool accuses =
+      lied_to_ || poses_side_ || cross_check_.doubts() || cross_check_.report().check != est::Check::kNone;
   return (off_ & set_of(est::Check::kAnswer)) == 0 && accuses && answer_check_.is_unanswered();
 }
 
@@ -39,10 +46,30 @@ est::Contradiction<T> PoseTrust<T>::contradiction() const {
   return cross_check_.report();
 }
 
+/// Force and observer go with an attitude that lies from before its motion was ever seen otherwise; the poses do not.
 template <typename T>
-void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Estimate<T>& estimate,
-                          const core::Vector<T, 2>& asked_rad, safety::Rung rung, core::Duration elapsed) {
+void PoseTrust<T>::see(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
+                       const core::Vector<T, 2>& asked_rad) {
+  if (!measured.pose.is_new) {
+    return;
+  }
+  using Vector2 = core::Vector<T, 2>;
+  const Vector2 velocity_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
+  const Vector2 place_m = Vector2(estimate.x.position_m, estimate.y.position_m) -
+                          velocity_m_s * core::seconds<T>(measured.pose.age(measured.now));
+  seen_apart_m_ +=
+      (measured.pose.position_w_m.template head<2>() - place_m - seen_apart_m_) * static_cast<T>(kPosesMean);
+  const Vector2 toward(asked_rad.x() - estimate.x.tilt_rad, estimate.y.tilt_rad - asked_rad.y());
+  const T most_m = static_cast<T>(kLag_m) + static_cast<T>(kMostLate_s) * core::sqrt(velocity_m_s.squaredNorm());
+  poses_side_ = seen_apart_m_.squaredNorm() > most_m * most_m && seen_apart_m_.dot(toward) > T(0);
+}
+
+template <typename T>
+void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Measurement<T>& measured,
+                          const est::Estimate<T>& estimate, const core::Vector<T, 2>& asked_rad, safety::Rung rung,
+                          core::Duration elapsed) {
   constexpr T kFar_m_s = T(0.5);
+  see(measured, estimate, asked_rad);
   tilt_check_.update(felt, core::seconds<T>(elapsed));
   answer_check_.update(estimate, asked_rad, rung != safety::Rung::kSilent, core::seconds<T>(elapsed));
   cross_check_.update(felt, estimate, reckoning_.push_w_m_s2(), elapsed);
@@ -79,6 +106,9 @@ void PoseTrust<T>::reckon_asked(const est::Estimate<T>& estimate, bool trusted, 
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
   const core::Vector<T, 2> tilted_m_s2(kGravity_m_s2 * core::tan(asked_rad_.x()),
                                        -kGravity_m_s2 * core::tan(asked_rad_.y()));
+  if (!(asked_m_s_.squaredNorm() < static_cast<T>(kSane))) {
+    asked_m_s_.setZero();
+  }
   asked_m_s_ += (tilted_m_s2 + reckoning_.push_w_m_s2()) * step_s;
   asked_m_s_ = asked_m_s_.cwiseMax(T(-kMost_m_s)).cwiseMin(T(kMost_m_s));
   if (pilots) {

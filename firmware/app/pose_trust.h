@@ -5,6 +5,7 @@
 #include "firmware/est/cross_check.h"
 #include "firmware/est/dead_reckoning.h"
 #include "firmware/est/estimate.h"
+#include "firmware/est/measurement.h"
 #include "firmware/est/tilt_check.h"
 #include "firmware/safety/ladder.h"
 #include "firmware/safety/observation.h"
@@ -28,10 +29,10 @@ class PoseTrust {
   /// @param off checks that the operator has switched off.
   explicit PoseTrust(est::CheckSet off) : off_(off), cross_check_(off) {}
 
-  /// Once per tick, after the observer. @param asked_rad the tilt that the commands make by the model.
-  /// @param rung of the ladder before this tick's review.
-  void update(const est::Felt<T>& felt, const est::Estimate<T>& estimate, const core::Vector<T, 2>& asked_rad,
-              safety::Rung rung, core::Duration elapsed);
+  /// Once per tick, after the observer. @param measured its pose. @param asked_rad the tilt that the commands make by
+  /// the model. @param rung of the ladder before this tick's review.
+  void update(const est::Felt<T>& felt, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
+              const core::Vector<T, 2>& asked_rad, safety::Rung rung, core::Duration elapsed);
 
   bool lied_to() const { return lied_to_; }
   bool has_looked() const { return cross_check_.has_looked(); }
@@ -48,6 +49,7 @@ class PoseTrust {
 
  private:
   bool is_unanswered() const;
+  void see(const est::Measurement<T>& measured, const est::Estimate<T>& estimate, const core::Vector<T, 2>& asked_rad);
   void reckon_asked(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s);
   est::Felt<T> as_asked(const est::Felt<T>& felt, T yaw_rad) const;
   bool rates_contradict() const { return (off_ & set_of(est::Check::kRates)) == 0 && tilt_check_.contradicts(); }
@@ -57,12 +59,14 @@ class PoseTrust {
   est::TiltCheck<T> tilt_check_;
   est::AnswerCheck<T> answer_check_;
   est::DeadReckoning<T> reckoning_;
-  bool lied_to_ = false;    ///< the observer's motion was learned from poses that are contradicted
-  T most_m_s_{0};           ///< that the reckoned speed may reach under braking
-  bool tilt_lies_ = false;  ///< it is the attitude that is contradicted: by its rates, or by our own commands
-  bool runs_away_ = false;  ///< the reckoned motion is worth nothing
-  core::Vector<T, 2> asked_m_s_ = core::Vector<T, 2>::Zero();  ///< velocity that this tilt makes, beside the poses
-  core::Vector<T, 2> asked_rad_ = core::Vector<T, 2>::Zero();  ///< the tilt that the commands make, with the trim
+  bool lied_to_ = false;     ///< the observer's motion was learned from poses that are contradicted
+  T most_m_s_{0};            ///< that the reckoned speed may reach under braking
+  bool tilt_lies_ = false;   ///< it is the attitude that is contradicted: by its rates, or by our own commands
+  bool runs_away_ = false;   ///< the reckoned motion is worth nothing
+  bool poses_side_ = false;  ///< the poses are where the commands lead, and far from where the attitude does
+  core::Vector<T, 2> seen_apart_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean
+  core::Vector<T, 2> asked_m_s_ = core::Vector<T, 2>::Zero();     ///< velocity that this tilt makes, beside the poses
+  core::Vector<T, 2> asked_rad_ = core::Vector<T, 2>::Zero();     ///< the tilt that the commands make, with the trim
 };
 
 extern template class PoseTrust<float>;
