@@ -41,28 +41,20 @@ constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(ch
 constexpr double kVelocityMemory_s = 2.0;
 /// The offset belongs to a flight, the tilt's wander to seconds: ten times the memory of the velocity.
 constexpr double kOffsetMemory_s = 20.0;
-/// Nothing is summed before: the observer's own start ends in this time. Until the end of the first look the offset is
-/// known from less than 3 s, and what it may still be, 0.15 m/s at first, is allowed on top.
-constexpr double kBegins_s = 1.0;
+/// Until the end of the first look the offset is known from less than 3 s, and what it may still be, 0.15 m/s at first,
+/// is allowed on top.
 constexpr double kFirstLook_s = 3.0;
 constexpr double kFirstLook_m_s = 0.15;
 /// What is more than an offset is not learned as one while the check doubts: it may be what a lie does.
 constexpr double kMostOffset_m_s2 = 0.5;
 constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn of the aircraft is over sooner
-/// A pose that was not used for so long is a gap: the observer's place is then its own prediction.
-constexpr double kUsedLately_s = 0.15;
-constexpr double kMostUnsure_m = 0.5;
-constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
-/// Poses that do not come at all for kPoseUsed leave the observer's motion to its prediction. Once they are back they
-/// mend it within this time, and what they mend is no motion; poses that are refused are no such gap. A path is bridged
-/// by the force for at most a second: half of 0.05 m/s^2 of offset and the square of that are 2.5 cm, what a new
-/// beginning is unsure of.
-constexpr double kMended_s = 0.3;
-constexpr core::Duration kBridged = std::chrono::seconds(1);
 /// Motion that nobody looked at: the next velocity is where the sum begins again.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
 /// A flight within 35 degrees of tilt feels 1 to 1.22 g in the mean; climb and gusts give and take.
 constexpr double kLeast_g = 0.8, kMost_g = 1.4;
+/// More than a sensor can tell, in g or in m/s^2, is no force: its square would not be a number in single precision.
+constexpr double kMostForce = 400.0;
+constexpr double kSane = 1e9;
 
 /// What the force may disagree by, as long as it likes, in m/s:
 ///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; beside it the rotors' 0.1 m/s^2 at 100 Hz
@@ -102,6 +94,9 @@ std::optional<Check> check_of(std::string_view name) {
 template <typename T>
 void CrossCheck<T>::feel(const Felt<T>& felt) {
   const core::Vector<T, 3>& f = felt.force_b;
+  if (!(f.squaredNorm() < static_cast<T>(kMostForce * kMostForce))) {
+    return;
+  }
   const T size = core::sqrt(f.squaredNorm());
   force_size_ += (size - force_size_) * (force_size_ > T(0) ? T(0.01) : T(1));
   const auto about = [this](double unit) {
@@ -139,13 +134,19 @@ typename CrossCheck<T>::Vector2 CrossCheck<T>::lacks_h_m_s2() const {
   return offset_h_m_s2_ + tilted_h_m_s2_ * (offset_up_m_s2_ * static_cast<T>(1.0 / model::kGravity_m_s2));
 }
 
+/// What is felt upwards beside gravity.
+template <typename T>
+T CrossCheck<T>::rises_m_s2() const {
+  const T across_m_s2 = offset_h_m_s2_.dot(tilted_h_m_s2_) * static_cast<T>(1.0 / model::kGravity_m_s2);
+  return lifted_m_s2_ + offset_up_m_s2_ - across_m_s2;
+}
+
 /// What the body's z lacks: in the mean the force upwards is gravity and what the aircraft climbs by; less the part
 /// that the other two axes have in it. To the first order in the tilt: what the second order leaves out at 20 degrees
 /// is 6 % of an offset.
 template <typename T>
 void CrossCheck<T>::learn_upwards(T climbed_m_s, T most_m_s, T share, T step_s) {
-  const T across_m_s2 = offset_h_m_s2_.dot(tilted_h_m_s2_) * static_cast<T>(1.0 / model::kGravity_m_s2);
-  const T unfelt_m_s = climbed_m_s - (lifted_m_s2_ + offset_up_m_s2_ - across_m_s2) * step_s;
+  const T unfelt_m_s = climbed_m_s - rises_m_s2() * step_s;
   offset_up_m_s2_ += core::clamp(unfelt_m_s, -most_m_s, most_m_s) * share;
 }
 
@@ -207,42 +208,6 @@ T CrossCheck<T>::turned(const Felt<T>& felt, const Estimate<T>& estimate, T step
   return size_of(turned_rad);
 }
 
-/// @returns whether the observer's velocity is its own prediction, or is being mended by the first poses since.
-template <typename T>
-bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
-  const bool unseen = estimate.pose_age > kPoseUsed && estimate.refused_poses == 0;
-  mends_for_s_ = unseen ? static_cast<T>(kMended_s) : mends_for_s_ > step_s ? mends_for_s_ - step_s : T(0);
-  if (unseen && estimate.pose_age > kBridged) {
-    motion_.restart();
-  }
-  return mends_for_s_ > T(0);
-}
-
-/// Begins once the offset of the force is known from a second. The same witness as that of kForce, and off with it.
-template <typename T>
-void CrossCheck<T>::follow(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s) {
-  const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
-  last_age_s_ = core::seconds<T>(estimate.pose_age);
-  unused_s_ = used ? T(0) : core::clamp(unused_s_ + step_s, T(0), T(1));
-  if ((off_ & (set_of(Check::kMotion) | set_of(Check::kForce))) != 0 || force_seen_s_ < static_cast<T>(kBegins_s)) {
-    motion_.restart();
-    return;
-  }
-  motion_.update({.force_m_s2 = core::rotate<T>(force_h_m_s2_ + lacks_h_m_s2(), yaw),
-                  .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
-                  .speed_m_s = velocity_w_m_s_,
-                  // Not what the poses push the observer by: a lie would hide behind what it does.
-                  .unsure_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
-                                                     static_cast<T>(kMostUnsure_m * kMostUnsure_m)))},
-                 unused_s_ < static_cast<T>(kUsedLately_s), step_s);
-  const bool contradicts = motion_.evidence() >= T(1);
-  if (contradicts && report_.check == Check::kNone) {
-    report_ = {.check = Check::kMotion, .measured = motion_.apart_m(), .allowed = motion_.allowed_m()};
-  } else if (!contradicts && report_.check == Check::kMotion) {
-    report_ = {};
-  }
-}
-
 template <typename T>
 void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
   if ((off_ & set_of(check)) != 0) {
@@ -257,9 +222,34 @@ void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
   }
 }
 
+/// A sum that is not a number would agree with everything for good.
+template <typename T>
+bool CrossCheck<T>::is_sane() const {
+  const T all = gained_w_m_s_.squaredNorm() + offset_h_m_s2_.squaredNorm() + felt_h_m_s2_.squaredNorm() +
+                size_of(offset_up_m_s2_) + size_of(heading_offset_rad_) + moved_m_s2_ + force_size_ +
+                push_.mean_w_m_s2.squaredNorm() + force_noise_.level + force_noise_.up + push_noise_.level +
+                push_noise_.up + jolt_m_s_;
+  return all < static_cast<T>(kSane);
+}
+
+template <typename T>
+[[gnu::cold]] void CrossCheck<T>::begin_anew() {
+  gained_w_m_s_.setZero();
+  offset_h_m_s2_.setZero();
+  felt_h_m_s2_.setZero();
+  offset_up_m_s2_ = moved_m_s2_ = force_size_ = force_seen_s_ = summed_s_ = jolt_m_s_ = felt_gain_m_s_ = T(0);
+  knows_velocity_ = knows_heading_ = false;
+  push_ = {};
+  force_noise_ = push_noise_ = {};
+  restart_paths();
+}
+
 template <typename T>
 void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, const Vector2& push_w_m_s2,
                            core::Duration elapsed) {
+  if (!is_sane()) {
+    begin_anew();
+  }
   if (felt.force_is_new) {
     feel(felt);
   }
@@ -271,17 +261,18 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
   if (!estimate.healthy || elapsed > kGap) {
     knows_velocity_ = false;
     doubts_ = false;
-    motion_.restart();
+    restart_paths();
     return;
   }
   if (mends(estimate, step_s)) {
     knows_velocity_ = false;  // the sum goes on from the velocity that is mended
   }
   const T gained_m_s = gained(estimate, yaw, step_s);
+  note_jolt(felt, step_s);
   const T allowed = allowed_m_s(push_w_m_s2);
   doubts_ = (off_ & set_of(Check::kForce)) == 0 && gained_m_s > allowed;
-  follow(estimate, yaw, step_s);
-  doubts_ = doubts_ || motion_.evidence() > T(0.5);
+  follow(felt, estimate, yaw, step_s);
+  doubts_ = doubts_ || paths_evidence() > T(0.5);
   const T turned_rad = felt.attitude_is_new ? turned(felt, estimate, step_s) : T(0);
   if (estimate.pose_age > kPoseUsed) {
     return;

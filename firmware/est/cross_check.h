@@ -97,15 +97,31 @@ class CrossCheck {
 
  private:
   using Vector2 = core::Vector<T, 2>;
+  /// Nothing is summed before: the observer's own start ends in this time.
+  static constexpr double kBegins_s = 1.0;
+  static constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
+
   void feel(const Felt<T>& felt);
+  bool is_sane() const;
+  void begin_anew();
   void note_push(const core::Turn<T>& yaw, bool is_known, T step_s);
   T gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
   Vector2 lacks_h_m_s2() const;
+  T rises_m_s2() const;
   void learn_upwards(T climbed_m_s, T most_m_s, T share, T step_s);
   T turned(const Felt<T>& felt, const Estimate<T>& estimate, T step_s);
   T allowed_m_s(const Vector2& push_w_m_s2) const;
   bool mends(const Estimate<T>& estimate, T step_s);
-  void follow(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
+  void follow(const Felt<T>& felt, const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s);
+  void note_jolt(const Felt<T>& felt, T step_s);
+  void note_noise(const Felt<T>& felt, const Estimate<T>& estimate, bool used, T step_s);
+  void follow_sideways(const Estimate<T>& estimate, const Vector2& force_w_m_s2, bool sees, T step_s);
+  void follow_upwards(const Estimate<T>& estimate, T rises_m_s2, bool sees, T step_s);
+  void restart_paths() {
+    motion_.restart();
+    climbs_.restart();
+  }
+  T paths_evidence() const;
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;
@@ -130,7 +146,26 @@ class CrossCheck {
   T heading_offset_rad_{0};
   std::array<Evidence<T>, kCheckCount> evidence_;
   MotionCheck<T> motion_;
-  T mends_for_s_{0};  ///< the poses still mend what the observer predicted without them
+  bool upwards_ = false;  ///< the path that is followed in this tick; the other one is in the next
+  Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< of the tick before
+  T rise_before_m_s2_{0};
+  MotionCheck<T, 1> climbs_;  ///< the same upwards
+  /// White noise, from neighbouring samples: what a lie or a motion changes slowly is none of it.
+  struct Noise {
+    core::Vector<T, 3> before = core::Vector<T, 3>::Zero();
+    T level{0};  ///< mean square of an axis
+    T up{0};     ///< of the third
+    void add(const core::Vector<T, 3>& now, T weight, T share);
+  };
+  Noise force_noise_;  ///< density, m^2/s^3
+  Noise push_noise_;   ///< of what a pose pushes the observer's place by in a tick, m^2
+  core::Vector<T, 3> place_w_m_ = core::Vector<T, 3>::Zero();  ///< of the tick before
+  T force_age_s_{0};
+  T pushed_s_{0};        ///< since a pose pushed
+  T felt_climb_m_s_{0};  ///< as the autopilot told it last
+  T felt_gain_m_s_{0};   ///< what the force has made since
+  T jolt_m_s_{0};        ///< the most that one told beyond that, since the height was judged
+  T mends_for_s_{0};     ///< the poses still mend what the observer predicted without them
   T last_age_s_{0};
   T unused_s_{0};  ///< since a pose was used
   Contradiction<T> report_;

@@ -13,21 +13,31 @@ namespace {
 template <typename T>
 struct Scale {
   T a_per_s;
-  T sigma_m;      ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
-  T unsettled_m;  ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
-                  ///< times 1 + |speed|: a gap hides more where more moves
-  T leans_s2;     ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
+  T sigma_m;       ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
+  T unsettled_m;   ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
+                   ///< times 1 + |speed|: a gap hides more where more moves
+  T per_noise_s3;  ///< 1 / 16 a^3: variance of the path for a density of the force's noise
+  T leans_s2;      ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
 };
 template <typename T>
-constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(0.75), T(0.0052), T(0.10), T(0.0098)},
-                                                 {T(3.0), T(0.0010), T(0.021), T(0.0006)},
-                                                 {T(1.5), T(0.0017), T(0.044), T(0.0024)}}};
+constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
+                                                 {T(3.0), T(0.0010), T(0.021), T(0.0023), T(0.0006)},
+                                                 {T(0.75), T(0.0052), T(0.10), T(0.148), T(0.0098)}}};
+/// What the scales' noise has in it of the force's: the rotors' 0.1 m/s^2, and half as much again for what is measured
+/// from few samples.
+constexpr double kAssumed_m2_s3 = 1.5e-4;
+/// White noise of the poses leaves 1.4 of what it pushes the observer by in a tick in each axis of a path; the scales
+/// have poses that scatter by 1 mm in them, which push the height by 0.5 mm.
+constexpr double kPushed2 = 2.0, kAssumed_m2 = 2.5e-7;
 /// The offset belongs to the body, and what is learned of it to its mean tilt: who leans turns another part of it into
 /// the horizontal. The largest acceleration lately says how far.
 constexpr double kLeansMemory_s = 2.0;
 /// What was unsettled at the beginning, or by a gap, has faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
-constexpr double kTwoAxes = 4.24;
+/// Three sigmas of each axis.
+constexpr double kSigmas2 = 9.0;
+template <int kAxes>
+constexpr double kSigmas = kAxes == 2 ? 4.24 : 3.0;
 /// Heading of the markers within 3 degrees, scale of the force within 2 %: a share of the path.
 constexpr double kShare = 0.07;
 /// Attitude, force and pose may be a tick and two intervals of the poses apart beside that.
@@ -44,16 +54,53 @@ constexpr double kFollows_s = 0.25;  ///< twice the allowed for a quarter of a s
 constexpr double kMostWeight = 4.0;
 /// Under a healthy pose |e|^2 / 2 sigma^2 of two axes is exponentially distributed with mean 1; less 2 a time of
 /// correlation, the sum reaches h with exp(-0.797 h) from each of its beginnings: exp(-12.8) at 16, once in 15 000
-/// flights of half a minute.
+/// flights of half a minute. Of one axis, less 1, likewise: its moment is the root of that of two.
 constexpr double kNats = 16.0;
-constexpr double kDrift_nats = 2.0;
+constexpr double kDrift_nats = 1.0;  ///< of an axis
+/// Of the largest motion that was seen lately half fades in a time 1 / a, where a path turns back slowly; of a height,
+/// which swings at 5 rad/s, all of it.
+constexpr double kSane_m2 = 1e9;
 constexpr double kMostNats = 20.0;  ///< in a time of correlation: one gross moment is never enough
+
+/// What there is of a path in a tick, without its axes.
+template <typename T>
+struct Look {
+  T apart2_m2, moved2_m2, noise_m, allowed_m;
+  T a_s;  ///< of a time of correlation that the step is
+  T step_s;
+  int axes;
+  bool bridges;  ///< what was evidence stays, and nothing is added to it
+  bool settled;
+};
+
+template <typename T>
+void weigh(const Look<T>& look, PathVerdict<T>& path) {
+  const T weight = core::clamp((look.apart2_m2 / (look.allowed_m * look.allowed_m) - T(1)) * static_cast<T>(1.0 / 3.0),
+                               T(-1), static_cast<T>(kMostWeight));
+  path.follows_s = core::clamp(path.follows_s + (look.bridges ? T(0) : weight * look.step_s), T(0),
+                               static_cast<T>(2.0 * kFollows_s));
+  const T fades = (look.axes == 2 ? T(0.5) : T(1)) * look.a_s;
+  path.seen_m2 += (look.moved2_m2 - path.seen_m2) * fades;
+  path.seen_m2 = look.moved2_m2 > path.seen_m2 ? look.moved2_m2 : path.seen_m2;  // who turns back stands for a moment
+  if (look.settled) {
+    const T axes = static_cast<T>(look.axes);
+    const T per_sigma2 = static_cast<T>(0.5 * kSigmas2) * axes / (look.noise_m * look.noise_m);
+    const T nats = core::clamp((look.apart2_m2 - path.seen_m2) * per_sigma2 - static_cast<T>(kDrift_nats) * axes,
+                               static_cast<T>(-kMostNats), static_cast<T>(kMostNats));
+    path.answers = core::clamp(path.answers + nats * look.a_s, T(0), static_cast<T>(1.5 * kNats));
+  }
+  const T follows = path.follows_s * static_cast<T>(1.0 / kFollows_s);
+  const T answers = path.answers * static_cast<T>(1.0 / kNats);
+  path.evidence = follows > answers ? follows : answers;
+  path.apart_m = core::sqrt(look.apart2_m2);
+  path.allowed_m = follows > answers ? look.allowed_m : look.noise_m;
+}
 
 }  // namespace
 
 /// As if the present speed and acceleration had always been: neither is a motion then.
-template <typename T>
-void MotionCheck<T>::begin(const Motion& motion) {
+template <typename T, int kAxes>
+void MotionCheck<T, kAxes>::begin(const Motion& motion) {
   shift_m_.setZero();
   bridges_s_ = T(0);
   since_gap_s_ = T(0);
@@ -70,12 +117,12 @@ void MotionCheck<T>::begin(const Motion& motion) {
 
 /// What is left of the difference of the two paths once a time of capture that is wrong is taken away, by least squares
 /// over the last seconds; a path that stands, or that is another one, has no such time.
-template <typename T>
-typename MotionCheck<T>::Vector2 MotionCheck<T>::timed(std::size_t scale, const Vector2& seen_m, T step_s) {
+template <typename T, int kAxes>
+typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::timed(std::size_t scale, const Vector& seen_m, T step_s) {
   const Scale<T>& s = kScaleNumbers<T>[scale];
   Path& path = paths_[scale];
-  const Vector2 velocity_m_s = velocity_of(scale);
-  const Vector2 apart_m = seen_m - path.felt_m;
+  const Vector velocity_m_s = velocity_of(scale);
+  const Vector apart_m = seen_m - path.felt_m;
   const T fades = step_s * static_cast<T>(1.0 / kLateMemory_s);
   path.late_m2_s += apart_m.dot(velocity_m_s) * step_s - path.late_m2_s * fades;
   path.moved_m2_s += velocity_m_s.squaredNorm() * step_s - path.moved_m2_s * fades;
@@ -85,45 +132,42 @@ typename MotionCheck<T>::Vector2 MotionCheck<T>::timed(std::size_t scale, const 
   return apart_m - velocity_m_s * late_s;
 }
 
-template <typename T>
-void MotionCheck<T>::judge(std::size_t scale, const Vector2& seen_m, T speed_m_s, T step_s) {
+template <typename T, int kAxes>
+void MotionCheck<T, kAxes>::judge(std::size_t scale, const Vector& seen_m, T speed_m_s, T step_s) {
   const Scale<T>& s = kScaleNumbers<T>[scale];
   Path& path = paths_[scale];
   const T apart2_m2 = timed(scale, seen_m, step_s).squaredNorm();
-  const T settled = core::clamp(since_gap_s_ * s.a_per_s * static_cast<T>(1.0 / kSettles), T(0), T(1));
-  const T noise_m = static_cast<T>(kTwoAxes) * s.sigma_m + s.unsettled_m * (T(1) - settled) * (T(1) + speed_m_s) +
-                    static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) + unsure_m_ +
-                    s.leans_s2 * leans_m_s2_;
-  const T allowed_m = noise_m + static_cast<T>(kShare) * core::sqrt(path.felt_m.squaredNorm());
-  const T weight = core::clamp((apart2_m2 / (allowed_m * allowed_m) - T(1)) * static_cast<T>(1.0 / 3.0), T(-1),
-                               static_cast<T>(kMostWeight));
-  const bool bridges = bridges_s_ > T(0);  // then what was evidence stays, and nothing is added to it
-  path.follows_s =
-      core::clamp(path.follows_s + (bridges ? T(0) : weight * step_s), T(0), static_cast<T>(2.0 * kFollows_s));
-  const T moved_m2 = seen_m.squaredNorm();
-  path.seen_m2 += (moved_m2 - path.seen_m2) * (T(0.5) * s.a_per_s) * step_s;
-  path.seen_m2 = moved_m2 > path.seen_m2 ? moved_m2 : path.seen_m2;  // a path that turns back stands for a moment
-  if (settled >= T(1)) {
-    const T per_sigma2 = static_cast<T>(0.5 * kTwoAxes * kTwoAxes) / (noise_m * noise_m);
-    const T nats = core::clamp((apart2_m2 - path.seen_m2) * per_sigma2 - static_cast<T>(kDrift_nats),
-                               static_cast<T>(-kMostNats), static_cast<T>(kMostNats));
-    path.answers = core::clamp(path.answers + nats * s.a_per_s * step_s, T(0), static_cast<T>(1.5 * kNats));
+  if (!(apart2_m2 + path.moved_m2_s < static_cast<T>(kSane_m2))) {
+    begun_ = false;  // a path that is not a number would agree with everything
+    return;
   }
-  const T follows = path.follows_s * static_cast<T>(1.0 / kFollows_s);
-  const T answers = path.answers * static_cast<T>(1.0 / kNats);
-  path.evidence = follows > answers ? follows : answers;
-  path.apart_m = core::sqrt(apart2_m2);
-  path.allowed_m = follows > answers ? allowed_m : noise_m;
+  const T settled = core::clamp(since_gap_s_ * s.a_per_s * static_cast<T>(1.0 / kSettles), T(0), T(1));
+  const T sigma_m = core::sqrt(s.sigma_m * s.sigma_m + static_cast<T>(kPushed2) * place_noise_m2_ +
+                               s.per_noise_s3 * force_noise_m2_s3_);
+  const T noise_m = static_cast<T>(kSigmas<kAxes>) * sigma_m + s.unsettled_m * (T(1) - settled) * (T(1) + speed_m_s) +
+                    unsure_m_ + s.leans_s2 * leans_m_s2_;
+  const T moving_m = static_cast<T>(kTime_s) * core::sqrt(velocity_of(scale).squaredNorm()) +
+                     static_cast<T>(kShare) * core::sqrt(path.felt_m.squaredNorm());
+  const Look<T> look{.apart2_m2 = apart2_m2,
+                     .moved2_m2 = seen_m.squaredNorm(),
+                     .noise_m = noise_m,
+                     .allowed_m = noise_m + moving_m,
+                     .a_s = s.a_per_s * step_s,
+                     .step_s = step_s,
+                     .axes = kAxes,
+                     .bridges = bridges_s_ > T(0),
+                     .settled = settled >= T(1)};
+  weigh(look, path);
 }
 
-template <typename T>
-typename MotionCheck<T>::Vector2 MotionCheck<T>::velocity_of(std::size_t scale) const {
+template <typename T, int kAxes>
+typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::velocity_of(std::size_t scale) const {
   return paths_[scale].felt_m_s - paths_[scale].felt_m * kScaleNumbers<T>[scale].a_per_s;
 }
 
 /// @returns the place, continued by the force over a gap of the poses and over what the observer then makes good.
-template <typename T>
-typename MotionCheck<T>::Vector2 MotionCheck<T>::bridged(const Motion& motion, bool sees, T step_s) {
+template <typename T, int kAxes>
+typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::bridged(const Motion& motion, bool sees, T step_s) {
   if (!sees && bridges_s_ <= T(0)) {
     speed_m_s_ = motion.speed_m_s;
     place_m_ = motion.place_m + shift_m_;
@@ -139,15 +183,17 @@ typename MotionCheck<T>::Vector2 MotionCheck<T>::bridged(const Motion& motion, b
   return motion.place_m + shift_m_;
 }
 
-template <typename T>
-void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
+template <typename T, int kAxes>
+void MotionCheck<T, kAxes>::update(const Motion& motion, bool sees, T step_s) {
   if (!begun_) {
     begin(motion);
   }
-  const Vector2 place_m = bridged(motion, sees, step_s);
+  const Vector place_m = bridged(motion, sees, step_s);
   const T speed_m_s = core::sqrt(motion.speed_m_s.squaredNorm());
   unsure_m_ -= unsure_m_ * (step_s * static_cast<T>(1.0 / kUnsureMemory_s));
   unsure_m_ = motion.unsure_m > unsure_m_ ? motion.unsure_m : unsure_m_;
+  place_noise_m2_ = core::clamp(motion.place_noise_m2 - static_cast<T>(kAssumed_m2), T(0), T(1));
+  force_noise_m2_s3_ = core::clamp(motion.force_noise_m2_s3 - static_cast<T>(kAssumed_m2_s3), T(0), T(1));
   const T leans_m_s2 = core::sqrt(paths_[1].mean_m_s2.squaredNorm());  // without the rotors' shaking
   leans_m_s2_ -= leans_m_s2_ * (step_s * static_cast<T>(1.0 / kLeansMemory_s));
   leans_m_s2_ = leans_m_s2 > leans_m_s2_ ? leans_m_s2 : leans_m_s2_;
@@ -159,8 +205,8 @@ void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
     path.mean_m_s2 += (motion.force_m_s2 - path.mean_m_s2) * share;
     path.felt_m_s += (motion.force_m_s2 - path.mean_m_s2 - path.felt_m_s * a_per_s) * step_s;
     path.felt_m += (path.felt_m_s - path.felt_m * a_per_s) * step_s;
-    Vector2 seen_m = place_m;
-    for (Vector2& slow_m : path.slow_m) {
+    Vector seen_m = place_m;
+    for (Vector& slow_m : path.slow_m) {
       slow_m += (seen_m - slow_m) * share;
       seen_m -= slow_m;
     }
@@ -172,5 +218,7 @@ void MotionCheck<T>::update(const Motion& motion, bool sees, T step_s) {
 
 template class MotionCheck<float>;
 template class MotionCheck<double>;
+template class MotionCheck<float, 1>;
+template class MotionCheck<double, 1>;
 
 }  // namespace m100::est

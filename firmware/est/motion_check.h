@@ -8,6 +8,17 @@
 
 namespace m100::est {
 
+/// What one scale of MotionCheck says, whatever its axes are.
+template <typename T>
+struct PathVerdict {
+  T seen_m2{0};    ///< largest w dot w lately, fading
+  T follows_s{0};  ///< evidence that the path is another
+  T answers{0};    ///< evidence that the pose does not answer, in nats
+  T evidence{0};   ///< the larger of the two, as a share of what contradicts
+  T apart_m{0};
+  T allowed_m{0};
+};
+
 /// Holds the path of the poses against the path that the specific force makes of itself, in metres.
 ///
 /// Both paths pass the same high-pass of third order, s^3 / (s + a)^3: of a force that is all that is left of it after
@@ -22,24 +33,30 @@ namespace m100::est {
 ///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y|, and what the observer
 ///            is unsure of (v: y's velocity; what a wrong time of capture makes of it is fitted and taken away): a path
 ///            that is turned, scaled, or begins to drift
-///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 2 per time of correlation, with sigma = allowed / 4.2: the logarithm of
-///            how much likelier it is that the pose knows nothing of our own motion than that it shows it; an error in
-///            proportion to the motion (time, scale) is no evidence. A body that stands still, or moves on its own
+///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with sigma a third of the noise of
+///            an axis: the logarithm of how much likelier it is that the pose knows nothing of our own motion than that
+///            it shows it; an error in proportion to the motion (time, scale) is no evidence, and is not allowed for. A
+///            body that stands still, or moves on its own
 ///
 /// The observer's position serves, not the poses: it has their age and their gaps already in it.
 ///
-/// No heap. Cost: a tick about 140 products and six square roots. T is float or double.
-template <typename T>
+/// Two axes: the horizontal path. One axis: the height, in the two faster scales; what drifts for longer, the
+/// autopilot's climb speed tells better.
+///
+/// No heap. Cost: a tick about 140 products and six square roots, of one axis a third of it. T is float or double.
+template <typename T, int kAxes = 2>
 class MotionCheck {
  public:
-  using Vector2 = core::Vector<T, 2>;
+  using Vector = core::Vector<T, kAxes>;
 
   /// What is known in a tick, in the world.
   struct Motion {
-    Vector2 force_m_s2 = Vector2::Zero();  ///< specific force, horizontal
-    Vector2 place_m = Vector2::Zero();     ///< the observer's
-    Vector2 speed_m_s = Vector2::Zero();   ///< the observer's
-    T unsure_m{0};                         ///< one sigma of the place, by the observer's account
+    Vector force_m_s2 = Vector::Zero();  ///< specific force
+    Vector place_m = Vector::Zero();     ///< the observer's
+    Vector speed_m_s = Vector::Zero();   ///< the observer's
+    T unsure_m{0};                       ///< one sigma of the place, by the observer's account
+    T place_noise_m2{0};                 ///< of an axis, white, as it was measured
+    T force_noise_m2_s3{0};              ///< likewise: variance times the time for which a sample stands
   };
 
   /// Once per tick. @param sees a pose was used lately; in a gap the seen path goes on by the force, and nothing is
@@ -48,7 +65,9 @@ class MotionCheck {
   /// The paths begin anew: a motion that nobody looked at.
   void restart() {
     begun_ = false;
-    paths_ = {};
+    for (Path& path : paths_) {
+      path.evidence = T(0);
+    }
   }
 
   /// How much evidence there is, as a share of what contradicts the poses.
@@ -58,45 +77,42 @@ class MotionCheck {
   T allowed_m() const { return worst().allowed_m; }
 
  private:
-  static constexpr std::size_t kScales = 3;
-  struct Path {
-    Vector2 mean_m_s2 = Vector2::Zero();  ///< of the force
-    Vector2 felt_m_s = Vector2::Zero();
-    Vector2 felt_m = Vector2::Zero();
-    std::array<Vector2, 3> slow_m{Vector2::Zero(), Vector2::Zero(),
-                                  Vector2::Zero()};  ///< what each high-pass takes away
+  static constexpr std::size_t kScales = kAxes == 2 ? 3 : 2;
+  struct Path : PathVerdict<T> {
+    Vector mean_m_s2 = Vector::Zero();  ///< of the force
+    Vector felt_m_s = Vector::Zero();
+    Vector felt_m = Vector::Zero();
+    std::array<Vector, 3> slow_m{Vector::Zero(), Vector::Zero(), Vector::Zero()};  ///< what each high-pass takes away
     T late_m2_s{0};   ///< e dot v, summed: with moved_m2_s what the time of capture is wrong by
     T moved_m2_s{0};  ///< v dot v
-    T seen_m2{0};     ///< largest w dot w lately, fading
-    T follows_s{0};   ///< evidence that the path is another
-    T answers{0};     ///< evidence that the pose does not answer, in nats
-    T evidence{0};    ///< the larger of the two, as a share of what contradicts
-    T apart_m{0};
-    T allowed_m{0};
   };
   const Path& worst() const {
-    const Path& slower = paths_[0].evidence > paths_[2].evidence ? paths_[0] : paths_[2];
+    const Path& slower = paths_[0].evidence > paths_[kScales - 1].evidence ? paths_[0] : paths_[kScales - 1];
     return slower.evidence > paths_[1].evidence ? slower : paths_[1];
   }
   void begin(const Motion& motion);
-  Vector2 bridged(const Motion& motion, bool sees, T step_s);
-  Vector2 timed(std::size_t scale, const Vector2& seen_m, T step_s);
-  void judge(std::size_t scale, const Vector2& seen_m, T speed_m_s, T step_s);
-  Vector2 velocity_of(std::size_t scale) const;
+  Vector bridged(const Motion& motion, bool sees, T step_s);
+  Vector timed(std::size_t scale, const Vector& seen_m, T step_s);
+  void judge(std::size_t scale, const Vector& seen_m, T speed_m_s, T step_s);
+  Vector velocity_of(std::size_t scale) const;
 
   std::array<Path, kScales> paths_;
   bool begun_ = false;
   T since_gap_s_{0};
-  T bridges_s_{0};                       ///< how long a gap is still bridged
-  Vector2 speed_m_s_ = Vector2::Zero();  ///< in the gap
-  Vector2 place_m_ = Vector2::Zero();
-  Vector2 shift_m_ = Vector2::Zero();  ///< from the observer's place to the bridged one
-  T unsure_m_{0};                      ///< the largest lately, fading
-  T leans_m_s2_{0};                    ///< likewise
-  std::size_t turn_ = 0;               ///< the scale that is judged in this tick; the other one is in the next
+  T bridges_s_{0};                     ///< how long a gap is still bridged
+  Vector speed_m_s_ = Vector::Zero();  ///< in the gap
+  Vector place_m_ = Vector::Zero();
+  Vector shift_m_ = Vector::Zero();  ///< from the observer's place to the bridged one
+  T unsure_m_{0};                    ///< the largest lately, fading
+  T leans_m_s2_{0};                  ///< likewise
+  T place_noise_m2_{0};              ///< as told last
+  T force_noise_m2_s3_{0};           ///< likewise, beyond what the scales have in them
+  std::size_t turn_ = 0;             ///< the scale that is judged in this tick; the other one is in the next
 };
 
 extern template class MotionCheck<float>;
 extern template class MotionCheck<double>;
+extern template class MotionCheck<float, 1>;
+extern template class MotionCheck<double, 1>;
 
 }  // namespace m100::est

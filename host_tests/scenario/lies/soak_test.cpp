@@ -9,9 +9,9 @@ namespace m100::scenario {
 namespace {
 
 constexpr int kSeeds = 5;
-/// The farthest that a lie was seen to take the aircraft is 10.5 m: roll and its rate with the wrong sign, from the
-/// start.
-constexpr double kRoom_m = 12.0;
+/// The farthest that a lie was seen to take the aircraft is 4.4 m: a drift from before the first pose, which nothing
+/// can see, until the course ends.
+constexpr double kRoom_m = 6.0;
 
 class EveryLie : public ::testing::TestWithParam<sim::Lie> {};
 

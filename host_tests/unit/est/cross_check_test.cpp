@@ -228,6 +228,38 @@ TEST_F(CrossCheckTest, JudgesNothingThatTheObserverDoesNotUse) {
   EXPECT_EQ(reported(), Check::kNone);
 }
 
+// A load that is picked up: 0.15 m/s between two messages, which no force has in it, but the autopilot's own climb
+// does. Catches a path upwards that takes a blow for a lie.
+TEST_F(CrossCheckTest, ABlowThatTheAutopilotsOwnClimbHasIsNoLie) {
+  RecordProperty("promise", "R17");
+  check_ = CrossCheck<double>();
+  fly(10.0);
+  double climb_m_s = -0.15;
+  for (double t_s = 0.0; t_s < 6.0; t_s += kTick_s) {
+    estimate_.climb_m_s = climb_m_s;
+    estimate_.height_m += climb_m_s * kTick_s;
+    felt_.climb_m_s = climb_m_s + 0.001;
+    felt_.force_b.z() = kGravity_m_s2 - climb_m_s / 0.3;
+    fly(kTick_s);
+    ASSERT_EQ(reported(), Check::kNone) << t_s;
+    climb_m_s -= climb_m_s * kTick_s / 0.3;
+  }
+}
+
+TEST_F(CrossCheckTest, NamesAHeightThatStandsWhileTheForceLifts) {
+  RecordProperty("promise", "R14");
+  check_ = CrossCheck<double>(set_of(Check::kClimb));
+  fly(10.0);
+  double spoke_s = 0.0;
+  for (; spoke_s < 5.0 && reported() == Check::kNone; spoke_s += kTick_s) {
+    felt_.force_b.z() = kGravity_m_s2 + 0.35 * std::cos(5.0 * spoke_s);
+    felt_.climb_m_s = 0.07 * std::sin(5.0 * spoke_s) + 1e-4;
+    fly(kTick_s);
+  }
+  EXPECT_EQ(reported(), Check::kMotion);
+  EXPECT_LT(spoke_s, 2.0);
+}
+
 TEST(Check, EveryCheckIsFoundByItsName) {
   for (std::size_t i = 1; i < kCheckCount; ++i) {
     EXPECT_EQ(check_of(name(static_cast<Check>(i))), static_cast<Check>(i));
