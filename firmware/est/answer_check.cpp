@@ -4,7 +4,7 @@
 namespace m100::est {
 namespace {
 
-constexpr double kTrimMemory_s = 0.5, kMemory_s = 1.0;
+constexpr double kTrimMemory_s = 0.5, kMemory_s = 1.0, kSane_rad2 = 1e6;
 
 }  // namespace
 
@@ -19,6 +19,9 @@ void AnswerCheck<T>::update(const Estimate<T>& estimate, const Vector2& asked_ra
   const T share = step_s * static_cast<T>(1.0 / kMemory_s);
   apart_rad2_ = ours ? apart_rad2_ + (apart.squaredNorm() - apart_rad2_) * share : T(0);
   told_rad2_ = ours ? told_rad2_ + (told.squaredNorm() - told_rad2_) * share : T(0);
+  if (!(apart_rad2_ + told_rad2_ < static_cast<T>(kSane_rad2))) {
+    *this = {};  // a mean that is not a number would answer for good
+  }
   lasts_s_ = apart_rad2_ > allowed_rad2() ? core::clamp(lasts_s_ + step_s, T(0), T(1)) : T(0);
 }
 

@@ -16,6 +16,7 @@ constexpr double kVelocityMemory_s = 4.0;
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kPushMemory_s = 10.0;
 constexpr double kFirstMean_s = 0.5;
+constexpr double kSane = 1e6;
 constexpr double kMost_m_s = 20.0;  ///< untrusted for minutes, on the ground, it would run away
 /// 0.4 m/s: where the estimate says how well it knows.
 constexpr double kVariance_m2_s2 = 0.16;
@@ -42,6 +43,12 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
   const Vector2 told_m_s2(estimate.x.disturbance_m_s2, estimate.y.disturbance_m_s2);
   if (felt.attitude_is_new) {
     slope_ = core::heading_slope_of(felt.roll(), felt.pitch());
+  }
+  const T all = velocity_w_m_s_.squaredNorm() + push_w_m_s2_.squaredNorm() + offset_rad_.squaredNorm() +
+                tilted_h_m_s2_.squaredNorm();
+  if (!(all < static_cast<T>(kSane))) {  // not a number, and it would stay so
+    seen_s_ = T(0);
+    tilted_h_m_s2_.setZero();
   }
   if (seen_s_ == T(0)) {
     velocity_w_m_s_ = pilots ? Vector2(Vector2::Zero()) : seen_m_s;

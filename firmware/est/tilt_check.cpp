@@ -13,6 +13,7 @@ namespace {
 constexpr double kCorrected_rad = 0.002, kMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
 constexpr double kTurnedLately_s = 1.0;
 constexpr double kAttitudeGap_s = 0.05;
+constexpr double kSane2 = 1e6;  ///< a sum that is not a number would contradict nothing for good
 
 template <typename T>
 T larger(T a, T b) {
@@ -40,7 +41,13 @@ void TiltCheck<T>::update(const Felt<T>& felt, T step_s) {
   const Vector2 told_rad = (rate_rad_s + tilt_rate_rad_s_) * (T(0.5) * passed_s);
   tilt_rad_ = tilt_rad;
   tilt_rate_rad_s_ = rate_rad_s;
-  if (passed_s > static_cast<T>(kAttitudeGap_s)) {
+  const bool sane = unturned_rad_.squaredNorm() + turned_rad_.squaredNorm() + fastest_rad_s_ * fastest_rad_s_ +
+                        farthest_rad_ * farthest_rad_ <
+                    static_cast<T>(kSane2);
+  if (!sane) {
+    fastest_rad_s_ = farthest_rad_ = T(0);
+  }
+  if (passed_s > static_cast<T>(kAttitudeGap_s) || !sane) {
     unturned_rad_.setZero();
     turned_rad_.setZero();
     return;

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A number that is none, or too large to be one, reaches a check once: what would stay in its sums for good, and agree
+// with everything, does not (promises R11 and R14).
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "firmware/est/answer_check.h"
+#include "firmware/est/cross_check.h"
+#include "firmware/est/dead_reckoning.h"
+#include "firmware/est/motion_check.h"
+#include "firmware/est/tilt_check.h"
+
+namespace m100::est {
+namespace {
+
+constexpr float kTick_s = 0.01F;
+constexpr float kGravity_m_s2 = 9.8066F;
+using Vector2 = core::Vector<float, 2>;
+
+/// Single precision, as on the board: there 1e30 has no square.
+constexpr std::array kBad{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F};
+
+class BadNumber : public ::testing::TestWithParam<float> {
+ protected:
+  BadNumber() { RecordProperty("promise", "R14"); }
+};
+INSTANTIATE_TEST_SUITE_P(Checks, BadNumber, ::testing::ValuesIn(kBad), [](const auto& tested) {
+  return std::isnan(tested.param) ? "NaN" : std::isinf(tested.param) ? "Infinity" : "Huge";
+});
+
+TEST_P(BadNumber, ATiltThatDoesNotAnswerIsStillSeen) {
+  AnswerCheck<float> check;
+  Estimate<float> estimate;
+  for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
+    estimate.x.tilt_rad = 0.1F * std::sin(3.F * t_s);
+    const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
+    check.update(estimate, {bad ? GetParam() : -estimate.x.tilt_rad, 0.F}, true, kTick_s);
+  }
+  EXPECT_TRUE(check.is_unanswered());
+}
+
+TEST_P(BadNumber, AnAttitudeWithOtherRatesIsStillSeen) {
+  TiltCheck<float> check;
+  Felt<float> felt;
+  felt.attitude_is_new = true;
+  for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
+    const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
+    felt.roll_rad = 0.1F * std::sin(2.F * t_s);
+    felt.rate_b_rad_s = {bad ? GetParam() : -0.2F * std::cos(2.F * t_s), 0.F, 0.F};
+    check.update(felt, kTick_s);
+  }
+  EXPECT_TRUE(check.contradicts());
+}
+
+TEST_P(BadNumber, APathThatStandsIsStillSeen) {
+  for (int which = 0; which < 3; ++which) {
+    MotionCheck<float> check;
+    Vector2 place_m = Vector2::Zero(), speed_m_s = Vector2::Zero();
+    for (float t_s = 0.F; t_s < 20.F; t_s += kTick_s) {
+      const Vector2 force_m_s2(std::sin(1.5F * t_s), 0.F);
+      speed_m_s += force_m_s2 * kTick_s;
+      place_m += speed_m_s * kTick_s;
+      const bool lies = t_s > 8.F;
+      MotionCheck<float>::Motion motion{.force_m_s2 = force_m_s2,
+                                        .place_m = lies ? Vector2(Vector2::Zero()) : place_m,
+                                        .speed_m_s = lies ? Vector2(Vector2::Zero()) : speed_m_s};
+      if (t_s > 4.F && t_s < 4.F + 1.5F * kTick_s) {
+        (which == 0 ? motion.force_m_s2 : which == 1 ? motion.place_m : motion.speed_m_s).x() = GetParam();
+      }
+      check.update(motion, true, kTick_s);
+    }
+    EXPECT_GE(check.evidence(), 1.F) << "input " << which;
+  }
+}
+
+class BadForce : public BadNumber {};
+INSTANTIATE_TEST_SUITE_P(Checks, BadForce, ::testing::ValuesIn(kBad), [](const auto& tested) {
+  return std::isnan(tested.param) ? "NaN" : std::isinf(tested.param) ? "Infinity" : "Huge";
+});
+
+// Each number of an estimate and of what is felt, once. Catches a force that is no force for a minute after one message
+// of 1e30, because its mean length is.
+TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
+  const std::function<void(Felt<float>&, Estimate<float>&, float)> spoils[] = {
+      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.x() = bad; },
+      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.z() = bad; },
+      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.climb_m_s = bad; },
+      [](Felt<float>& felt, Estimate<float>&, float bad) { felt.roll_rad = bad; },
+      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.x.velocity_m_s = bad; },
+      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.y.position_m = bad; },
+      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.height_m = bad; },
+      [](Felt<float>&, Estimate<float>& estimate, float bad) { estimate.climb_m_s = bad; },
+  };
+  for (const auto& spoil : spoils) {
+    CrossCheck<float> check;
+    for (float t_s = 0.F; t_s < 20.F; t_s += kTick_s) {
+      Estimate<float> estimate;
+      estimate.healthy = true;
+      Felt<float> felt{.attitude_is_new = true, .force_is_new = true, .climb_is_new = true};
+      felt.force_b = {t_s > 15.F ? 1.5F : 0.F, 0.F, kGravity_m_s2};
+      if (t_s > 5.F && t_s < 5.F + 1.5F * kTick_s) {
+        spoil(felt, estimate, GetParam());
+      }
+      check.update(felt, estimate, Vector2::Zero(), core::kTickPeriod);
+    }
+    EXPECT_NE(check.report().check, Check::kNone) << "number " << (&spoil - spoils);
+    EXPECT_TRUE(check.felt_h_m_s2().has_value()) << "number " << (&spoil - spoils);
+  }
+}
+
+TEST_P(BadNumber, WhatIsReckonedIsANumberAgain) {
+  DeadReckoning<float> reckoning;
+  for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
+    const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
+    Estimate<float> estimate;
+    estimate.predicts = true;
+    estimate.x.disturbance_m_s2 = bad ? GetParam() : 0.F;
+    reckoning.update(Felt<float>{}, estimate, Vector2(bad ? GetParam() : 0.F, 0.F), true, false, core::kTickPeriod);
+  }
+  EXPECT_LT(reckoning.velocity_w_m_s().norm(), 30.F);
+  EXPECT_LT(reckoning.push_w_m_s2().norm(), 1.F);
+}
+
+}  // namespace
+}  // namespace m100::est
