@@ -18,6 +18,10 @@ constexpr double kLeastResidual_m = 5e-4;                 // better than this no
 constexpr double kPosesPerSample = 10.0;
 /// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
+/// The newest attitude is older than the pose that has just come, by its own age and up to a period of telemetry. A
+/// window looks back as far at the least: nearer than this there is no integral, so that a latency of nought, once
+/// believed, would never be looked at again. What the first order leaves over 20 ms is 1 mm at 5 m/s^2.
+constexpr double kLooksBack_s = 0.020;
 
 template <typename T>
 core::Duration cut_to_microseconds(T seconds) {
@@ -163,7 +167,7 @@ void PoseLatency<T>::note_pose(core::TimePoint captured, const Vector2& position
     rebase();
     window_begin_ = captured;
     window_origin_ = position_w_m;
-    tau_in_window_s_ = tau_s_;
+    tau_in_window_s_ = tau_s_ > static_cast<T>(kLooksBack_s) ? tau_s_ : static_cast<T>(kLooksBack_s);
   }
   Entry seen;
   if (!look(captured - cut_to_microseconds(tau_in_window_s_), seen)) {

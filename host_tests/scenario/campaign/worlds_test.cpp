@@ -49,6 +49,26 @@ TEST(PosesInWind, AreNotCalledLiesWhereTheHeadingTurns) {
   }
 }
 
+// Gusts at the start of a flight tell a latency of nought, before what the force shows is known; what is believed then
+// must not be what is believed at the end. The poses are 20 ms old, and 3.8 ms on the line.
+TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {
+  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Task task = tasks_of("trajectory").front();
+  for (const std::uint64_t seed : {700U, 705U, 707U, 710U, 711U}) {
+    experiments::FlightPlan plan;
+    plan.plant = sim::load_plant((std::filesystem::path(M100_WORLDS) / "wind_10.toml").string());
+    plan.vehicle = settings.vehicle;
+    plan.course = task.course;
+    plan.duration_s = task.duration_s;
+    plan.seed = seed;
+    plan.pilot_holds_place = true;
+    plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
+    const experiments::FlightResult flown = experiments::fly(plan);
+    EXPECT_TRUE(flown.pose_timing.observable) << seed;
+    EXPECT_NEAR(core::seconds<double>(flown.pose_timing.least), 0.0238, 0.005) << seed;
+  }
+}
+
 // Catches a latency that the tilt alone tells: gusts and drag tilt the aircraft too, which was 8 to 30 ms wrong.
 TEST(PoseTimingOfAFlight, LatencyIsFoundInTwentySecondsOfStepsInCalmAirAndInWind) {
   struct Way {
