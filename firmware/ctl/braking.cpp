@@ -24,6 +24,8 @@ double lag_s(const model::StickAxis& axis) {
 
 }  // namespace
 
+double acts_after_s(const model::StickAxis& axis) { return axis.transport_delay_s + kCommandPeriod_s; }
+
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit) {
   const model::Translation& air = vehicle.translation;
   const double reaction_s = larger(lag_s(vehicle.pitch), lag_s(vehicle.roll)) + kCommandPeriod_s + kSeen_s;
@@ -31,6 +33,7 @@ Braking braking_of(const model::Vehicle& vehicle, double slope_limit) {
   return {.acceleration_m_s2 = acceleration_m_s2,
           .holds_m_s2 = smaller(acceleration_m_s2, kHolds_m_s2),
           .reaction_s = larger(reaction_s, kLeastReaction_s),
+          .acts_s = larger(acts_after_s(vehicle.pitch), acts_after_s(vehicle.roll)),
           .unknown_drag_per_s = larger(kDrag_per_s - air.linear_drag_per_s, 0.0),
           .drag_per_s = larger(kDrag_per_s, air.linear_drag_per_s)};
 }

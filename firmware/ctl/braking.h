@@ -13,12 +13,17 @@ struct Braking {
   double holds_m_s2 = 0.0;
   /// From the moment in which a stop is wanted until the attitude has turned round.
   double reaction_s = 0.0;
+  /// acts_after_s() of the slower axis.
+  double acts_s = 0.0;
   /// The drag that the aircraft may have beyond what the vehicle file believes. What is estimated as wind at a speed
   /// has this drag of the speed in it, and loses it as the aircraft slows down.
   double unknown_drag_per_s = 0.0;
   /// The drag by which wind and gusts push.
   double drag_per_s = 0.0;
 };
+
+/// Until a command that leaves now has begun to act, and the next one can: transport delay + command period (40 ms).
+double acts_after_s(const model::StickAxis& axis);
 
 /// @param slope_limit the largest slope (tangent of tilt) that the control law gives to one horizontal axis while the
 ///   other one has as much: from the gain tables of this vehicle and from the law's limit of both axes together.

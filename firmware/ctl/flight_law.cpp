@@ -4,6 +4,8 @@
 #include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 #include "firmware/core/tilt.h"
+#include "firmware/ctl/braking.h"
+#include "firmware/ctl/tilt_room.h"
 
 namespace m100::ctl {
 namespace {
@@ -44,6 +46,7 @@ template <typename T>
   const InverseLags lags = inverse_lags(axis);
   made.first_lag_s = static_cast<T>(lags.first_s);
   made.second_lag_s2 = static_cast<T>(lags.second_s2);
+  made.acts_s = static_cast<T>(acts_after_s(axis));
   return made;
 }
 
@@ -70,6 +73,7 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
   const mpc::GainTable<T>& table = axis.mpc.table();
   const T offset_rad = estimate.input_offset_rad;
   const T slope = seen(core::tan(estimate.tilt_rad));
+  axis.soon = slope_soon(estimate, slope, axis.acts_s);
   problem_.state = axis.predictor.predict({.position_m = estimate.position_m,
                                            .velocity_m_s = estimate.velocity_m_s,
                                            .tilt_rad = slope,
@@ -127,10 +131,11 @@ core::Slope<T> FlightLaw<T>::slopes(const est::Estimate<T>& estimate, const ref:
     slope_y = y_.calm.slope(estimate.y, reference.y[0], y_.mpc.table(), calm_per_s_, step_s);
   }
 
+  const T most = most_slope(x_.soon, y_.soon, combined_tangent_);
   const T size = core::sqrt(slope_x * slope_x + slope_y * slope_y);
-  if (size > combined_tangent_) {
-    slope_x *= combined_tangent_ / size;
-    slope_y *= combined_tangent_ / size;
+  if (size > most) {
+    slope_x *= most / size;
+    slope_y *= most / size;
     report_.tilt_limited = true;
   }
   return {.x = slope_x, .y = slope_y};

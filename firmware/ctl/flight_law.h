@@ -21,8 +21,8 @@ namespace m100::ctl {
 struct FlightLawOptions {
   /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
   bool design_altitude = true;
-  /// The tilt of both axes together never exceeds this, 0 to 90 degrees: the promise is 35 degrees, the attitude loop
-  /// overshoots by 7 %.
+  /// No command for both axes together exceeds this, 0 to 90 degrees, nor does the tilt for long (tilt_room.h): the
+  /// promise is 35 degrees, the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Of the horizontal axes; the baseline has everything else in common with the MPC.
   mpc::Law horizontal = mpc::Law::kMpc;
@@ -55,7 +55,8 @@ struct LawReport {
 ///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
 ///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that less m. So neither
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
-/// Then both tilts are limited together, keeping their direction, and turned by yaw into roll and pitch.
+/// Then both tilts are limited together, keeping their direction, by how far the aircraft tilts already (tilt_room.h),
+/// and turned by yaw into roll and pitch.
 /// Needs a window whose lead is lead(). Cost: firmware/README.md.
 template <typename T>
 class FlightLaw {
@@ -91,6 +92,8 @@ class FlightLaw {
     CalmLaw<T> calm{};
     T first_lag_s{0};    ///< T1
     T second_lag_s2{0};  ///< T2
+    T acts_s{0};         ///< acts_after_s()
+    T soon{0};           ///< the slope by then
     mpc::Path path = mpc::Path::kTable;
     unsigned changes = 0;
   };

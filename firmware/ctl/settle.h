@@ -5,6 +5,7 @@
 #include "firmware/core/tilt.h"
 #include "firmware/ctl/braking.h"
 #include "firmware/ctl/command.h"
+#include "firmware/ctl/tilt_room.h"
 #include "firmware/est/estimate.h"
 #include "firmware/model/vehicle.h"
 
@@ -15,7 +16,8 @@ namespace m100::ctl {
 ///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
 /// The speed is that of a reaction time t later, so that the tilt is taken away in time; with k t = 0.7 the stop does
 /// not overshoot. It brakes as hard as the fence reckons: a gentler stop would end beyond it. Both slopes together are
-/// at most tan(30 degrees), the law's own limit, and keep their direction. While no pose comes the velocity is the
+/// at most tan(30 degrees), the law's own limit, less what the aircraft tilts beyond it (tilt_room.h), and keep their
+/// direction. While no pose comes the velocity is the
 /// model's prediction; where its own sigma says that it is worthless, trim and wind alone are held. Level where there
 /// is no prediction. No climb, no turn: the autopilot holds the height.
 template <typename T>
@@ -25,6 +27,7 @@ Command<T> settle(const est::Estimate<T>& estimate, const Braking& braking) {
   const T most_m_s2 = static_cast<T>(braking.acceleration_m_s2);
   constexpr T kWorthless_m2_s2 = static_cast<T>(1.0);
   constexpr T kMostSlope = static_cast<T>(0.5773502691896258);  // tan 30 deg: FlightLawOptions
+  const T acts_s = static_cast<T>(braking.acts_s);
   constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
   if (!estimate.predicts) {
     return {};
@@ -38,8 +41,12 @@ Command<T> settle(const est::Estimate<T>& estimate, const Braking& braking) {
   };
   const T x = slope(estimate.x, T(1));
   const T y = slope(estimate.y, T(-1));
+  const auto soon = [acts_s](const est::AxisEstimate<T>& axis) {
+    return slope_soon(axis, core::tan(axis.tilt_rad), acts_s);
+  };
+  const T most = most_slope(soon(estimate.x), soon(estimate.y), kMostSlope);
   const T size = core::sqrt(x * x + y * y);
-  const T share = size > kMostSlope ? kMostSlope / size : T(1);
+  const T share = size > most ? most / size : T(1);
   const core::Euler<T> attitude = core::attitude_of(core::Slope<T>{.x = share * x, .y = share * y}, estimate.yaw_rad,
                                                     core::turn_of(estimate.yaw_rad));
   return {.roll_rad = attitude.roll_rad, .pitch_rad = attitude.pitch_rad};

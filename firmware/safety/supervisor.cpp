@@ -11,6 +11,9 @@ constexpr double kTiltRounding_rad = 1e-4;
 /// A gap of the poses that is flown through whatever the reserve is: COAST begins where a pose is older than it may be,
 /// so that after this time in it the gap is longer than this.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
+/// By which a speed that no pose shows any more may grow or shrink unseen: the offset of the specific force that it is
+/// reckoned by (est::kForceOffset_m_s2).
+constexpr double kUnseen_m_s2 = 0.2;
 
 /// Finite and not absurd; NaN fails every comparison.
 template <typename T>
@@ -77,7 +80,8 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   const core::Duration inside = seen.now - entered_;
   const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // poses that are refused show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
-  const bool may_hand_over = seen.speed_m_s < limits_.hand_over_m_s || inside >= most_level;
+  const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.pose_age);
+  const bool may_hand_over = seen.speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
   add(seen.authority && seen.mode_f, LadderSign::kCommandable);
   add(seen.operator_releases, LadderSign::kOperatorReleases);
   add(seen.telemetry_age > limits_.telemetry_dead, LadderSign::kTelemetryDead);
