@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "firmware/companion/files/course_line.h"
+#include "firmware/core/maths.h"
+#include "firmware/model/vehicle.h"
 
 namespace m100::companion {
 namespace {
@@ -85,8 +87,30 @@ class Layer {
 
   core::Status step(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
-    return course_.append_step(place(n), seconds_of(n[4], spot));
+    const ref::Waypoint<T> there = place(n);
+    const core::Duration lasts = seconds_of(n[4], spot);
+    const bool stands = there.position_w_m == course_.end().position_w_m && there.yaw_rad == course_.end().yaw_rad;
+    return is_limited() && !stands ? step_within_limits(there, lasts, spot) : course_.append_step(there, lasts);
   }
+
+  /// A jump reaches the speed that its way and the tilt allow. Where a line with 'limits' stands above, it is gone to
+  /// within them, and stood at for the rest of its time.
+  core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const Spot& spot) {
+    ref::SpeedLimits limits = limits_;
+    limits.acceleration_m_s2 =
+        std::min(limits.acceleration_m_s2, model::kGravity_m_s2 * std::sin(std::min(limits.tilt_rad, 0.5 * core::kPi)));
+    const core::Duration begin = course_.duration();
+    const core::Status status = course_.append_quintic(there, limits);
+    const core::Duration way = course_.duration() - begin;
+    if (status == core::Status::kOk && way >= lasts) {
+      std::ostringstream what;
+      what << "the way takes " << core::seconds<double>(way) << " s within its limits, the line has "
+           << core::seconds<double>(lasts) << " s";
+      spot.fail(what.str());
+    }
+    return status == core::Status::kOk ? course_.append_step(there, lasts - way) : status;
+  }
+  bool is_limited() const { return std::min({named_.speed_m_s, named_.acceleration_m_s2, named_.tilt_rad}) < kNoLimit; }
   core::Status quintic(const Words& words, const Spot& spot) {
     const std::vector<double> n = numbers(words, 5, spot);
     return course_.append_quintic(place(n), seconds_of(n[4], spot));

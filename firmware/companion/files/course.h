@@ -25,11 +25,11 @@ struct CourseWord {
   std::string_view sentence;
 };
 inline constexpr std::array kCourseWords{
-    CourseWord{"step", "X Y Z YAW SECONDS", "jump there and stay"},
+    CourseWord{"step", "X Y Z YAW SECONDS", "jump there and stay; below 'limits', go there within them and stay"},
     CourseWord{"quintic", "X Y Z YAW SECONDS", "rest to rest, straight, in this time"},
     CourseWord{"square", "SIDE PER_SIDE PAUSE", "once around, at rest in every corner; times in s"},
     CourseWord{"limits", "[speed_m_s V] [acceleration_m_s2 A] [tilt_deg D] [yaw_rate_deg_s R]",
-               "what the lines below may ask for, and how fast 'through' is flown"},
+               "what the lines below may ask for, and how fast 'through' and 'step' are flown"},
     CourseWord{"through", "X Y Z YAW",
                "fly through here; consecutive lines are one way of least snap, at rest at both ends only"},
     CourseWord{"circle", "RADIUS SPEED TURNS",

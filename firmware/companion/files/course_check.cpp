@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "firmware/model/vehicle.h"
+
 namespace m100::companion {
 namespace {
 
@@ -88,6 +90,34 @@ void expect_joints(const ref::Trajectory<double>& course, std::span<const Course
   }
 }
 
+/// A set point asks for no speed; how fast the aircraft becomes on its way there, all tilt for half of the way and
+/// against it for the other half, is the root of acceleration x distance. A line with 'limits' is laid within them.
+void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const CoursePiece& piece,
+                      const CourseLimits& limits, const std::string& course_name) {
+  const double way_m = std::hypot(to[0][0] - from[0][0], to[1][0] - from[1][0]);
+  const double most_m_s2 = std::min(limits.acceleration_m_s2, model::kGravity_m_s2 * std::tan(limits.tilt_rad));
+  const double reached_m_s = std::sqrt(way_m * most_m_s2);
+  if (reached_m_s > kSlack * limits.speed_m_s) {
+    refuse(course_name, piece,
+           "the jump of " + text_of(way_m) + " m reaches up to " + text_of(reached_m_s) + " m/s, the limit " +
+               text_of(limits.speed_m_s) + " m/s: 'limits speed_m_s " + text_of(limits.speed_m_s) +
+               "' above it keeps it");
+  }
+}
+
+void expect_slow_jumps(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
+                       const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name) {
+  ref::Motion before{};
+  before[0][0] = start.position_w_m.x();
+  before[1][0] = start.position_w_m.y();
+  for (const CoursePiece& piece : pieces) {
+    if (piece.word == "step") {
+      expect_slow_jump(before, course.motion(piece.begin), piece, limits, course_name);
+    }
+    before = course.motion(piece.end, true);
+  }
+}
+
 }  // namespace
 
 Effort effort_of(const ref::Motion& motion) {
@@ -123,6 +153,7 @@ std::string when_and_where(core::Duration at, const ref::Motion& motion, const r
 void expect_flyable(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                     const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name) {
   expect_joints(course, pieces, start, course_name);
+  expect_slow_jumps(course, pieces, start, limits, course_name);
   for_each_moment(course, pieces, [&](const CoursePiece& piece, core::Duration at, const ref::Motion& motion) {
     const Effort effort = effort_of(motion);
     for (const Bound& bound : kBounds) {

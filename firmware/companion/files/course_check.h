@@ -42,8 +42,8 @@ std::string when_and_where(core::Duration at, const ref::Motion& motion, const r
 
 /// Refuses a course that asks for more than its own 'limits', the given ones or the supervisor's (1 % is let through:
 /// that is how closely a way of least snap keeps its limits), whose pieces do not join in place, velocity and
-/// acceleration (1 mm, 1 cm/s, 5 cm/s^2; a set point may jump, but from rest), or which ends in motion.
-/// Errors: CourseError with file, line, word, time and place.
+/// acceleration (1 mm, 1 cm/s, 5 cm/s^2; a set point may jump, but from rest, and where a speed is limited only as far
+/// as keeps it), or which ends in motion. Errors: CourseError with file, line, word, time and place.
 void expect_flyable(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                     const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name);
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -18,14 +20,14 @@ struct Laid {
 };
 
 /// Starts at x = 10, y = -3, z = 1.5 with another heading: places are offsets.
-Laid lay(const std::string& text) {
+Laid lay(const std::string& text, const CourseLimits& limits = {}) {
   Laid laid;
   ref::Waypoint<double> start;
   start.position_w_m = {10.0, -3.0, 1.5};
   start.yaw_rad = 0.3;
   try {
     laid.pieces = lay_course(text, start, *laid.course, "c");
-    expect_flyable(*laid.course, laid.pieces, start, {}, "c");
+    expect_flyable(*laid.course, laid.pieces, start, limits, "c");
   } catch (const CourseError& wrong) {
     laid.said = wrong.what();
   }
@@ -43,6 +45,39 @@ TEST(Course, WaypointsOfConsecutiveLinesAreOneWayAndKeepTheirLines) {
   const ref::Motion bend = laid.course->motion(laid.pieces[0].end);
   EXPECT_NEAR(bend[0][0], 11.0, 1e-9);
   EXPECT_GT(std::hypot(bend[0][1], bend[1][1]), 0.1) << "it stops where it should fly through";
+}
+
+// Catches a set point that jumps whatever the lines above it say: 6 m are flown at more than 4 m/s.
+TEST(Course, AStepBelowLimitsIsGoneToWithinThemAndThenStoodAt) {
+  const Laid laid = lay("limits speed_m_s 1 acceleration_m_s2 0.5\nstep 6 0 0 1 20\nstep 6 0 0 1 2\n");
+  ASSERT_EQ(laid.said, "");
+  ASSERT_EQ(laid.pieces.size(), 2U) << "one a line";
+  EXPECT_EQ(laid.pieces[0].end, std::chrono::seconds(20));
+  double fastest_m_s = 0.0, hardest_m_s2 = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    const ref::Motion at = laid.course->motion(std::chrono::milliseconds(10 * i));
+    fastest_m_s = std::max(fastest_m_s, std::abs(at[0][1]));
+    hardest_m_s2 = std::max(hardest_m_s2, std::abs(at[0][2]));
+  }
+  EXPECT_NEAR(fastest_m_s, 1.0, 0.01);
+  EXPECT_LE(hardest_m_s2, 0.505);
+  const ref::Motion end = laid.course->motion(std::chrono::seconds(19));
+  EXPECT_NEAR(end[0][0], 16.0, 1e-9);
+  EXPECT_EQ(end[0][1], 0.0);
+  const Laid jumps = lay("step 6 0 0 1 20\n");
+  EXPECT_NEAR(jumps.course->motion(std::chrono::milliseconds(1))[0][0], 16.0, 1e-9)
+      << "the paper's goals are set by hand";
+}
+
+// The flight file's limit of speed: catches a course check that takes a jump for a rest.
+TEST(Course, AJumpThatWouldBecomeFasterThanTheFlightMayIsRefused) {
+  const CourseLimits slow{.speed_m_s = 2.0};
+  EXPECT_NE(
+      lay("step 0 0 0 0 2\nstep 3 0 0 0 9\n", slow).said.find("c:2: 'step': the jump of 3 m reaches up to 3.7 m/s"),
+      std::string::npos)
+      << lay("step 0 0 0 0 2\nstep 3 0 0 0 9\n", slow).said;
+  EXPECT_EQ(lay("step 0.8 0 0 0 9\n", slow).said, "");
+  EXPECT_EQ(lay("limits speed_m_s 2\nstep 3 0 0 0 9\n", slow).said, "");
 }
 
 TEST(Course, ATableOfTimeAndPlaceIsACourse) {
@@ -108,6 +143,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "c:2: 'circle': the tilt is 10.", "the course's own limit 10 deg, "},
         Refused{"OwnSpeed", "limits speed_m_s 1\nquintic 4 0 0 0 4\n", "c:2: 'quintic': the speed is 1.0",
                 "course's own limit 1 m/s, 0."},
+        Refused{"OwnSpeedOfAStep", "limits speed_m_s 1\nstep 4 0 0 0 4\n",
+                "c:2: 'step': the way takes 7.5 s within its limits, the line has 4 s", ""},
         Refused{"Climbs", "quintic 0 0 10 0 5\n", "c:1: 'quintic': the climb speed is 2.0", "limit 2 m/s, "},
         Refused{"Turns", "quintic 0 0 0 3 1\n", "c:1: 'quintic': the yaw rate is 1", "limit 100 deg/s, "},
         Refused{"TableTooFast", "t_s,x_m,y_m,z_m\n1,8,0,0\n", "c:2: 't_s': the tilt is ", ", at (0."},
