@@ -18,6 +18,11 @@ struct Outcome {
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
   double swing_noticed_s = -1.0;  ///< as FlightResult
+  bool contradicted = false;      ///< as FlightResult; likewise the next two
+  bool left_model = false;
+  std::uint32_t refused_poses = 0;
+  double latency_error_s = 0.0;   ///< of the poses, as found at the end, less what the world and the line make of it
+  double latency_sigma_s = 0.0;   ///< that is claimed of it
   double handed_over_m_s = -1.0;  ///< horizontal speed when the sticks became the pilot's; negative: they did not
   double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed

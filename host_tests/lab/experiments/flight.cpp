@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/experiments/flight.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -202,11 +203,21 @@ class Flight {
     point.rung = static_cast<int>(grant.rung);
     const bool noticed = controller_->observed().swings && result_.swing_noticed_s < 0.0;
     result_.swing_noticed_s = noticed ? t_s : result_.swing_noticed_s;
+    note_alarms();
     const auto& estimate = controller_->estimate();
     const double x = normalised_square(estimate.x, point.position_m[0], point.velocity_m_s[0]);
     const double y = normalised_square(estimate.y, point.position_m[1], point.velocity_m_s[1]);
     point.nees = x >= 0.0 && y >= 0.0 ? x + y : -1.0;
     result_.trace.push_back(point);
+  }
+
+  void note_alarms() {
+    const safety::Observation& seen = controller_->observed();
+    result_.contradicted = result_.contradicted || controller_->contradiction().check != est::Check::kNone;
+    for (const bool left : seen.left_model) {
+      result_.left_model = result_.left_model || left;
+    }
+    result_.refused_poses = std::max(result_.refused_poses, controller_->estimate().refused_poses);
   }
 
   FlightResult finish() {

@@ -50,8 +50,12 @@ struct FlightResult {
   core::Vector<double, 3> start_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins
   std::string descent;            ///< why the ladder left its top for good, in words
   double swing_noticed_s = -1.0;  ///< from the start of the course; negative: no swing was (ctl::SwingWatch)
-  std::string authority;          ///< what the link last said about control, in words
-  Trace trace;                    ///< one point a tick, t_s from the start of the course
+  // What spoke while the course was flown.
+  bool contradicted = false;        ///< poses or attitude were, by what else the autopilot tells
+  bool left_model = false;          ///< an axis answered unlike its model (sysid::ResidualMonitor)
+  std::uint32_t refused_poses = 0;  ///< the most in a row, by the observer's gate
+  std::string authority;            ///< what the link last said about control, in words
+  Trace trace;                      ///< one point a tick, t_s from the start of the course
   /// Of the poses that the observer used while the course was flown: see est::EkfCounters; 2 for each is right.
   double nis_sum = 0.0;
   std::uint32_t nis_count = 0;

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""In the worlds that ship no aircraft swings by itself, and the watch in flight does not say so (promise R17).
+"""In the worlds that ship nothing speaks (promise R17): no swing is noticed in flight, neither poses nor attitude are
+called a lie, no axis is said to have left its model, and the observer's gate refuses no pose for as long as the ladder
+asks about.
 
 Usage: healthy.py M100_LAB [--flights N] [--seed N]
-Flies N (default 12: 1008 flights) flights of each of the six tasks in each world, and names those in which a swing was
-noticed. Whether they stay is another question: exit 1 for a swing alone.
+Flies N (default 12: 1008 flights) flights of each of the six tasks in each world, and names those in which something
+spoke. Whether they stay is another question: exit 1 for a false alarm alone.
 """
 import json
 import pathlib
@@ -13,6 +15,11 @@ import sys
 import tempfile
 
 WORLDS = pathlib.Path(__file__).resolve().parents[2] / "lab/campaign/worlds"
+
+
+# What a flight's record says, and the most of it that is silence. A pose after a gap may be refused while the observer
+# asks for more of them that agree (three, at up to 240 Hz within its 0.1 s).
+MOST = {"swing_noticed_s": -1.0, "contradicted": False, "left_model": False, "refused_poses": 24}
 
 
 def value(words, option, otherwise):
@@ -30,11 +37,12 @@ def main():
             print(f"m100-lab campaign ended with {code}", file=sys.stderr)
             return 2
         flown = json.loads(answer.read_text())["flown"]
-    noticed = [flight for flight in flown if flight["swing_noticed_s"] >= 0.0]
-    for flight in noticed:
-        print(f"{flight['world']}, {flight['task']}, seed {flight['seed']}: at {flight['swing_noticed_s']:.1f} s")
-    print(f"{len(noticed)} of {len(flown)} flights: a swing was noticed")
-    return 1 if noticed or not flown else 0
+    spoke = [(flight, [f"{key} {flight[key]}" for key, most in MOST.items() if flight[key] > most]) for flight in flown]
+    spoke = [(flight, what) for flight, what in spoke if what]
+    for flight, what in spoke:
+        print(f"{flight['world']}, {flight['task']}, seed {flight['seed']}: {', '.join(what)}")
+    print(f"{len(spoke)} of {len(flown)} flights: something spoke")
+    return 1 if spoke or not flown else 0
 
 
 if __name__ == "__main__":

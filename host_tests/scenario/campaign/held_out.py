@@ -38,10 +38,11 @@ def pose(dice):
             f"reported_age_s = {dice.uniform(0.0, 0.1):.4f}\n")
 
 
-def air(dice):
+def air(dice, push_m_s2=None):
+    """@param push_m_s2 with the gusts, on the worse axis; none: drawn, up to what is held against"""
     direction = dice.uniform(0.0, 2.0 * math.pi)
     along, across = math.cos(direction), math.sin(direction)
-    push_m_s2 = dice.uniform(0.1 * MOST_PUSH_M_S2, MOST_PUSH_M_S2)
+    push_m_s2 = push_m_s2 or dice.uniform(0.1 * MOST_PUSH_M_S2, MOST_PUSH_M_S2)
     mean_m_s = push_m_s2 / (DRAG_PER_S * (1.0 + GUST_SHARE) * max(abs(along), abs(across)))
     return (f"[air]\nlinear_drag_per_s = {DRAG_PER_S}\nwind_m_s = [{mean_m_s * along:.3f}, {mean_m_s * across:.3f}, 0.0]\n"
             f"gust_m_s = {GUST_SHARE * mean_m_s:.3f}\nturbulence_m_s = {TURBULENCE_SHARE * mean_m_s:.3f}\n")
@@ -55,13 +56,23 @@ def draw(seed, number):
     return kind, blows + ("" if kind == "wind" else pose(dice)), blows
 
 
-def fly(program, folder, name, text, *options):
-    """-> the report of one world"""
+def option_of(words):
+    """-> what stands behind an option, or something else"""
+    return lambda option, otherwise: words[words.index(option) + 1] if option in words else otherwise
+
+
+def report_of(program, folder, name, text, *options):
+    """-> the report of a campaign in one world"""
     path, answer = folder / f"{name}.toml", folder / f"{name}.json"
     path.write_text(text)
     words = [program, "campaign", str(path), "--flights", "1", "--json", str(answer), *options]
     subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    return json.loads(answer.read_text())["worlds"][name]
+    return json.loads(answer.read_text())
+
+
+def fly(program, folder, name, text, *options):
+    """-> what a world's report says of all its flights"""
+    return report_of(program, folder, name, text, *options)["worlds"][name]
 
 
 def faults(world, kind_hover_deg):
@@ -79,10 +90,7 @@ def faults(world, kind_hover_deg):
 
 def main():
     words = sys.argv[1:]
-
-    def value(option, otherwise):
-        return words[words.index(option) + 1] if option in words else otherwise
-
+    value = option_of(words)
     worlds, seed, wrong = int(value("--worlds", "48")), int(value("--seed", "1")), 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(value("--keep", scratch))

@@ -9,6 +9,7 @@ did not stay; with --record the report goes to a file and the exit code is 0 wha
 import itertools
 import json
 import pathlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -52,6 +53,25 @@ def rows(report):
     return out
 
 
+def latencies(report):
+    """What was found of the latency, beside the true one and what the line takes: a sentence each for the steps, the
+    slow trajectory, and the sources at 240 Hz, whose poses fill the line and wait before it."""
+    worlds = [name(*which) for which in itertools.product(LATENCIES_MS, JITTERS_MS, AGES)]
+    full = {world for number, world in enumerate(worlds) if RATES_HZ[number % len(RATES_HZ)] == 240}
+    flown = [flight for flight in report["flown"] if flight["scored"]]
+    groups = (("steps", [f for f in flown if f["task"].startswith("step") and f["world"] not in full]),
+              ("trajectory", [f for f in flown if f["task"] == "trajectory" and f["world"] not in full]),
+              ("steps at 240 Hz", [f for f in flown if f["task"].startswith("step") and f["world"] in full]))
+    out = []
+    for label, flights in groups:
+        errors_ms = sorted(1e3 * abs(flight["latency_error_s"]) for flight in flights)
+        observable = sum(flight["latency_sigma_s"] <= 0.01 for flight in flights)
+        inside = sum(error_ms <= 5.0 for error_ms in errors_ms)
+        out.append(f"{label}: median {statistics.median(errors_ms):.1f} ms, within 5 ms in {inside} of {len(flights)}, 99 % within "
+                   f"{errors_ms[int(0.99 * len(errors_ms))]:.1f} ms, worst {errors_ms[-1]:.1f} ms; called observable in {observable}")
+    return out
+
+
 def fly(program, flights, answer):
     """-> exit code of the campaign"""
     with tempfile.TemporaryDirectory() as folder:
@@ -70,6 +90,8 @@ def main():
             return code
         for row in rows(json.loads(pathlib.Path(answer).read_text())):
             print(" | ".join(row))
+        for sentence in latencies(json.loads(pathlib.Path(answer).read_text())):
+            print(sentence)
     return 0 if record else code
 
 
