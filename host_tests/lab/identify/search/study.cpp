@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <tuple>
+#include <limits>
 
 #include "host_tests/lab/identify/log_ranges.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
@@ -105,13 +105,14 @@ class Conclusion {
 
   /// Parts of two logs have clocks of their own: no date says on which side of a change they lie.
   bool across_a_change() const {
-    const auto first = [](const Range& a, const Range& b) { return a.first < b.first; };
-    const auto last = [](const Range& a, const Range& b) { return a.second < b.second; };
-    const auto& [train, validate] = std::tie(request_.train, request_.validate);
-    const double from_s = std::min(std::min_element(train.begin(), train.end(), first)->first,
-                                   std::min_element(validate.begin(), validate.end(), first)->first);
-    const double to_s = std::max(std::max_element(train.begin(), train.end(), last)->second,
-                                 std::max_element(validate.begin(), validate.end(), last)->second);
+    double from_s = std::numeric_limits<double>::infinity();
+    double to_s = -from_s;
+    for (const std::vector<Range>* part : {&request_.train, &request_.validate}) {
+      for (const Range& range : *part) {
+        from_s = std::min(from_s, range.first);
+        to_s = std::max(to_s, range.second);
+      }
+    }
     return std::any_of(result_.changes.begin(), result_.changes.end(), [&](const Change& change) {
       return !in_one_log(request_) || (from_s < change.at_s && change.at_s < to_s);
     });
