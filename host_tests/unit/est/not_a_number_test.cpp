@@ -23,15 +23,13 @@ using Vector2 = core::Vector<float, 2>;
 /// Single precision, as on the board: there 1e30 has no square.
 constexpr std::array kBad{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F};
 
-class BadNumber : public ::testing::TestWithParam<float> {
- protected:
-  BadNumber() { RecordProperty("promise", "R14"); }
-};
+class BadNumber : public ::testing::TestWithParam<float> {};
 INSTANTIATE_TEST_SUITE_P(Checks, BadNumber, ::testing::ValuesIn(kBad), [](const auto& tested) {
   return std::isnan(tested.param) ? "NaN" : std::isinf(tested.param) ? "Infinity" : "Huge";
 });
 
 TEST_P(BadNumber, ATiltThatDoesNotAnswerIsStillSeen) {
+  RecordProperty("promise", "R14");
   AnswerCheck<float> check;
   Estimate<float> estimate;
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
@@ -43,6 +41,7 @@ TEST_P(BadNumber, ATiltThatDoesNotAnswerIsStillSeen) {
 }
 
 TEST_P(BadNumber, AnAttitudeWithOtherRatesIsStillSeen) {
+  RecordProperty("promise", "R14");
   TiltCheck<float> check;
   Felt<float> felt;
   felt.attitude_is_new = true;
@@ -56,6 +55,7 @@ TEST_P(BadNumber, AnAttitudeWithOtherRatesIsStillSeen) {
 }
 
 TEST_P(BadNumber, APathThatStandsIsStillSeen) {
+  RecordProperty("promise", "R14");
   for (int which = 0; which < 3; ++which) {
     MotionCheck<float> check;
     Vector2 place_m = Vector2::Zero(), speed_m_s = Vector2::Zero();
@@ -84,6 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Checks, BadForce, ::testing::ValuesIn(kBad), [](const a
 // Each number of an estimate and of what is felt, once. Catches a force that is no force for a minute after one message
 // of 1e30, because its mean length is.
 TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
+  RecordProperty("promise", "R14");
   const std::function<void(Felt<float>&, Estimate<float>&, float)> spoils[] = {
       [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.x() = bad; },
       [](Felt<float>& felt, Estimate<float>&, float bad) { felt.force_b.z() = bad; },
@@ -112,6 +113,7 @@ TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
 }
 
 TEST_P(BadNumber, WhatIsReckonedIsANumberAgain) {
+  RecordProperty("promise", "R14");
   DeadReckoning<float> reckoning;
   for (float t_s = 0.F; t_s < 4.F; t_s += kTick_s) {
     const bool bad = t_s > 1.F && t_s < 1.F + 1.5F * kTick_s;
