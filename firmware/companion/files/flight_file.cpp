@@ -60,6 +60,11 @@ constexpr std::array kKeys{
               .number = &FlightFile::course_yaw_rate_deg_s,
               .low = 1.0,
               .high = 100.0},
+    FlightKey{.section = "battery",
+              .key = "low_percent",
+              .number = &FlightFile::battery_low_percent,
+              .low = 0.0,
+              .high = 90.0},
 };
 
 std::string full_name(std::string_view section, std::string_view key) {

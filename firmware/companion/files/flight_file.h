@@ -45,6 +45,7 @@ struct FlightFile {
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
   double course_yaw_rate_deg_s = 0.0;
+  double battery_low_percent = 20.0;  ///< from this charge on the flight ends where it began; 0: it does not matter
 };
 
 /// One key of a flight file: where it stands, what it fills, what it may be. Exactly one of the three places is set.

@@ -67,7 +67,8 @@ void expect_files(const FlyOptions& options) {
 }
 
 /// @param place where the aircraft was when the program began
-Wishes wishes_of(const FlyOptions& options, const ref::Waypoint<double>& place, const ref::Waypoint<double>& start) {
+Wishes wishes_of(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& place,
+                 const ref::Waypoint<double>& start) {
   return {.take_control = options.take_control,
           .hold_s = options.hold_s,
           .once = options.once,
@@ -75,7 +76,9 @@ Wishes wishes_of(const FlyOptions& options, const ref::Waypoint<double>& place, 
           .land = options.land,
           .begins_w_m = start.position_w_m,
           .stands_w_m = place.position_w_m,
-          .reach_m = kReach_m};
+          .reach_m = kReach_m,
+          .home = home_settings(orders),
+          .home_yaw_rad = start.yaw_rad};
 }
 
 link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle& vehicle) {
@@ -250,7 +253,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Ears ears(log, speaker);
   say_what_is_off(options, ears, clock.now());
   RoomOrders room(goal_limits(options, orders), model.vehicle(), config, *trajectory, pose_line, speaker, ears);
-  Pilotage pilotage(wishes_of(options, place, start), config.limits, *controller, ears);
+  Pilotage pilotage(wishes_of(options, orders, place, start), config, *controller, *trajectory, ears);
   forget_words();
   hal::ServiceWatchdog service;
   service.start(kServicePatience);

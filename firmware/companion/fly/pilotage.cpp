@@ -26,6 +26,8 @@ bool Pilotage::tick(core::TimePoint now, const OperatorInput& input) {
   tell_ladder(now);
   tell_excitation(now);
   tell_swing(now);
+  home_.watch(controller_, now);
+  tell_home(now);
   back_.watch(now, view);
   led_ = input.led;
   if (input.land && (phase_ == Phase::kWaiting || phase_ == Phase::kAsking || phase_ == Phase::kHandingBack)) {
@@ -194,11 +196,13 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
   if (excitation == Excitation::State::kReturning || excitation == Excitation::State::kMoving) {
     since_ = now;  // what was wished to be held counts from its end
   }
-  const bool is_over = wishes_.take_control && core::seconds<double>(now - since_) >= wishes_.hold_s;
+  const bool at_home = home_.state() == Homeward<double>::State::kThere;
+  const bool is_held = wishes_.take_control && core::seconds<double>(now - since_) >= wishes_.hold_s;
+  const bool is_over = at_home || (is_held && !goes_home());
   const bool ends = is_over && !(wishes_.land && may_land());
   if (input.stops > 0 || input.word || ends) {
     controller_.release();
-    begin_hand_back(now, true, input);
+    begin_hand_back(now, !at_home, input);
   } else if (may_land() && (input.land || is_over)) {
     begin_task(now, protocol::Task::kLand);
   } else if (input.land) {

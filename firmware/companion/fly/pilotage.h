@@ -12,6 +12,7 @@
 #include "firmware/companion/fly/hand_back.h"
 #include "firmware/companion/fly/listener.h"
 #include "firmware/companion/fly/text_line.h"
+#include "firmware/companion/room/homeward.h"
 
 namespace m100::companion {
 
@@ -26,6 +27,8 @@ struct Wishes {
   /// Where the aircraft stands before a take-off.
   core::Vector<double, 3> stands_w_m = core::Vector<double, 3>::Zero();
   double reach_m = 1e9;  ///< farther from there control is not asked for: the law would fly the rest at once
+  HomeSettings home{};   ///< a low battery ends the flight where its course begins
+  double home_yaw_rad = 0.0;
 };
 
 /// What the operator did since the tick before.
@@ -46,9 +49,16 @@ class Pilotage {
  public:
   static constexpr std::size_t kSteps = 64;  ///< of the ladder that are kept; the first ones
 
-  Pilotage(const Wishes& wishes, const safety::Limits& limits, app::FlightController<double>& controller,
-           Listener& listener)
-      : wishes_(wishes), limits_(limits), controller_(controller), listener_(listener), back_(listener) {}
+  /// @param trajectory the controller's: a low battery changes it.
+  Pilotage(const Wishes& wishes, const app::FlightConfig& config, app::FlightController<double>& controller,
+           ref::Trajectory<double>& trajectory, Listener& listener)
+      : wishes_(wishes),
+        limits_(config.limits),
+        controller_(controller),
+        listener_(listener),
+        home_(trajectory, config.fence, {.position_w_m = wishes.begins_w_m, .yaw_rad = wishes.home_yaw_rad},
+              wishes.home),
+        back_(listener) {}
 
   /// After each tick. @returns false: over.
   bool tick(core::TimePoint now, const OperatorInput& input);
@@ -67,6 +77,8 @@ class Pilotage {
     const bool is_asked_for = phase_ == Phase::kAsking && takes_off_ && task == protocol::Task::kTakeOff;
     return is_asked_for || (phase_ == Phase::kTask && task_.task() == task);
   }
+  /// The battery is low, and the aircraft is on its way to where the flight began, or there.
+  bool goes_home() const { return home_.state() != Homeward<double>::State::kNotYet; }
   bool took_off() const { return took_off_; }
   bool landed() const { return landed_; }
   /// Control was had, its end was the operator's, and the transmitter has the aircraft.
@@ -106,6 +118,7 @@ class Pilotage {
   void tell_ladder(core::TimePoint now);
   void tell_excitation(core::TimePoint now);
   void tell_swing(core::TimePoint now);
+  void tell_home(core::TimePoint now);
   void tell_end(core::TimePoint now, const View& view);
   void tell_what_is_awaited(core::TimePoint now, const View& view);
   void tell(core::TimePoint now, std::string_view what) { listener_.hear(now, what); }
@@ -114,6 +127,8 @@ class Pilotage {
   safety::Limits limits_;
   app::FlightController<double>& controller_;
   Listener& listener_;
+  Homeward<double> home_;
+  Homeward<double>::State told_home_ = Homeward<double>::State::kNotYet;
   AutopilotTask task_;
   Phase phase_ = Phase::kWaiting;
   core::TimePoint since_{};  ///< the phase began

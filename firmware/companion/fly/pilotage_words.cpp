@@ -116,6 +116,23 @@ void Pilotage::tell_swing(core::TimePoint now) {
   told_swing_ = seen.swings;
 }
 
+void Pilotage::tell_home(core::TimePoint now) {
+  using State = Homeward<double>::State;
+  const State state = home_.state();
+  if (state != told_home_ && state != State::kNotYet) {
+    TextLine line;
+    line.add("battery low: ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
+    line.add(" %, and ").add(home_.low_percent(), 0).add(" % is the limit; ");
+    line.add(state == State::kFlies ? "the aircraft flies to where the flight began"
+                                    : "the aircraft is where the flight began");
+    tell(now, line.add(state == State::kFlies ? ", then the flight ends"
+                       : wishes_.land         ? ", and lands"
+                                              : "; control goes back to the transmitter: land")
+                  .text());
+  }
+  told_home_ = state;
+}
+
 void Pilotage::tell_excitation(core::TimePoint now) {
   const Excitation& excitation = controller_.excitation();
   if (excitation.state() == told_excitation_) {

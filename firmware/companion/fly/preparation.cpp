@@ -167,6 +167,12 @@ std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Ord
   return goal_limits_of(*orders.flight);
 }
 
+HomeSettings home_settings(const Orders& orders) {
+  return orders.flight
+             ? HomeSettings{.low_percent = orders.flight->battery_low_percent, .limits = goal_limits_of(*orders.flight)}
+             : HomeSettings{};
+}
+
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link) {
   app::FlightConfig config;
@@ -221,6 +227,10 @@ void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightMod
   const std::string goals = to_goals ? goals_note(*to_goals) : "";
   if (to_goals && !options.dry_run) {
     notes.push_back({kGoalsNote, goals});
+  }
+  const std::string home = home_note(home_settings(orders));
+  if (!options.dry_run) {
+    notes.push_back({kHomeNote, home});
   }
   if (options.dry_run) {
     notes.push_back({kDryRunNote, "nothing was sent"});

@@ -9,6 +9,7 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/fly.h"
+#include "firmware/companion/room/homeward.h"
 #include "firmware/log/flight_log.h"
 
 namespace m100::companion {
@@ -46,6 +47,9 @@ Range check_offsets(const Orders& orders);
 
 /// How fast the ways to goals are; nothing: this flight takes none, because nobody has a key or an excitation flies.
 std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Orders& orders);
+
+/// What a low battery makes of the flight.
+HomeSettings home_settings(const Orders& orders);
 
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link);

@@ -15,6 +15,7 @@
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/room/follow.h"
+#include "firmware/companion/room/homeward.h"
 #include "firmware/mpc/table_file.h"
 
 namespace m100::companion {
@@ -144,6 +145,29 @@ std::unique_ptr<Errands<T>> errands_of(const RecordedFlight& flight, const app::
   return std::make_unique<Errands<T>>(course, config.fence, *limits);
 }
 
+/// A log of before has no such note, and its flight did not look at the battery.
+template <typename T>
+Homeward<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
+  const std::optional<HomeSettings> settings =
+      flight.notes.contains(kHomeNote) ? home_of_note(note(flight, kHomeNote)) : HomeSettings{};
+  if (!settings) {
+    throw FlightLogError(std::string("'") + kHomeNote + "' is of another version");
+  }
+  return Homeward<T>(course, config.fence, start_of<T>(flight), *settings);
+}
+
+/// What the room and the battery make of the course, as the flight did behind the same tick.
+template <typename T, typename S>
+void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app::FlightController<T, S>& controller,
+          core::TimePoint now) {
+  if (errands != nullptr && home.state() == Homeward<T>::State::kNotYet) {
+    (void)errands->follow(line, controller, now);
+  } else if (errands != nullptr) {
+    (void)decline(line);
+  }
+  home.watch(controller, now);
+}
+
 /// The record of a tick as the replayed flight would have logged it: the last message of its ring.
 class LastRecord {
  public:
@@ -225,6 +249,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   RecordedUart pose(false);
   OverheardLine overheard(pose);
   const std::unique_ptr<Errands<T>> errands = errands_of(flight, config, course);
+  Homeward<T> home = home_of(flight, config, course);
   const auto last = std::make_unique<LastRecord>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
                                                                         autopilot, overheard, course, &last->log());
@@ -244,9 +269,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
-    if (errands) {
-      (void)errands->follow(overheard, *controller, time_of(tick));
-    }
+    lead(errands.get(), overheard, home, *controller, time_of(tick));
     const log::TickRecord record = last->take();
     hash.update(autopilot.written());
     hash.update(std::as_bytes(std::span(&record, 1)));

@@ -40,6 +40,8 @@ inline constexpr const char* kStartNote = "m100_start";      ///< "x y z yaw" of
 inline constexpr const char* kChannelNote = "m100_channel";  ///< "virtual_rc" or "movement", then "paper_100_hz" or not
 inline constexpr const char* kExcitationNote = "m100_excitation";  ///< excitation_of_note()
 inline constexpr const char* kGoalsNote = "m100_goals";  ///< goals_note(); there: goals over the pose port counted
+/// home_note(); there: a low battery ended the flight where it began.
+inline constexpr const char* kHomeNote = "m100_home";
 /// link_note(); a log without it was flown with app id 1, the channel's own rate, the default pose baud, in plain.
 inline constexpr const char* kLinkNote = "m100_link";
 

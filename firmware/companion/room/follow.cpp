@@ -3,6 +3,8 @@
 
 #include <sstream>
 
+#include "firmware/companion/room/homeward.h"
+
 namespace m100::companion {
 
 Followed decline(OverheardLine& line) {
@@ -43,6 +45,27 @@ std::optional<ref::SpeedLimits> limits_of_note(const std::string& note) {
   ref::SpeedLimits limits;
   words >> limits.speed_m_s >> limits.acceleration_m_s2 >> limits.yaw_rate_rad_s;
   return words ? std::optional(limits) : std::nullopt;
+}
+
+std::string home_note(const HomeSettings& settings) {
+  std::ostringstream text;
+  text.precision(17);
+  text << settings.low_percent << " " << goals_note(settings.limits);
+  return text.str();
+}
+
+std::optional<HomeSettings> home_of_note(const std::string& note) {
+  std::istringstream words(note);
+  HomeSettings settings;
+  std::string limits;
+  words >> settings.low_percent;
+  std::getline(words, limits);
+  const std::optional<ref::SpeedLimits> read = limits_of_note(limits);
+  if (words.fail() || !read) {
+    return std::nullopt;
+  }
+  settings.limits = *read;
+  return settings;
 }
 
 }  // namespace m100::companion

@@ -87,6 +87,8 @@ std::string_view name(GoalAnswer answer) {
       return "refused: only a position and a yaw count; set the bits of velocity, acceleration and yaw rate";
     case GoalAnswer::kNoNumber:
       return "refused: not finite, or farther than 1 km";
+    case GoalAnswer::kGoesHome:
+      return "refused: the battery is low, and it flies to where the flight began";
   }
   return "";
 }

@@ -16,7 +16,7 @@
 namespace m100::companion {
 
 /// What became of a goal.
-enum class GoalAnswer : std::uint8_t { kFlies, kSame, kNotFlying, kFrame, kMask, kNoNumber };
+enum class GoalAnswer : std::uint8_t { kFlies, kSame, kNotFlying, kFrame, kMask, kNoNumber, kGoesHome };
 /// "refused: only positions, and a yaw, in LOCAL_NED count", for people.
 std::string_view name(GoalAnswer answer);
 

@@ -107,7 +107,8 @@ FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now) {
           .on_ground = pilotage.would_take_off(now),
           .may_land = pilotage.may_land(),
           .takes_off = pilotage.in_task(protocol::Task::kTakeOff),
-          .lands = pilotage.in_task(protocol::Task::kLand)};
+          .lands = pilotage.in_task(protocol::Task::kLand),
+          .goes_home = pilotage.goes_home()};
 }
 
 void RoomOrders::hear_parameters(core::TimePoint now) {
@@ -127,9 +128,9 @@ void RoomOrders::hear_parameters(core::TimePoint now) {
 
 Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
   hear_parameters(now);
-  const Followed followed = errands_ ? errands_->follow(line_, controller, now) : decline(line_);
+  const Followed followed = errands_ && !facts.goes_home ? errands_->follow(line_, controller, now) : decline(line_);
   if (followed.goal) {
-    tell_goal(now, *followed.goal);
+    tell_goal(now, facts.goes_home ? GoalAnswer::kGoesHome : *followed.goal);
   }
   reply(followed.replies);
   if (errands_) {

@@ -17,6 +17,7 @@ struct FlightFacts {
   bool may_land = false;
   bool takes_off = false;  ///< the autopilot does so
   bool lands = false;
+  bool goes_home = false;  ///< the battery is low: nobody else leads the course
 };
 FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now);
 

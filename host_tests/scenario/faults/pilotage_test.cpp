@@ -17,7 +17,7 @@ class PilotageTest : public ::testing::TestWithParam<link::Channel> {
  protected:
   void begin(const companion::Wishes& wishes, const core::Fence& fence = {}) {
     bench_.emplace(GetParam(), 0, fence);
-    pilotage_.emplace(wishes, app::kDefaultFlight.limits, bench_->controller(), heard_);
+    pilotage_.emplace(wishes, app::kDefaultFlight, bench_->controller(), bench_->course(), heard_);
   }
   bool tick() {
     bench_->tick();

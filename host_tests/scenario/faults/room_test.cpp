@@ -23,8 +23,8 @@ class RoomTest : public ::testing::Test {
   RoomTest()
       : room_(ref::SpeedLimits{}, mpc::generated::kVehicle, app::kDefaultFlight, bench_.course(), line_, nullptr,
               heard_),
-        pilotage_({.begins_w_m = bench_.place(), .reach_m = 1.5}, app::kDefaultFlight.limits, bench_.controller(),
-                  heard_) {}
+        pilotage_({.begins_w_m = bench_.place(), .reach_m = 1.5}, app::kDefaultFlight, bench_.controller(),
+                  bench_.course(), heard_) {}
 
   template <typename Message>
   void say(const Message& message) {

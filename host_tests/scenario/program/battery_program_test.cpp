@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A battery that becomes low in flight, with both programs in simulated time: said, brought home inside the fence,
+// then the pilot's. The emulated battery loses a percent in 8.4 s.
+#include <cmath>
+
+#include "firmware/companion/files/recorded_flight.h"
+#include "host_tests/scenario/program/world_fixture.h"
+
+namespace m100::scenario {
+namespace {
+
+constexpr const char* kTired = "[battery]\nstart_percent = 23.0\n";
+
+class BatteryLow : public WorldTest {
+ protected:
+  void SetUp() override {
+    WorldTest::SetUp();
+    std::ofstream(folder / "away") << "step 0 0 0 0 1\nstep 2 1 0.5 0 60\n";
+  }
+  int fly_away(const std::string& plant, const std::string& hold_s) {
+    return fly_in_world(plant, {"--course", (folder / "away").string(), "--hold", hold_s});
+  }
+  /// How far it was from where it hovered 4 s after the beginning, while control was asked for, so many seconds before
+  /// the end.
+  double away_m(double before_end_s) const {
+    const auto ticks = companion::read_flight(log.string()).ticks;
+    const auto back = static_cast<std::size_t>(100.0 * before_end_s);
+    const auto& from = ticks.at(400).record.position;
+    const auto& to = ticks.at(ticks.size() - 1 - back).record.position;
+    return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+  }
+  std::string all_said() const { return text_of(said) + error(); }
+};
+
+TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
+  EXPECT_EQ(fly_away(kTired, "60"), 1) << "the flight was not flown as ordered";
+  EXPECT_NE(all_said().find("battery low: 20 %, and 20 % is the limit; the aircraft flies to where the flight began"),
+            std::string::npos)
+      << all_said();
+  EXPECT_NE(all_said().find("control goes back to the transmitter"), std::string::npos) << all_said();
+  EXPECT_EQ(all_said().find("coast"), std::string::npos) << all_said();
+  EXPECT_GT(away_m(8.0), 1.5) << "it was where its course led";
+  EXPECT_LT(away_m(0.0), 0.5);
+  Process replay(M100_PROGRAM, {"replay", log.string()}, errors);
+  EXPECT_EQ(replay.wait(kPatience), 0) << "a replay does the same, tick by tick: " << error();
+}
+
+TEST_F(BatteryLow, IsNobodysBusinessWhereTheFlightFileSaysSo) {
+  const std::string text = text_of(flight_file);
+  std::ofstream(flight_file, std::ios::trunc)
+      << text.substr(0, text.find("[battery]")) << "\n[battery]\nlow_percent = 0\n";
+  EXPECT_EQ(fly_away(kTired, "25"), 0) << error();
+  EXPECT_EQ(all_said().find("battery"), std::string::npos) << all_said();
+}
+
+}  // namespace
+}  // namespace m100::scenario
