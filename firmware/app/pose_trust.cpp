@@ -59,6 +59,9 @@ void PoseTrust<T>::see(const est::Measurement<T>& measured, const est::Estimate<
                           velocity_m_s * core::seconds<T>(measured.pose.age(measured.now));
   seen_apart_m_ +=
       (measured.pose.position_w_m.template head<2>() - place_m - seen_apart_m_) * static_cast<T>(kPosesMean);
+  if (!(seen_apart_m_.squaredNorm() < static_cast<T>(kSane))) {
+    seen_apart_m_.setZero();
+  }
   const Vector2 toward(asked_rad.x() - estimate.x.tilt_rad, estimate.y.tilt_rad - asked_rad.y());
   const T most_m = static_cast<T>(kLag_m) + static_cast<T>(kMostLate_s) * core::sqrt(velocity_m_s.squaredNorm());
   poses_side_ = seen_apart_m_.squaredNorm() > most_m * most_m && seen_apart_m_.dot(toward) > T(0);
