@@ -170,6 +170,21 @@ void found(const LoopResult& result, plot::Page& page) {
   page.list(result.decisions);
 }
 
+/// The mean of the trajectory may fall while another task gets worse: that belongs beside it.
+std::string flown_worse(const LoopResult& result) {
+  std::string out;
+  const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const experiments::TaskResult& before = result.before.experiments[i];
+    const experiments::TaskResult& after = result.after.experiments[i];
+    if (before.refused == 0 && after.refused == 0 && after.mean.pose_m > kWorse * before.mean.pose_m) {
+      out += (out.empty() ? "" : "; ") + before.task->task + ", " + before.task->condition + ", " +
+             plot::number(before.mean.pose_m) + " m before, " + plot::number(after.mean.pose_m) + " m after";
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 void write_page(const LoopResult& result, const std::string& file) {
@@ -192,6 +207,9 @@ void write_page(const LoopResult& result, const std::string& file) {
   }
   for (const std::string& sentence : predicted_worse(result)) {
     page.verdict("Worse: " + sentence + ".", "bad");
+  }
+  if (const std::string tasks = flown_worse(result); !tasks.empty()) {
+    page.verdict("Flown worse: " + tasks + ".", "warn");
   }
   page.paragraph(
       "All flights are simulated. The plant was shown to the simulator only: the new vehicle file comes from the log "
