@@ -42,9 +42,9 @@ inline std::string ulog_sample() {
   log.subscribe(1, 2, "vehicle_attitude");
   log.message('S', "\x2f\x73\x13\x20\x25\x0c\xbb\x12");
   for (std::uint64_t k = 0; k < 20; ++k) {
-    log.data(static_cast<std::uint16_t>(1 + k % 2), UlogBytes::raw(10'000 * (k + 1)) + UlogBytes::raw(1.F) +
-                                                        std::string(12, '\0') + UlogBytes::raw(0.5F) +
-                                                        std::string(12, '\0'));
+    std::string row = UlogBytes::raw(10'000 * (k + 1));
+    row.append(UlogBytes::raw(1.F)).append(12, '\0').append(UlogBytes::raw(0.5F)).append(12, '\0');
+    log.data(static_cast<std::uint16_t>(1 + k % 2), row);
   }
   log.message('O', UlogBytes::raw(std::uint16_t{20}));
   return log.bytes();
