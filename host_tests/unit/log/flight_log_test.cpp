@@ -75,7 +75,10 @@ TEST(FlightLog, BeginsAsUlogDoes) {
   }
   EXPECT_EQ(types, "BFFFIAAA");
   EXPECT_EQ(all[0].body, std::string(40, '\0'));
-  EXPECT_EQ(all[4].body, std::string("\x10") + "char[12] vehicle" + "[axis.roll]\n");
+  EXPECT_EQ(all[4].body,
+            "\x10"
+            "char[12] vehicle"
+            "[axis.roll]\n");
   EXPECT_EQ(all[5].body, std::string("\0\0\0tick", 7));
 }
 
