@@ -74,8 +74,8 @@ inline std::string ardupilot_sample(int count = 40) {
          record(4, UlogBytes::raw(std::uint64_t{0}) + 'A' + UlogBytes::raw(1e-1));
   out += record(5, UlogBytes::raw(std::uint64_t{0}) + '\1' + padded("sdd-", 16) + padded("FBA-", 16));
   out += record(5, UlogBytes::raw(std::uint64_t{0}) + '\2' + padded("s#E", 16) + padded("F-0", 16));
-  for (int k = 0; k < count; ++k) {
-    const auto t_us = static_cast<std::uint64_t>(1'000'000 + 20'000 * k);
+  std::uint64_t t_us = 1'000'000;
+  for (int k = 0; k < count; ++k, t_us += 20'000) {
     out += record(1, UlogBytes::raw(t_us) + UlogBytes::raw(static_cast<std::int16_t>(100 * k)) +
                          UlogBytes::raw(static_cast<float>(10 * k)) + '\7');
     for (int i = 0; i < 2; ++i) {
