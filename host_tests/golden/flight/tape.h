@@ -24,7 +24,7 @@ struct TapeHead {
   std::uint32_t now_us;
   std::uint16_t autopilot_bytes;
   std::uint16_t pose_bytes;
-  std::uint32_t engage;  ///< 1: the operator's order to fly comes before this tick
+  std::uint32_t engage;  ///< 1: the operator's order to fly comes before this tick; 2: the order to stop
 };
 static_assert(sizeof(TapeHead) == 12);
 
@@ -83,9 +83,13 @@ class TapeFlight {
   /// @param logged false: without a log, as in the flight image, to measure the tick alone; the hash means nothing
   /// then. @param as_image solves its programs when the image does.
   explicit TapeFlight(bool logged = true, bool as_image = false)
-      : course_status_(app::lay_board_course(kTapeCourse, course_)),
-        controller_(mpc::generated::kVehicle, tables_, config(as_image), autopilot_, pose_, course_,
-                    logged ? &log_ : nullptr) {}
+      : TapeFlight([](ref::Trajectory<T>& course) { return app::lay_board_course(kTapeCourse, course); },
+                   config(as_image), logged) {}
+  /// @param lay lays another course and returns a status.
+  template <typename Lay>
+  TapeFlight(Lay&& lay, const app::FlightConfig& config, bool logged = true)
+      : course_status_(lay(course_)),
+        controller_(mpc::generated::kVehicle, tables_, config, autopilot_, pose_, course_, logged ? &log_ : nullptr) {}
 
   void load(const TapeTick& tick) {
     autopilot_.load(tick.from_autopilot());
@@ -93,6 +97,8 @@ class TapeFlight {
     now_ = core::TimePoint(core::Duration(tick.head.now_us));
     if (tick.head.engage == 1) {
       controller_.engage();
+    } else if (tick.head.engage == 2) {
+      controller_.release();
     }
     if (again_and_again_ && course_.finished(now_)) {
       course_.start(now_);
@@ -119,6 +125,11 @@ class TapeFlight {
   HashText finish() {
     drain();
     return ring_.dropped() == 0 && course_status_ == core::Status::kOk ? core::hex(hash_.finish()) : HashText{};
+  }
+  /// Of the flight up to here, which goes on.
+  HashText so_far() const {
+    core::Sha256 hash = hash_;
+    return ring_.dropped() == 0 && course_status_ == core::Status::kOk ? core::hex(hash.finish()) : HashText{};
   }
   const app::FlightController<T, S>& controller() const { return controller_; }
 

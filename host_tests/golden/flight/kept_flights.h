@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host_tests/golden/flight/tape.h"
+
+// Flights that are kept as what the program received, and the hash of what it made of it, second by second: a change of
+// one bit of the estimate, of a command, of a byte on the wire or of what the supervisor was told is seen. Whoever means
+// such a change writes the table anew (`kept_flights`), and the commit shows which flights it touches.
+namespace m100::golden {
+
+/// Courses that need everything that a trajectory is made of.
+enum class KeptCourse : std::uint8_t { kSteps, kWays };
+
+struct KeptFlight {
+  const char* name;  ///< of its tape, too
+  link::Channel channel = link::Channel::kVirtualRc;
+  KeptCourse course = KeptCourse::kSteps;
+  mpc::Law law = mpc::Law::kMpc;
+  bool solves_when_due = false;
+  bool excites = false;
+};
+
+/// What happens in each, and when, stands in record_kept.cpp.
+inline constexpr std::array kKeptFlights{
+    KeptFlight{.name = "ways", .course = KeptCourse::kWays},
+    KeptFlight{.name = "movement", .channel = link::Channel::kMovement, .course = KeptCourse::kWays},
+    KeptFlight{.name = "gusts", .law = mpc::Law::kLqr},
+    KeptFlight{.name = "losses", .solves_when_due = true},
+    KeptFlight{.name = "lie"},
+    KeptFlight{.name = "bad_line", .channel = link::Channel::kMovement},
+    KeptFlight{.name = "swing"},
+    KeptFlight{.name = "excited", .excites = true},
+};
+
+/// Right, left, right on each stick in turn.
+inline app::FlightConfig config_of(const KeptFlight& flight) {
+  static constexpr std::array<std::int16_t, 30> kCounts = [] {
+    std::array<std::int16_t, 30> counts{};
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      counts[i] = i < 8 || i >= 22 ? std::int16_t{60} : std::int16_t{-60};
+    }
+    return counts;
+  }();
+  static constexpr std::array<ctl::ExcitationPiece, 4> kPieces{{{ctl::StickAxis::kRoll, 0, 30},
+                                                               {ctl::StickAxis::kPitch, 2, 26},
+                                                               {ctl::StickAxis::kThrottle, 0, 24},
+                                                               {ctl::StickAxis::kYaw, 4, 20}}};
+  constexpr ctl::ExcitationLimits kLimits{.distance = 1.5, .braking = 1.5, .speed = 1.5, .tilt_rad = 0.35};
+  app::FlightConfig config = app::kDefaultFlight;
+  config.link.app_id = 1;
+  config.link.channel.channel = flight.channel;
+  config.law = flight.law;
+  config.solves_when_due = flight.solves_when_due;
+  config.fence = app::kBoardFence;
+  config.reach_m = app::kBoardReach_m;
+  if (flight.excites) {
+    config.excitation = {.counts = kCounts, .pieces = kPieces, .limits = {kLimits, kLimits, kLimits, kLimits}};
+  }
+  return config;
+}
+
+/// Begins at 1.5 m above the origin.
+template <typename T>
+core::Status lay_kept_course(KeptCourse kind, ref::Trajectory<T>& course) {
+  using namespace std::chrono_literals;
+  const auto place = [](double x_m, double y_m, double z_m, double yaw_rad) {
+    return ref::Waypoint<T>{.position_w_m = {static_cast<T>(x_m), static_cast<T>(y_m), static_cast<T>(z_m)},
+                            .yaw_rad = static_cast<T>(yaw_rad)};
+  };
+  course.hold(place(0.0, 0.0, 1.5, 0.0));
+  std::array<core::Status, 5> said{};
+  if (kind == KeptCourse::kSteps) {
+    said = {course.append_step(place(0.0, 0.0, 1.5, 0.0), 1s), course.append_step(place(1.0, -0.5, 1.7, 0.4), 4s),
+            course.append_step(place(-0.5, 1.0, 1.4, -0.6), 30s)};
+  } else {
+    const std::array<ref::Waypoint<T>, 2> snap{place(0.5, 0.5, 1.8, 0.5), place(0.0, 1.0, 1.5, 1.0)};
+    const std::array<ref::TimedWaypoint<T>, 2> timed{
+        {{.place = place(-0.5, 0.5, 1.3, 0.5), .at = 900ms}, {.place = place(0.0, 0.0, 1.5, 0.0), .at = 1900ms}}};
+    const ref::SpeedLimits limits{};
+    said = {course.append_quintic(place(0.4, -0.3, 1.6, -0.5), 1200ms), course.append_minimum_snap(snap, limits),
+            course.append_timed(timed), course.append_curve(ref::Curve::figure_of_eight(1.5, 0.8, 1.0, 1.0), limits),
+            course.append_square(T(0.6), 900ms, 200ms)};
+  }
+  for (const core::Status status : said) {
+    if (status != core::Status::kOk) {
+      return status;
+    }
+  }
+  return core::Status::kOk;
+}
+
+/// Numbers that the log does not have: what the supervisor was told, and what those who only look on have found.
+template <typename T, typename S>
+void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown) {
+  const safety::Observation& seen = flown.observed();
+  for (const double number : {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m,
+                              seen.speed_m_s, seen.push_m_s2, seen.swing_rad, seen.swing_hz, seen.refused_turn_rad,
+                              seen.contradicted_with, seen.contradicted_allowed}) {
+    hash.append(number);
+  }
+  for (const core::Duration time : {seen.pose_age, seen.telemetry_age, seen.refused_for, seen.place_lost_for,
+                                    seen.pose_latency.least, seen.pose_latency.jitter, seen.pose_latency.interval,
+                                    flown.pose_timing().untold, flown.stats().longest}) {
+    hash.append(time.count());
+  }
+  for (const auto channel : {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate,
+                             sysid::Channel::kClimb}) {
+    hash.append(flown.residual().report(channel).ratio);
+  }
+  for (const T number : {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts}) {
+    hash.append(number);
+  }
+  hash.append(flown.pose_timing().drift);
+  const est::EkfCounters counted = flown.observer_counters();
+  const link::LinkHealth& health = flown.link().health();
+  const std::initializer_list<std::uint64_t> counts{
+       counted.poses_used, counted.poses_refused, counted.poses_stale, counted.attitudes_refused, counted.recoveries,
+        flown.stats().stalls, flown.measure_stats().refused_poses, flown.measure_stats().repeated_poses,
+        flown.measure_stats().refused_attitudes, flown.measure_stats().stuck_attitudes, health.packages,
+        health.bad_packages, health.old_packages, health.parser.frames};
+  for (const std::uint64_t count : counts) {
+    hash.append(count);
+  }
+  hash.append(health.transport_delay.count());
+  hash.append(static_cast<std::uint8_t>(flown.supervisor().descent().cause));
+  hash.append(static_cast<std::uint8_t>(flown.link().authority().reason));
+}
+
+/// The first 8 digits of the hash after each second, and at the end; "incomplete" where the tape could not be flown.
+template <typename T, typename S>
+std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesystem::path& tape) {
+  std::ifstream file(tape, std::ios::binary);
+  const auto read = [&file](std::span<std::byte> into) {
+    file.read(reinterpret_cast<char*>(into.data()), static_cast<std::streamsize>(into.size()));
+    return static_cast<std::size_t>(file.gcount());
+  };
+  const auto lay = [&kept](ref::Trajectory<T>& course) { return lay_kept_course(kept.course, course); };
+  const auto flight = std::make_unique<TapeFlight<T, S>>(lay, config_of(kept));
+  const auto tick = std::make_unique<TapeTick>();
+  std::vector<std::string> out;
+  NumberHash unlogged;
+  unsigned ticks = 0;
+  const auto note = [&] {
+    NumberHash beside = unlogged;
+    const HashText logged = flight->so_far(), looked = beside.finish();
+    out.push_back(logged[0] == '\0' ? "incomplete" : std::string(logged.data(), 8) + std::string(looked.data(), 8));
+  };
+  while (read_tick(*tick, read)) {
+    flight->load(*tick);
+    flight->tick();
+    flight->drain();
+    append_unlogged(unlogged, flight->controller());
+    if (++ticks % 100 == 0) {
+      note();
+    }
+  }
+  note();
+  return out;
+}
+
+/// One line of the table for each scalar: flight, scalar, then the seconds.
+inline std::vector<std::string> lines_of(const KeptFlight& kept, const std::filesystem::path& folder) {
+  const std::filesystem::path tape = folder / (std::string(kept.name) + ".tape");
+  const auto line = [&kept](const char* scalar, const std::vector<std::string>& seconds) {
+    std::string out = std::string(kept.name) + " " + scalar;
+    for (const std::string& second : seconds) {
+      out += " " + second;
+    }
+    return out;
+  };
+  return {line("double", seconds_of<double, double>(kept, tape)), line("float", seconds_of<float, float>(kept, tape)),
+          line("fixed", seconds_of<float, core::Fixed>(kept, tape))};
+}
+
+}  // namespace m100::golden

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// record_kept FOLDER: flies the kept flights on the simulated aircraft and writes their tapes.
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "host_tests/golden/flight/kept_flights.h"
+#include "host_tests/golden/flight/recording.h"
+#include "host_tests/sim/ports/world.h"
+
+namespace {
+
+using namespace m100;
+
+/// What is different from a calm flight, and what happens: `t_s` is since control was asked for.
+struct Story {
+  double seconds;
+  void (*spoil)(sim::Plant& plant);
+  /// @returns the operator's order before this tick: 0 none, 1 to fly, 2 to stop.
+  std::uint32_t (*happen)(sim::World& world, int tick);
+  int stalls_at = -1;  ///< the tick that comes 60 ms late
+};
+
+bool at(int tick, double t_s) { return tick == static_cast<int>(t_s * 100.0 + 0.5); }
+
+std::uint32_t stops_at_9(sim::World&, int tick) { return at(tick, 9.0) ? 2 : 0; }
+
+/// The poses stay away for 0.3 s, then for good; they come back, and the operator asks again.
+std::uint32_t loses_poses(sim::World& world, int tick) {
+  if (at(tick, 2.5) || at(tick, 4.0)) {
+    world.pose_source().set_faults({.silent = true});
+  } else if (at(tick, 2.8) || at(tick, 7.0)) {
+    world.pose_source().set_faults({});
+  }
+  return at(tick, 7.5) ? 1U : 0U;
+}
+
+std::uint32_t lies(sim::World& world, int tick) {
+  if (at(tick, 2.0)) {
+    world.pose_source().set_faults({.jump_m = {0.2, 0.0, 0.0}});
+  } else if (at(tick, 2.1)) {
+    world.pose_source().set_faults({});
+  } else if (at(tick, 4.0)) {
+    const sim::Lie* const lie = sim::lie_of("standing");
+    world.lie(*lie, lie->size);
+  }
+  return 0;
+}
+
+/// Bits flip both ways, then the switch leaves F and comes back, then the autopilot restarts.
+std::uint32_t breaks_the_line(sim::World& world, int tick) {
+  if (at(tick, 1.0)) {
+    world.autopilot_line().b_to_a().set_faults({.flip_per_bit = 3e-4});
+    world.pose_line().b_to_a().set_faults({.flip_per_bit = 3e-4});
+  } else if (at(tick, 4.0)) {
+    world.autopilot_line().b_to_a().set_faults({});
+    world.pose_line().b_to_a().set_faults({});
+    world.autopilot().set_mode(sim::N1Mode::kP);
+  } else if (at(tick, 4.5)) {
+    world.autopilot().set_mode(sim::N1Mode::kF);
+  } else if (at(tick, 8.0)) {
+    world.autopilot().happen(sim::N1Happening::kRestart);
+  }
+  return at(tick, 5.0) ? 1U : 0U;
+}
+
+void calm(sim::Plant&) {}
+void blow(sim::Plant& plant) {
+  plant.air.linear_drag_per_s = 0.3;
+  plant.air.wind_m_s = {4.0, -3.0, 0.0};
+  plant.air.gust_m_s = 1.5;
+  plant.air.turbulence_m_s = 0.75;
+  plant.pose.jitter_s = 0.010;
+  plant.pose.reported_age = sim::ReportedAge::kConstant;
+  plant.pose.latency_s = 0.045;
+}
+void delay(sim::Plant& plant) {
+  for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
+    axis->scale_per_count *= 1.4;
+    axis->transport_delay_s += 0.1;
+  }
+}
+
+/// In the order of kKeptFlights.
+constexpr std::array kStories{Story{12.0, calm, stops_at_9},
+                              Story{12.0, calm, stops_at_9},
+                              Story{10.0, blow, stops_at_9, 400},
+                              Story{10.0, calm, loses_poses},
+                              Story{8.0, blow, lies},
+                              Story{10.0, calm, breaks_the_line},
+                              Story{12.0, delay, [](sim::World&, int) { return 0U; }},
+                              Story{14.0, calm, [](sim::World&, int) { return 0U; }}};
+static_assert(kStories.size() == golden::kKeptFlights.size());
+
+/// As few bytes as a flight needs: poses at 50 Hz.
+sim::Plant plant_of(const Story& story) {
+  sim::Plant plant = sim::measured_plant();
+  plant.pose.rate_hz = 50.0;
+  story.spoil(plant);
+  return plant;
+}
+
+bool record(const golden::KeptFlight& kept, const Story& story, const std::filesystem::path& path) {
+  std::ofstream file(path, std::ios::binary);
+  sim::World world(plant_of(story), {.seed = 20171122, .autopilot = {.pilot_holds_place = true}});
+  golden::RecordingUart autopilot(world.autopilot_uart());
+  golden::RecordingUart pose(world.pose_uart());
+  ref::Trajectory<double> course;
+  mpc::GainTables<double> tables{mpc::generated::kX<double>, mpc::generated::kY<double>};
+  if (golden::lay_kept_course(kept.course, course) != core::Status::kOk) {
+    return false;
+  }
+  const auto controller = std::make_unique<app::FlightController<double>>(
+      mpc::generated::kVehicle, tables, golden::config_of(kept), autopilot, pose, course, nullptr);
+  const auto tick = std::make_unique<golden::TapeTick>();
+  int since = -1;
+  for (bool flew = false; since < static_cast<int>(story.seconds * 100.0);) {
+    world.advance(core::kTickPeriod + std::chrono::milliseconds(since >= 0 && since == story.stalls_at ? 50 : 0));
+    const bool ready = controller->link().authority().stage == safety::Stage::kReady;
+    const bool begins = ready && since < 0;
+    since += begins || since >= 0 ? 1 : 0;
+    const std::uint32_t order = begins ? 1U : since >= 0 ? story.happen(world, since) : 0U;
+    tick->head = {.now_us = static_cast<std::uint32_t>(world.now().time_since_epoch().count()),
+                  .autopilot_bytes = golden::take(world.autopilot_uart(), tick->autopilot),
+                  .pose_bytes = golden::take(world.pose_uart(), tick->pose),
+                  .engage = order};
+    golden::write(file, *tick);
+    autopilot.load(tick->from_autopilot());
+    pose.load(tick->from_pose());
+    if (order == 1) {
+      controller->engage();
+    } else if (order == 2) {
+      controller->release();
+    }
+    static_cast<void>(controller->tick(world.now()));
+    if (!flew && controller->grant().rung == safety::Rung::kNominal) {
+      flew = true;
+      std::printf("%-10s control after %.2f s", kept.name, since / 100.0);
+    }
+  }
+  std::printf("; ends %s, %s\n", std::string(safety::name(controller->supervisor().descent().cause)).c_str(),
+              std::string(safety::name(controller->link().authority().reason)).c_str());
+  return controller->stats().ticks > 0 && file.good();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: record_kept FOLDER\n");
+    return 2;
+  }
+  bool all = true;
+  for (std::size_t i = 0; i < kStories.size(); ++i) {
+    all = record(golden::kKeptFlights[i], kStories[i],
+                 std::filesystem::path(argv[1]) / (std::string(golden::kKeptFlights[i].name) + ".tape")) &&
+          all;
+  }
+  return all ? 0 : 1;
+}
