@@ -13,8 +13,8 @@
 #include "host_tests/golden/flight/tape.h"
 
 // Flights that are kept as what the program received, and the hash of what it made of it, second by second: a change of
-// one bit of the estimate, of a command, of a byte on the wire or of what the supervisor was told is seen. Whoever means
-// such a change writes the table anew (`kept_flights`), and the commit shows which flights it touches.
+// one bit of the estimate, of a command, of a byte on the wire or of what the supervisor was told is seen. Whoever
+// means such a change writes the table anew (`kept_flights`), and the commit shows which flights it touches.
 namespace m100::golden {
 
 /// Courses that need everything that a trajectory is made of.
@@ -36,6 +36,9 @@ inline constexpr std::array kKeptFlights{
     KeptFlight{.name = "gusts", .law = mpc::Law::kLqr},
     KeptFlight{.name = "losses", .solves_when_due = true},
     KeptFlight{.name = "lie"},
+    KeptFlight{.name = "tilt_lie"},
+    KeptFlight{.name = "storm"},
+    KeptFlight{.name = "payload", .course = KeptCourse::kWays},
     KeptFlight{.name = "bad_line", .channel = link::Channel::kMovement},
     KeptFlight{.name = "swing"},
     KeptFlight{.name = "excited", .excites = true},
@@ -51,9 +54,9 @@ inline app::FlightConfig config_of(const KeptFlight& flight) {
     return counts;
   }();
   static constexpr std::array<ctl::ExcitationPiece, 4> kPieces{{{ctl::StickAxis::kRoll, 0, 30},
-                                                               {ctl::StickAxis::kPitch, 2, 26},
-                                                               {ctl::StickAxis::kThrottle, 0, 24},
-                                                               {ctl::StickAxis::kYaw, 4, 20}}};
+                                                                {ctl::StickAxis::kPitch, 2, 26},
+                                                                {ctl::StickAxis::kThrottle, 0, 24},
+                                                                {ctl::StickAxis::kYaw, 4, 20}}};
   constexpr ctl::ExcitationLimits kLimits{.distance = 1.5, .braking = 1.5, .speed = 1.5, .tilt_rad = 0.35};
   app::FlightConfig config = app::kDefaultFlight;
   config.link.app_id = 1;
@@ -107,13 +110,13 @@ void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown)
                               seen.contradicted_with, seen.contradicted_allowed}) {
     hash.append(number);
   }
-  for (const core::Duration time : {seen.pose_age, seen.telemetry_age, seen.refused_for, seen.place_lost_for,
-                                    seen.pose_latency.least, seen.pose_latency.jitter, seen.pose_latency.interval,
-                                    flown.pose_timing().untold, flown.stats().longest}) {
+  for (const core::Duration time :
+       {seen.pose_age, seen.telemetry_age, seen.refused_for, seen.place_lost_for, seen.pose_latency.least,
+        seen.pose_latency.jitter, seen.pose_latency.interval, flown.pose_timing().untold, flown.stats().longest}) {
     hash.append(time.count());
   }
-  for (const auto channel : {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate,
-                             sysid::Channel::kClimb}) {
+  for (const auto channel :
+       {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate, sysid::Channel::kClimb}) {
     hash.append(flown.residual().report(channel).ratio);
   }
   for (const T number : {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts}) {
@@ -122,11 +125,20 @@ void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown)
   hash.append(flown.pose_timing().drift);
   const est::EkfCounters counted = flown.observer_counters();
   const link::LinkHealth& health = flown.link().health();
-  const std::initializer_list<std::uint64_t> counts{
-       counted.poses_used, counted.poses_refused, counted.poses_stale, counted.attitudes_refused, counted.recoveries,
-        flown.stats().stalls, flown.measure_stats().refused_poses, flown.measure_stats().repeated_poses,
-        flown.measure_stats().refused_attitudes, flown.measure_stats().stuck_attitudes, health.packages,
-        health.bad_packages, health.old_packages, health.parser.frames};
+  const std::initializer_list<std::uint64_t> counts{counted.poses_used,
+                                                    counted.poses_refused,
+                                                    counted.poses_stale,
+                                                    counted.attitudes_refused,
+                                                    counted.recoveries,
+                                                    flown.stats().stalls,
+                                                    flown.measure_stats().refused_poses,
+                                                    flown.measure_stats().repeated_poses,
+                                                    flown.measure_stats().refused_attitudes,
+                                                    flown.measure_stats().stuck_attitudes,
+                                                    health.packages,
+                                                    health.bad_packages,
+                                                    health.old_packages,
+                                                    health.parser.frames};
   for (const std::uint64_t count : counts) {
     hash.append(count);
   }

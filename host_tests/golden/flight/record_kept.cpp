@@ -48,6 +48,18 @@ std::uint32_t lies(sim::World& world, int tick) {
   return 0;
 }
 
+std::uint32_t lies_about_tilt(sim::World& world, int tick) {
+  if (at(tick, 1.5)) {
+    world.pose_source().set_faults({.not_finite = true});
+  } else if (at(tick, 1.6)) {
+    world.pose_source().set_faults({});
+  } else if (at(tick, 3.6)) {
+    const sim::Lie* const lie = sim::lie_of("tilt_rates_swapped");
+    world.lie(*lie, lie->size);
+  }
+  return 0;
+}
+
 /// Bits flip both ways, then the switch leaves F and comes back, then the autopilot restarts.
 std::uint32_t breaks_the_line(sim::World& world, int tick) {
   if (at(tick, 1.0)) {
@@ -75,6 +87,16 @@ void blow(sim::Plant& plant) {
   plant.pose.reported_age = sim::ReportedAge::kConstant;
   plant.pose.latency_s = 0.045;
 }
+/// From 6 s on beyond the tilt that the program may command.
+void rage(sim::Plant& plant) {
+  plant.air.linear_drag_per_s = 0.3;
+  plant.change = {.at_s = 6.0, .steps = {[](sim::Plant& changed) { changed.air.wind_m_s = {20.0, 8.0, 0.0}; }}};
+}
+/// Half a kilogram on a short cord, and a roll stick that does more than it did.
+void load(sim::Plant& plant) {
+  plant.payload = {.mass_kg = 0.5, .slung_length_m = 0.4, .picked_up_at_s = 4.0};
+  plant.change = {.at_s = 6.0, .steps = {[](sim::Plant& changed) { changed.roll.scale_per_count *= 1.5; }}};
+}
 void delay(sim::Plant& plant) {
   for (model::StickAxis* const axis : {&plant.roll, &plant.pitch}) {
     axis->scale_per_count *= 1.4;
@@ -88,6 +110,9 @@ constexpr std::array kStories{Story{12.0, calm, stops_at_9},
                               Story{10.0, blow, stops_at_9, 400},
                               Story{10.0, calm, loses_poses},
                               Story{8.0, blow, lies},
+                              Story{8.0, calm, lies_about_tilt},
+                              Story{11.0, rage, [](sim::World&, int) { return 0U; }},
+                              Story{10.0, load, stops_at_9},
                               Story{10.0, calm, breaks_the_line},
                               Story{12.0, delay, [](sim::World&, int) { return 0U; }},
                               Story{14.0, calm, [](sim::World&, int) { return 0U; }}};
