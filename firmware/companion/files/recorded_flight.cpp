@@ -93,7 +93,8 @@ class Reader {
         stream->push_back(static_cast<std::byte>(record.bytes[i]));
       }
     } else if (id == 2 && body.size() == sizeof(log::ExcitationRecord)) {
-      // What it holds follows from the tick's bytes and the note of the excitation.
+      open_tick();
+      std::memcpy(&flight_.ticks.back().excitation.emplace(), body.data(), body.size());
     } else {
       fail(at, "data record of unknown size");
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct RecordedFlight {
     std::vector<std::byte> autopilot_out;
     std::vector<std::byte> pose_in;
     std::vector<std::byte> pose_out;  ///< questions for the sender's time
+    std::optional<log::ExcitationRecord> excitation;
   };
   std::map<std::string, std::string> notes;
   std::vector<Tick> ticks;

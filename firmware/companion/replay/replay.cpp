@@ -168,32 +168,50 @@ void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app
   home.watch(controller, now);
 }
 
-/// The record of a tick as the replayed flight would have logged it: the last message of its ring.
-class LastRecord {
+/// What the replayed flight would have logged of a tick, beside the bytes: the last messages of its ring.
+class LastRecords {
  public:
-  LastRecord() : ring_(storage_), log_(ring_) {}
+  LastRecords() : ring_(storage_), log_(ring_) {}
   log::FlightLog& log() { return log_; }
-  log::TickRecord take() {
+  /// @param excited the record of the excitation stands before the tick's.
+  RecordedFlight::Tick take(bool excited) {
     std::vector<std::byte> bytes;
     while (!ring_.front().empty()) {
       bytes.insert(bytes.end(), ring_.front().begin(), ring_.front().end());
       ring_.pop(ring_.front().size());
     }
-    log::TickRecord record;
-    std::memcpy(&record, bytes.data() + bytes.size() - sizeof record, sizeof record);
-    return record;
+    RecordedFlight::Tick tick;
+    const std::byte* at = bytes.data() + bytes.size() - sizeof tick.record;
+    std::memcpy(&tick.record, at, sizeof tick.record);
+    if (excited) {
+      at -= kMessageHead + sizeof(log::ExcitationRecord);
+      std::memcpy(&tick.excitation.emplace(), at, sizeof(log::ExcitationRecord));
+    }
+    return tick;
   }
 
  private:
+  static constexpr std::size_t kMessageHead = 5;  ///< size, type and number of a data message
   /// As large as a flight's: the tick that ends the wait for the first pose reads what came in five seconds.
   std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
   log::Ring ring_;
   log::FlightLog log_;
 };
 
-void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same_bytes, std::size_t tick,
+/// A question that the port did not take was asked all the same, and is not in the log.
+bool same_bytes(const RecordedUart& autopilot, const RecordedUart& pose, const RecordedFlight::Tick& then) {
+  return autopilot.written() == then.autopilot_out && (then.pose_out.empty() || pose.written() == then.pose_out);
+}
+
+bool same_records(const RecordedFlight::Tick& now, const RecordedFlight::Tick& then) {
+  const bool same_excitation =
+      now.excitation.has_value() == then.excitation.has_value() &&
+      (!now.excitation || std::memcmp(&*now.excitation, &*then.excitation, sizeof(log::ExcitationRecord)) == 0);
+  return same_excitation && std::memcmp(&now.record, &then.record, sizeof now.record) == 0;
+}
+
+void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same, std::size_t tick,
              ReplayResult& result) {
-  const bool same = std::memcmp(&now, &then.record, sizeof now) == 0 && same_bytes;
   if (!same) {
     result.first_unlike = result.ticks_unlike++ == 0 ? tick : result.first_unlike;
     result.unlike.push_back(tick);
@@ -250,7 +268,7 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
   OverheardLine overheard(pose);
   const std::unique_ptr<Errands<T>> errands = errands_of(flight, config, course);
   Homeward<T> home = home_of(flight, config, course);
-  const auto last = std::make_unique<LastRecord>();
+  const auto last = std::make_unique<LastRecords>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
                                                                         autopilot, overheard, course, &last->log());
   if (!std::is_sorted(flight.ticks.begin(), flight.ticks.end(), earlier)) {
@@ -269,11 +287,12 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher) {
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
+    const RecordedFlight::Tick now = last->take(controller->excitation().state() != ctl::Excitation<T>::State::kIdle);
+    const bool same = same_records(now, tick) && same_bytes(autopilot, pose, tick);
     lead(errands.get(), overheard, home, *controller, time_of(tick));
-    const log::TickRecord record = last->take();
     hash.update(autopilot.written());
-    hash.update(std::as_bytes(std::span(&record, 1)));
-    compare(record, tick, autopilot.written() == tick.autopilot_out, result.ticks, result);
+    hash.update(std::as_bytes(std::span(&now.record, 1)));
+    compare(now.record, tick, same, result.ticks, result);
     ++result.ticks;
     result.messages_missing = tick.record.dropped_messages;
   }

@@ -18,7 +18,7 @@ enum class Scalar : std::uint8_t { kDouble, kFloat, kFixed };
 struct ReplayResult {
   core::Sha256Digest digest{};  ///< over the output bytes and the state record of every tick, in order
   std::size_t ticks = 0;
-  std::size_t ticks_unlike = 0;       ///< state record or output bytes not as recorded
+  std::size_t ticks_unlike = 0;       ///< a record or output bytes not as recorded
   std::size_t first_unlike = 0;       ///< the first such tick
   std::vector<std::size_t> unlike;    ///< all of them
   double largest_difference_m = 0.0;  ///< of the estimated position, against the record

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <fstream>
 
 #include "firmware/companion/replay/replay.h"
@@ -276,6 +277,59 @@ TEST(Replay, KnowsWhichLawFlew) {
   ASSERT_NE(law, std::string::npos);
   note.erase(law);
   EXPECT_GT(companion::replay(recorded, companion::Scalar::kDouble).ticks_unlike, 0U);
+}
+
+/// A change of what a tick's log holds.
+struct Damage {
+  const char* what;
+  std::vector<std::byte>* (*stream)(companion::RecordedFlight::Tick&);
+};
+constexpr std::array kDamages{
+    Damage{"autopilot's bytes", [](companion::RecordedFlight::Tick& tick) { return &tick.autopilot_in; }},
+    Damage{"sent bytes", [](companion::RecordedFlight::Tick& tick) { return &tick.autopilot_out; }},
+    Damage{"pose's bytes", [](companion::RecordedFlight::Tick& tick) { return &tick.pose_in; }},
+    Damage{"questions for the time", [](companion::RecordedFlight::Tick& tick) { return &tick.pose_out; }}};
+
+// Would catch a field, a stream or a tick that the comparison leaves out: every byte of a record, and a bit of each
+// stream, in the first tick that has it behind the middle of the flight.
+TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
+  RecordProperty("promise", "R6");
+  FlightPlan plan = hover(1.0);
+  plan.keep_log = true;
+  plan.course = "step 0 0 0 0 1\n";
+  const FlightResult flight = fly(plan);
+  ASSERT_TRUE(flight.flew);
+  const companion::RecordedFlight sound = read_back(flight, "replay_damaged_test.ulg");
+  const std::size_t middle = sound.ticks.size() / 2;
+  const auto first_unlike = [](const companion::RecordedFlight& flown) {
+    const companion::ReplayResult result = companion::replay(flown, companion::Scalar::kDouble);
+    return result.ticks_unlike > 0 && result.unlike.front() == result.first_unlike ? result.first_unlike
+                                                                                   : flown.ticks.size();
+  };
+  ASSERT_EQ(first_unlike(sound), sound.ticks.size());
+  companion::RecordedFlight damaged = sound;
+  for (const Damage& damage : kDamages) {
+    std::size_t tick = middle;
+    while (tick < sound.ticks.size() && damage.stream(damaged.ticks[tick])->empty()) {
+      ++tick;
+    }
+    ASSERT_LT(tick, sound.ticks.size()) << damage.what;
+    damage.stream(damaged.ticks[tick])->back() ^= std::byte{4};
+    const std::size_t unlike = first_unlike(damaged);
+    EXPECT_GE(unlike, tick) << damage.what;
+    EXPECT_LT(unlike, tick + 20) << damage.what << ": a damaged frame is missed when the next one comes at the latest";
+    damaged = sound;
+  }
+  // All bytes of the record in one replay: byte i of the record of tick i.
+  constexpr std::size_t kTime = sizeof(log::TickRecord::timestamp);  // is what the tick is replayed at
+  std::vector<std::size_t> spoilt;
+  constexpr std::size_t kOrders = offsetof(log::TickRecord, orders);  // and those are obeyed
+  ASSERT_LT(kOrders, sound.ticks.size());
+  for (std::size_t i = kTime; i < kOrders; ++i) {
+    reinterpret_cast<unsigned char*>(&damaged.ticks[i].record)[i] ^= 1U;
+    spoilt.push_back(i);
+  }
+  EXPECT_EQ(companion::replay(damaged, companion::Scalar::kDouble).unlike, spoilt);
 }
 
 }  // namespace
