@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "host_tests/golden/flight/tape.h"
+#include "host_tests/golden/flight/unlogged.h"
 
 // Flights that are kept as what the program received, and the hash of what it made of it, second by second: a change of
 // one bit of the estimate, of a command, of a byte on the wire or of what the supervisor was told is seen. Whoever
@@ -99,52 +100,6 @@ core::Status lay_kept_course(KeptCourse kind, ref::Trajectory<T>& course) {
     }
   }
   return core::Status::kOk;
-}
-
-/// Numbers that the log does not have: what the supervisor was told, and what those who only look on have found.
-template <typename T, typename S>
-void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown) {
-  const safety::Observation& seen = flown.observed();
-  for (const double number : {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m,
-                              seen.speed_m_s, seen.push_m_s2, seen.swing_rad, seen.swing_hz, seen.refused_turn_rad,
-                              seen.contradicted_with, seen.contradicted_allowed}) {
-    hash.append(number);
-  }
-  for (const core::Duration time :
-       {seen.pose_age, seen.telemetry_age, seen.refused_for, seen.place_lost_for, seen.pose_latency.least,
-        seen.pose_latency.jitter, seen.pose_latency.interval, flown.pose_timing().untold, flown.stats().longest}) {
-    hash.append(time.count());
-  }
-  for (const auto channel :
-       {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate, sysid::Channel::kClimb}) {
-    hash.append(flown.residual().report(channel).ratio);
-  }
-  for (const T number : {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts}) {
-    hash.append(number);
-  }
-  hash.append(flown.pose_timing().drift);
-  const est::EkfCounters counted = flown.observer_counters();
-  const link::LinkHealth& health = flown.link().health();
-  const std::initializer_list<std::uint64_t> counts{counted.poses_used,
-                                                    counted.poses_refused,
-                                                    counted.poses_stale,
-                                                    counted.attitudes_refused,
-                                                    counted.recoveries,
-                                                    flown.stats().stalls,
-                                                    flown.measure_stats().refused_poses,
-                                                    flown.measure_stats().repeated_poses,
-                                                    flown.measure_stats().refused_attitudes,
-                                                    flown.measure_stats().stuck_attitudes,
-                                                    health.packages,
-                                                    health.bad_packages,
-                                                    health.old_packages,
-                                                    health.parser.frames};
-  for (const std::uint64_t count : counts) {
-    hash.append(count);
-  }
-  hash.append(health.transport_delay.count());
-  hash.append(static_cast<std::uint8_t>(flown.supervisor().descent().cause));
-  hash.append(static_cast<std::uint8_t>(flown.link().authority().reason));
 }
 
 /// The first 8 digits of the hash after each second, and at the end; "incomplete" where the tape could not be flown.

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+
+#include "firmware/app/flight_controller.h"
+#include "host_tests/golden/number_hash.h"
+
+// What a flight knows and no log has: it goes into the hash of a kept flight beside the log.
+namespace m100::golden {
+
+template <typename T>
+void append_all(NumberHash& hash, std::initializer_list<T> numbers) {
+  for (const T number : numbers) {
+    hash.append(number);
+  }
+}
+
+/// What the supervisor was told.
+inline void append(NumberHash& hash, const safety::Observation& seen) {
+  append_all<double>(hash, {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m,
+                            seen.speed_m_s, seen.push_m_s2, seen.swing_rad, seen.swing_hz, seen.refused_turn_rad,
+                            seen.contradicted_with, seen.contradicted_allowed});
+  append_all<std::int64_t>(
+      hash, {seen.pose_age.count(), seen.telemetry_age.count(), seen.refused_for.count(), seen.place_lost_for.count(),
+             seen.pose_latency.least.count(), seen.pose_latency.jitter.count(), seen.pose_latency.interval.count()});
+  append_all<std::uint8_t>(
+      hash, {seen.swings, seen.swings_on, seen.contradicted_by, seen.estimate_healthy, seen.authority, seen.mode_f,
+             seen.operator_engages, seen.operator_releases, seen.task_flies, seen.left_model[0], seen.left_model[1],
+             seen.left_model[2], seen.left_model[3], seen.trim_drifted});
+}
+
+template <typename T>
+void append(NumberHash& hash, const est::Estimate<T>& estimate) {
+  for (const est::AxisEstimate<T>* const axis : {&estimate.x, &estimate.y}) {
+    append_all<T>(hash, {axis->position_variance_m2, axis->filter_variance_m2, axis->position_velocity_m2_s,
+                         axis->velocity_variance_m2_s2});
+  }
+  append_all<T>(hash, {estimate.climb_m_s, estimate.yaw_rate_rad_s, estimate.refusal.distance_m,
+                       estimate.refusal.allowed_m, estimate.refusal.turned_rad});
+  append_all<std::uint8_t>(hash, {estimate.predicts, estimate.healthy});
+}
+
+inline void append(NumberHash& hash, const link::SerialLink& link) {
+  const link::LinkHealth& health = link.health();
+  append_all<std::uint64_t>(
+      hash, {health.packages, health.bad_packages, health.old_packages, health.refused_items, health.bytes_received,
+             health.bytes_sent, health.parser.frames, health.parser.crc16_errors, health.parser.crc32_errors,
+             health.parser.reserved_errors, health.parser.length_errors, health.parser.padding_errors,
+             health.parser.resyncs, health.parser.bytes_dropped, health.sessions.requests, health.sessions.repeats,
+             health.sessions.answers, health.sessions.failures});
+  for (const std::uint32_t count : health.jitter_histogram) {
+    hash.append(count);
+  }
+  append_all<double>(hash, {health.telemetry_rate_hz, health.receive_share, health.send_share});
+  append_all<std::int64_t>(hash,
+                           {health.telemetry_age.count(), health.longest_gap.count(), health.transport_delay.count()});
+  hash.append(static_cast<std::uint8_t>(link.authority().reason));
+}
+
+template <typename T, typename S>
+void append_counts(NumberHash& hash, const app::FlightController<T, S>& flown) {
+  const est::EkfCounters counted = flown.observer_counters();
+  const link::PoseLinkStats& poses = flown.pose_link().stats();
+  const safety::SupervisorStats& ladder = flown.supervisor().stats();
+  append_all<std::uint64_t>(hash, {counted.poses_used,
+                                   counted.poses_refused,
+                                   counted.poses_stale,
+                                   counted.attitudes_refused,
+                                   counted.not_finite,
+                                   counted.recoveries,
+                                   flown.stats().stalls,
+                                   flown.measure_stats().refused_poses,
+                                   flown.measure_stats().repeated_poses,
+                                   flown.measure_stats().refused_attitudes,
+                                   flown.measure_stats().stuck_attitudes,
+                                   poses.poses,
+                                   poses.refused,
+                                   poses.refused_order,
+                                   poses.refused_senders,
+                                   poses.lost_frames,
+                                   poses.answers,
+                                   ladder.steps,
+                                   ladder.unsound_commands,
+                                   ladder.limited_commands,
+                                   ladder.coasts,
+                                   ladder.levels,
+                                   ladder.releases});
+  hash.append(counted.nis_sum);
+}
+
+template <typename T, typename S>
+void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown) {
+  append(hash, flown.observed());
+  append(hash, flown.estimate());
+  append(hash, flown.link());
+  append_counts(hash, flown);
+  for (const auto channel :
+       {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate, sysid::Channel::kClimb}) {
+    append_all(hash, {flown.residual().report(channel).ratio, flown.residual().report(channel).block_rms});
+  }
+  append_all<T>(hash, {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts});
+  append_all<std::int64_t>(hash, {flown.pose_timing().untold.count(), flown.stats().longest.count()});
+  hash.append(flown.pose_timing().drift);
+  append_all<std::uint8_t>(hash, {flown.pose_timing().observable, flown.law().calm(), flown.has_looked(),
+                                  static_cast<std::uint8_t>(flown.supervisor().descent().cause)});
+}
+
+}  // namespace m100::golden
