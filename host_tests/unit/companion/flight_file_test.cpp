@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <sstream>
 
 #include "firmware/core/maths.h"
 
@@ -89,6 +91,12 @@ INSTANTIATE_TEST_SUITE_P(
               "f.toml:6: 'pose.coast_s': 3.1 is outside [0.03, 3]"},
         Wrong{"CoastBeforeAPoseIsOld", std::string(kFence) + "[pose]\nfresh_s = 0.2\ncoast_s = 0.1\n",
               "f.toml:5: 'pose.coast_s': must be longer than pose.fresh_s"},
+        Wrong{"CoastAsLongAsAPoseIsFresh", std::string(kFence) + "[pose]\nfresh_s = 0.2\ncoast_s = 0.2\n",
+              "f.toml:5: 'pose.coast_s': must be longer than pose.fresh_s"},
+        Wrong{"NoRange", "[fence]\nx_m = [2, 2]\n", "f.toml:2: 'fence.x_m': must be two numbers, the lower"},
+        Wrong{"FenceIsNoTable", "fence = [1]\n", "f.toml:1: 'fence': must be a table"},
+        Wrong{"FloorAtTheGround", "[fence]\nx_m = [-1, 5]\ny_m = [-1, 1]\nz_m = [0.5, 2]\nground_z_m = 0.5\n",
+              "f.toml:4: 'fence.z_m': its floor is not above the ground at 0.5 m ('fence.ground_z_m')"},
         Wrong{"PoseIsNoTable", "pose = 3\n" + std::string(kFence), "f.toml:1: 'pose': must be a table"}),
     [](const auto& tested) { return tested.param.name; });
 
@@ -145,6 +153,108 @@ TEST(FlightFile, AStartBelowTheFloorIsRefused) {
   auto course = std::make_unique<ref::Trajectory<double>>();
   course->hold(start);
   EXPECT_THROW(expect_inside(flight, start, *course, {}, "c"), FlightFileError);
+}
+
+/// The limits of the file's keys, written out a second time, each with a file in which the key stands.
+struct KeyEdges {
+  const char* name;
+  std::string before, after;  ///< of the number, in the file
+  double low, high, beyond;
+};
+class FlightKeyLimits : public ::testing::TestWithParam<KeyEdges> {};
+INSTANTIATE_TEST_SUITE_P(
+    Table, FlightKeyLimits,
+    ::testing::Values(
+        KeyEdges{"GroundZ", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [999, 1000]\nground_z_m = ", "", -1000.0,
+                 998.9, 0.2},
+        KeyEdges{"Wind", std::string(kFence) + "[wind]\nclass_m_s = ", "", 0.0, 20.0, 1e-6},
+        KeyEdges{"PoseFresh", std::string(kFence) + "[pose]\ncoast_s = 3\nfresh_s = ", "", 0.02, 0.25, 1e-6},
+        KeyEdges{"PoseCoast", std::string(kFence) + "[pose]\nfresh_s = 0.02\ncoast_s = ", "", 0.03, 3.0, 1e-6},
+        KeyEdges{"PoseLevel", std::string(kFence) + "[pose]\nlevel_s = ", "", 0.1, 10.0, 1e-6},
+        KeyEdges{"Speed", std::string(kFence) + "[limits]\nspeed_m_s = ", "", 0.1, 20.0, 1e-6},
+        KeyEdges{"Acceleration", std::string(kFence) + "[limits]\nacceleration_m_s2 = ", "", 0.1, 20.0, 1e-6},
+        KeyEdges{"Tilt", std::string(kFence) + "[limits]\ntilt_deg = ", "", 1.0, 25.0, 1e-6},
+        KeyEdges{"YawRate", std::string(kFence) + "[limits]\nyaw_rate_deg_s = ", "", 1.0, 100.0, 1e-6},
+        KeyEdges{"LowBattery", std::string(kFence) + "[battery]\nlow_percent = ", "", 0.0, 90.0, 1e-6},
+        KeyEdges{"LeftSide", "[fence]\ny_m = [-1, 1]\nz_m = [1, 3]\nx_m = [", ", 5]\n", -1000.0, -0.5, 0.01},
+        KeyEdges{"RightSide", "[fence]\ny_m = [-1, 1]\nz_m = [1, 3]\nx_m = [-5, ", "]\n", 0.5, 1000.0, 0.01},
+        KeyEdges{"FarSide", "[fence]\nx_m = [-1, 1]\nz_m = [1, 3]\ny_m = [-5, ", "]\n", 0.5, 1000.0, 0.01},
+        KeyEdges{"NearSide", "[fence]\nx_m = [-1, 1]\nz_m = [1, 3]\ny_m = [", ", 5]\n", -1000.0, -0.5, 0.01},
+        KeyEdges{"Ceiling", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\nz_m = [1, ", "]\n", 2.0, 1000.0, 0.01}),
+    [](const auto& tested) { return tested.param.name; });
+
+TEST_P(FlightKeyLimits, AreTakenAtTheirLastNumberAndRefusedAtTheNext) {
+  RecordProperty("promise", "R16");
+  const auto taken = [](double value) {
+    std::ostringstream text;
+    text.precision(12);
+    text << GetParam().before << value << GetParam().after;
+    try {
+      (void)parse_flight(text.str(), "f.toml");
+      return true;
+    } catch (const FlightFileError&) {
+      return false;
+    }
+  };
+  EXPECT_TRUE(taken(GetParam().low));
+  EXPECT_TRUE(taken(GetParam().high));
+  EXPECT_FALSE(taken(GetParam().low - GetParam().beyond));
+  EXPECT_FALSE(taken(GetParam().high + GetParam().beyond));
+}
+
+TEST(FlightFile, EveryKeyReachesTheFlightInItsUnit) {
+  const FlightFile said = parse_flight(std::string(kFence) +
+                                           "ground_z_m = -0.25\n[limits]\nspeed_m_s = 2\nacceleration_m_s2 = 3\n"
+                                           "tilt_deg = 18\nyaw_rate_deg_s = 36\n[battery]\nlow_percent = 25\n"
+                                           "[pose]\nfresh_s = 0.1\n",
+                                       "f");
+  EXPECT_EQ(said.ground_z_m, -0.25);
+  EXPECT_EQ(said.battery_low_percent, 25.0);
+  const CourseLimits course = course_limits_of(said);
+  EXPECT_EQ(course.speed_m_s, 2.0);
+  EXPECT_EQ(course.acceleration_m_s2, 3.0);
+  EXPECT_NEAR(course.tilt_rad, core::kPi / 10.0, 1e-12);
+  EXPECT_NEAR(course.yaw_rate_rad_s, core::kPi / 5.0, 1e-12);
+  EXPECT_TRUE(limits_of(said).pose_fresh_is_said);
+  const FlightFile unsaid = parse_flight(kFence, "f");
+  EXPECT_FALSE(limits_of(unsaid).pose_fresh_is_said);
+  EXPECT_EQ(limits_of(unsaid).level, safety::Limits{}.level);
+  EXPECT_EQ(course_limits_of(unsaid).speed_m_s, CourseLimits{}.speed_m_s);
+  EXPECT_EQ(course_limits_of(unsaid).tilt_rad, CourseLimits{}.tilt_rad);
+  EXPECT_NEAR(goal_limits_of(said).yaw_rate_rad_s, core::kPi / 5.0, 1e-12);
+  // Sides are the start's in x and y, and the world's in height.
+  ref::Waypoint<double> start;
+  start.position_w_m = {10.0, -20.0, 1.5};
+  const core::Fence fence = fence_of(said, start);
+  EXPECT_EQ(fence.side[0].low_m, 5.0);
+  EXPECT_EQ(fence.side[0].high_m, 15.0);
+  EXPECT_EQ(fence.side[1].low_m, -24.0);
+  EXPECT_EQ(fence.side[1].high_m, -14.0);
+  EXPECT_EQ(fence.side[2].low_m, 0.5);
+  EXPECT_EQ(fence.side[2].high_m, 4.0);
+  EXPECT_EQ(fence.wind_m_s, 5.0);
+}
+
+// A pose has millimetres: a place a millimetre outside is inside, two are not; on every side of the box.
+TEST(FlightFile, AStartIsInsideToAMillimetre) {
+  const FlightFile flight = parse_flight(kFence, "f.toml");
+  const auto inside = [&flight](double z_m) {
+    ref::Waypoint<double> start;
+    start.position_w_m = {0.0, 0.0, z_m};
+    auto course = std::make_unique<ref::Trajectory<double>>();
+    course->hold(start);
+    try {
+      expect_inside(flight, start, *course, {}, "c");
+      return true;
+    } catch (const FlightFileError& wrong) {
+      EXPECT_TRUE(std::string(wrong.what()).starts_with("the start of the flight: z = ")) << wrong.what();
+      return false;
+    }
+  };
+  EXPECT_TRUE(inside(0.4995));
+  EXPECT_FALSE(inside(0.498));
+  EXPECT_TRUE(inside(4.0005));
+  EXPECT_FALSE(inside(4.002));
 }
 
 }  // namespace
