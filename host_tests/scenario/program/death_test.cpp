@@ -3,11 +3,7 @@
 // back. Judged by what the autopilot noted down.
 #include <sys/prctl.h>
 
-#include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <cmath>
-#include <fstream>
 #include <optional>
 #include <thread>
 
@@ -21,23 +17,6 @@ using std::chrono::milliseconds;
 
 constexpr const char* kKey = "00112233445566778899aabbccddeeff0123456789abcdef0123456789abcdef";
 constexpr double kGivenBack_s = 1.5;  ///< promise R15
-
-/// How long the machine keeps a process waiting that wants to run: the programs' times are late by that.
-class StallMeter {
- public:
-  double longest_s() const { return longest_s_; }
-
- private:
-  std::atomic<double> longest_s_{0.0};
-  std::jthread thread_{[this](const std::stop_token& stop) {
-    for (Clock::time_point last = Clock::now(); !stop.stop_requested();) {
-      std::this_thread::sleep_for(milliseconds(5));
-      const Clock::time_point now = Clock::now();
-      longest_s_ = std::max(longest_s_.load(), std::chrono::duration<double>(now - last).count() - 0.005);
-      last = now;
-    }
-  }};
-};
 
 struct Case {
   const char* name;
@@ -82,77 +61,85 @@ INSTANTIATE_TEST_SUITE_P(Program, DeathInFlight,
 
 TEST_P(DeathInFlight, GivesThePilotHisSticks) {
   RecordProperty("promise", "R15");
-  const auto autopilot = start_examiner();
-  Process program(M100_PROGRAM, flight(options_of_flight()), errors);
-  ASSERT_TRUE(wait_for_control()) << error();
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  ASSERT_EQ(noted("\"released\""), 0U) << "it flies";
-  const StallMeter machine;
-  const Clock::time_point died = Clock::now();
-  program.send(GetParam().signal);
-  const std::optional<double> taken_s = seconds_until_released(died);
-  ASSERT_TRUE(taken_s) << "control was kept; " << error();
-  RecordProperty("seconds_until_the_transmitter_had_control", std::to_string(*taken_s));
-  RecordProperty("stall_of_the_machine_s", std::to_string(machine.longest_s()));
-  EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * machine.longest_s()) << "each of the processes on the way may have waited";
-  EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator can read it: " << error();
-  const json examiner = examined(*autopilot);
-  EXPECT_FALSE(examiner["client_in_control"]);
-  EXPECT_EQ(examiner["bad_commands"], 0) << examiner;
+  in_real_time([&] {
+    const auto autopilot = start_examiner();
+    Process program(M100_PROGRAM, flight(options_of_flight()), errors);
+    ASSERT_TRUE(wait_for_control()) << error();
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    ASSERT_EQ(noted("\"released\""), 0U) << "it flies";
+    const StallMeter machine;
+    const Clock::time_point died = Clock::now();
+    program.send(GetParam().signal);
+    const std::optional<double> taken_s = seconds_until_released(died);
+    ASSERT_TRUE(taken_s) << "control was kept; " << error();
+    RecordProperty("seconds_until_the_transmitter_had_control", std::to_string(*taken_s));
+    RecordProperty("stall_of_the_machine_s", std::to_string(machine.longest_s()));
+    EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * machine.longest_s()) << "each of the processes on the way may have waited";
+    EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator can read it: " << error();
+    const json examiner = examined(*autopilot);
+    EXPECT_FALSE(examiner["client_in_control"]);
+    EXPECT_EQ(examiner["bad_commands"], 0) << examiner;
+  });
 }
 
 // The stopped program comes back to find control gone. It must not send one more command, nor ask for control.
 TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
   RecordProperty("promise", "R15");
-  const auto autopilot = start_autopilot();
-  Process program(M100_PROGRAM, flight({"--channel", "movement", "--hold", "60"}), errors);
-  ASSERT_TRUE(wait_for_control());
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  const std::size_t asked = noted("\"control\"");
-  program.send(SIGSTOP);
-  ASSERT_TRUE(wait_for("\"released\""));
-  program.send(SIGCONT);
-  std::this_thread::sleep_for(std::chrono::seconds(3));
-  program.interrupt();
-  EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "it ends by itself";
-  EXPECT_EQ(noted("\"obtained\""), 1U) << "it asked for control again by itself; requests before: " << asked;
-  const json examiner = examined(*autopilot);
-  EXPECT_FALSE(examiner["client_in_control"]);
-  EXPECT_EQ(examiner["control_after_loss"], 0);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    Process program(M100_PROGRAM, flight({"--channel", "movement", "--hold", "60"}), errors);
+    ASSERT_TRUE(wait_for_control());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    const std::size_t asked = noted("\"control\"");
+    program.send(SIGSTOP);
+    ASSERT_TRUE(wait_for("\"released\""));
+    program.send(SIGCONT);
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+    program.interrupt();
+    EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "it ends by itself";
+    EXPECT_EQ(noted("\"obtained\""), 1U) << "it asked for control again by itself; requests before: " << asked;
+    const json examiner = examined(*autopilot);
+    EXPECT_FALSE(examiner["client_in_control"]);
+    EXPECT_EQ(examiner["control_after_loss"], 0);
+  });
 }
 
 // The keeper lets go of the port with its last word.
 TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
   RecordProperty("promise", "R15");
-  const auto autopilot = start_autopilot();
-  Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
-  ASSERT_TRUE(wait_for_control());
-  program.send(SIGKILL);
-  ASSERT_TRUE(wait_for("\"released\""));
-  int code = 2;
-  for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its words
-    std::this_thread::sleep_for(milliseconds(500));
-    code = run(flight({"--hold", "1"}));
-  }
-  EXPECT_EQ(code, 0) << error();
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
+    ASSERT_TRUE(wait_for_control());
+    program.send(SIGKILL);
+    ASSERT_TRUE(wait_for("\"released\""));
+    int code = 2;
+    for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its words
+      std::this_thread::sleep_for(milliseconds(500));
+      code = run(flight({"--hold", "1"}));
+    }
+    EXPECT_EQ(code, 0) << error();
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 // Ctrl-C reaches the whole group of processes: the program ends as it should, and the second one with it.
 TEST_F(ProgramTest, AnInterruptOfTheGroupEndsBothAndLeavesNobody) {
   RecordProperty("promise", "R15");
-  ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0) << "whoever is left behind becomes our child";
-  const auto autopilot = start_autopilot();
-  std::vector<std::string> arguments = flight({"--hold", "60"});
-  arguments.insert(arguments.begin(), M100_PROGRAM);
-  Process program("/usr/bin/setsid", arguments, errors);  // a group of its own, with the program's id
-  ASSERT_TRUE(wait_for_control());
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  ASSERT_EQ(kill(-program.id(), SIGINT), 0);
-  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0) << error();
-  EXPECT_TRUE(error().empty()) << "nobody died without a word: " << error();
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
-  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process was left behind";
+  in_real_time([&] {
+    ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0) << "whoever is left behind becomes our child";
+    const auto autopilot = start_autopilot();
+    std::vector<std::string> arguments = flight({"--hold", "60"});
+    arguments.insert(arguments.begin(), M100_PROGRAM);
+    Process program("/usr/bin/setsid", arguments, errors);  // a group of its own, with the program's id
+    ASSERT_TRUE(wait_for_control());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    ASSERT_EQ(kill(-program.id(), SIGINT), 0);
+    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0) << error();
+    EXPECT_TRUE(error().empty()) << "nobody died without a word: " << error();
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process was left behind";
+  });
 }
 
 }  // namespace

@@ -27,42 +27,45 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
   RecordProperty("promise", "R6");
-  std::vector<std::string> keys;
-  if (!GetParam().autopilot.empty()) {
-    keys = {"--key-file", key_file(kKey).string()};
-  }
-  std::vector<std::string> of_autopilot = GetParam().autopilot;
-  of_autopilot.insert(of_autopilot.end(), keys.begin(), keys.end());
-  const auto autopilot = start_autopilot(of_autopilot);
-  std::vector<std::string> options{"--hold", "3", "--log", log.string()};
-  options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
-  options.insert(options.end(), keys.begin(), keys.end());
-  (void)run(flight(options));  // a busy machine may end the flight early: what was flown is replayed all the same
-  (void)examined(*autopilot);
-
-  const companion::RecordedFlight flown = companion::read_flight(log.string());
-  ASSERT_GT(flown.ticks.size(), 200U);
-  ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
-  const std::string file = text_of(log);  // a line a second of what the link was like
-  std::size_t lines = 0;
-  for (std::size_t at = file.find("link_health {"); at != std::string::npos; at = file.find("link_health {", at + 1)) {
-    const json health = json::parse(file.substr(at + 12, file.find('}', at) - at - 11));
-    for (const char* const key : {"telemetry_rate_hz", "telemetry_age_s", "jitter_histogram", "crc16_errors",
-                                  "crc32_errors", "resyncs", "bytes_dropped", "session_failures", "receive_share"}) {
-      EXPECT_TRUE(health.contains(key)) << key;
+  in_real_time([&] {
+    std::vector<std::string> keys;
+    if (!GetParam().autopilot.empty()) {
+      keys = {"--key-file", key_file(kKey).string()};
     }
-    ++lines;
-  }
-  EXPECT_GE(lines, flown.ticks.size() / 150);
-  const fs::path said = folder / "said.txt";
-  const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
-                             (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
-  ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(std::chrono::seconds(60)), 0);
-  EXPECT_NE(text_of(said).find(", 0 unlike the record"), std::string::npos) << text_of(said);
-  if (!keys.empty()) {
-    EXPECT_EQ(run({"replay", log.string()}), 2);
-    EXPECT_NE(error().find("--key-file"), std::string::npos) << error();
-  }
+    std::vector<std::string> of_autopilot = GetParam().autopilot;
+    of_autopilot.insert(of_autopilot.end(), keys.begin(), keys.end());
+    const auto autopilot = start_autopilot(of_autopilot);
+    std::vector<std::string> options{"--hold", "3", "--log", log.string()};
+    options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
+    options.insert(options.end(), keys.begin(), keys.end());
+    (void)run(flight(options));  // a busy machine may end the flight early: what was flown is replayed all the same
+    (void)examined(*autopilot);
+
+    const companion::RecordedFlight flown = companion::read_flight(log.string());
+    ASSERT_GT(flown.ticks.size(), 200U);
+    ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
+    const std::string file = text_of(log);  // a line a second of what the link was like
+    std::size_t lines = 0;
+    for (std::size_t at = file.find("link_health {"); at != std::string::npos;
+         at = file.find("link_health {", at + 1)) {
+      const json health = json::parse(file.substr(at + 12, file.find('}', at) - at - 11));
+      for (const char* const key : {"telemetry_rate_hz", "telemetry_age_s", "jitter_histogram", "crc16_errors",
+                                    "crc32_errors", "resyncs", "bytes_dropped", "session_failures", "receive_share"}) {
+        EXPECT_TRUE(health.contains(key)) << key;
+      }
+      ++lines;
+    }
+    EXPECT_GE(lines, flown.ticks.size() / 150);
+    const fs::path said = folder / "said.txt";
+    const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
+                               (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
+    ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(std::chrono::seconds(60)), 0);
+    EXPECT_NE(text_of(said).find(", 0 unlike the record"), std::string::npos) << text_of(said);
+    if (!keys.empty()) {
+      EXPECT_EQ(run({"replay", log.string()}), 2);
+      EXPECT_NE(error().find("--key-file"), std::string::npos) << error();
+    }
+  });
 }
 
 class EndedBySignal : public ProgramTest, public ::testing::WithParamInterface<int> {};
@@ -71,125 +74,143 @@ INSTANTIATE_TEST_SUITE_P(Program, EndedBySignal, ::testing::Values(SIGINT, SIGTE
 
 TEST_P(EndedBySignal, GivesControlBackInFlight) {
   RecordProperty("promise", "R12");
-  const auto autopilot = start_autopilot();
-  Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
-  ASSERT_TRUE(wait_for_control());
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  program.send(GetParam());
-  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    Process program(M100_PROGRAM, flight({"--hold", "60"}), errors);
+    ASSERT_TRUE(wait_for_control());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    program.send(GetParam());
+    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 // The answer that grants control may be on its way when the operator changes his mind.
 TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
-  const auto autopilot = start_autopilot();
-  for (const int wait_ms : {0, 15, 30, 45}) {
-    const std::string first_answer = "\"control\",\"value\":3";
-    const std::size_t before = noted(first_answer);
-    Process program(M100_PROGRAM, flight({"--hold", "60", "--json", result.string()}), errors);
-    ASSERT_TRUE(wait_for(first_answer, before));
-    std::this_thread::sleep_for(
-        std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
-    program.interrupt();
-    const int code = program.wait(std::chrono::seconds(10));
-    const bool flew = json::parse(std::ifstream(result))["obtained"];
-    EXPECT_EQ(code, flew ? 0 : 1) << "a flight that never was is no success";
-  }
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    for (const int wait_ms : {0, 15, 30, 45}) {
+      const std::string first_answer = "\"control\",\"value\":3";
+      const std::size_t before = noted(first_answer);
+      Process program(M100_PROGRAM, flight({"--hold", "60", "--json", result.string()}), errors);
+      ASSERT_TRUE(wait_for(first_answer, before));
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
+      program.interrupt();
+      const int code = program.wait(std::chrono::seconds(10));
+      const bool flew = json::parse(std::ifstream(result))["obtained"];
+      EXPECT_EQ(code, flew ? 0 : 1) << "a flight that never was is no success";
+    }
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 // `m100 fly | head -1`: the reader leaves, the flight goes on to its end.
 TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
-  const auto autopilot = start_autopilot();
-  std::string line = M100_PROGRAM;
-  for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
-    line += " " + word;
-  }
-  ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(std::chrono::seconds(30)), 0);
-  for (int i = 0; i < 1000 && !fs::exists(result); ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    std::string line = M100_PROGRAM;
+    for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
+      line += " " + word;
+    }
+    ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(std::chrono::seconds(30)), 0);
+    for (int i = 0; i < 1000 && !fs::exists(result); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 // Nothing that is printed may leave by the autopilot's port, and its telemetry is no key of the operator.
 TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
-  const auto autopilot = start_autopilot();
-  std::string line = M100_PROGRAM;
-  for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
-    line += " " + word;
-  }
-  ASSERT_EQ(Process("/bin/sh", {"-c", line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
-  EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
-  const json examiner = examined(*autopilot);
-  EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
-  EXPECT_EQ(examiner["bytes_dropped"], 0) << "only frames came";
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    std::string line = M100_PROGRAM;
+    for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
+      line += " " + word;
+    }
+    ASSERT_EQ(Process("/bin/sh", {"-c", line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
+    EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
+    const json examiner = examined(*autopilot);
+    EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
+    EXPECT_EQ(examiner["bytes_dropped"], 0) << "only frames came";
+  });
 }
 
 // Ctrl-S in the terminal: its output stands still, the tick does not.
 TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
   RecordProperty("promise", "R9");
-  const auto autopilot = start_autopilot();
-  const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-  ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
-  const int screen = open(ptsname(terminal), O_RDWR | O_NOCTTY);
-  ASSERT_GE(screen, 0);
-  Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, screen);
-  ASSERT_TRUE(wait_for_control());
-  ASSERT_EQ(tcflow(screen, TCOOFF), 0);
-  EXPECT_TRUE(wait_for("\"released\"")) << "control went back although nobody can read about it";
-  EXPECT_EQ(tcflow(screen, TCOON), 0);
-  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
-  close(screen);
-  close(terminal);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
+    const int screen = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+    ASSERT_GE(screen, 0);
+    Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, screen);
+    ASSERT_TRUE(wait_for_control());
+    ASSERT_EQ(tcflow(screen, TCOOFF), 0);
+    EXPECT_TRUE(wait_for("\"released\"")) << "control went back although nobody can read about it";
+    EXPECT_EQ(tcflow(screen, TCOON), 0);
+    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    close(screen);
+    close(terminal);
+  });
 }
 
 TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
   RecordProperty("promise", "R12");
-  const auto autopilot = start_autopilot();
-  std::string line = "ulimit -f 400; exec " + std::string(M100_PROGRAM);
-  for (const std::string& word : flight({"--hold", "4", "--log", log.string()})) {
-    line += " " + word;
-  }
-  EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(std::chrono::seconds(30)), 0) << error();
-  EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
-  const json examiner = examined(*autopilot);
-  EXPECT_FALSE(examiner["client_in_control"]);
-  EXPECT_GT(examiner["virtual_rc_taken"], 60);
-  EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    std::string line = "ulimit -f 400; exec " + std::string(M100_PROGRAM);
+    for (const std::string& word : flight({"--hold", "4", "--log", log.string()})) {
+      line += " " + word;
+    }
+    EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(std::chrono::seconds(30)), 0) << error();
+    EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
+    const json examiner = examined(*autopilot);
+    EXPECT_FALSE(examiner["client_in_control"]);
+    EXPECT_GT(examiner["virtual_rc_taken"], 60);
+    EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+  });
 }
 
 // The answer to "was it flown" is not the disk's to give.
 TEST_F(ProgramTest, AResultThatCannotBeWrittenAfterwardsIsSaidAndChangesNoExitCode) {
-  const auto autopilot = start_autopilot();
-  EXPECT_EQ(run(flight({"--hold", "1", "--json", "/dev/full"})), 0) << error();
-  EXPECT_NE(error().find("/dev/full: cannot be written: the disk is full"), std::string::npos) << error();
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    EXPECT_EQ(run(flight({"--hold", "1", "--json", "/dev/full"})), 0) << error();
+    EXPECT_NE(error().find("/dev/full: cannot be written: the disk is full"), std::string::npos) << error();
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
   RecordProperty("promise", "R12");
-  auto autopilot = start_autopilot();
-  Process program(M100_PROGRAM, flight({"--once", "--hold", "60", "--json", result.string()}), errors);
-  ASSERT_TRUE(wait_for_control());
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  autopilot->send(SIGKILL);
-  autopilot.reset();  // its pseudo-terminals are gone
-  EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
-  EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
+  in_real_time([&] {
+    auto autopilot = start_autopilot();
+    Process program(M100_PROGRAM, flight({"--once", "--hold", "60", "--json", result.string()}), errors);
+    ASSERT_TRUE(wait_for_control());
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    autopilot->send(SIGKILL);
+    autopilot.reset();  // its pseudo-terminals are gone
+    EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
+    EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
+  });
 }
 
 TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
-  const auto autopilot = start_autopilot();
-  Process first(M100_PROGRAM, flight({"--hold", "4"}));
-  ASSERT_TRUE(wait_for_control());
-  EXPECT_EQ(run(flight()), 2);
-  EXPECT_NE(error().find("another program"), std::string::npos) << error();
-  EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "and the first is not disturbed";
-  EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    Process first(M100_PROGRAM, flight({"--hold", "4"}));
+    ASSERT_TRUE(wait_for_control());
+    EXPECT_EQ(run(flight()), 2);
+    EXPECT_NE(error().find("another program"), std::string::npos) << error();
+    EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "and the first is not disturbed";
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+  });
 }
 
 // Catches an emulated autopilot that can only be killed while nobody has come: time stands still then, and it sleeps.

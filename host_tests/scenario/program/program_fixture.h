@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host_tests/scenario/program/process.h"
+#include "host_tests/scenario/program/real_time.h"
 
 namespace m100::scenario {
 
@@ -57,6 +58,15 @@ struct ProgramTest : ::testing::Test {
     }
     EXPECT_TRUE(fs::exists(port));
     return process;
+  }
+  /// Flies where the machine keeps pace, each time in an empty folder: see real_time.h.
+  void in_real_time(const std::function<void()>& flight_of_test) {
+    judge_in_real_time(
+        [this] {
+          TearDown();
+          SetUp();
+        },
+        flight_of_test);
   }
   /// A key in a file that only its owner can read.
   fs::path key_file(const std::string& hex) const {
