@@ -212,18 +212,15 @@ class Layer {
       spot.fail("the row has " + std::to_string(values.size()) + " values, the head " +
                 std::to_string(columns_.size()));
     }
-    std::vector<double> n(4, 0.0);
-    double at_s = 0.0;
+    constexpr std::array<std::string_view, 4> kOrder{"x_m", "y_m", "z_m", "t_s"};  // the fifth is the heading
+    std::array<double, 5> n{};
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = number(values[i], spot);
-      const std::string& column = columns_[i];
-      (column == "t_s" ? at_s
-                       : n[column == "x_m"   ? 0
-                           : column == "y_m" ? 1
-                           : column == "z_m" ? 2
-                                             : 3]) = column == "yaw_deg" ? value * kDegree_rad : value;
+      const auto at = static_cast<std::size_t>(std::find(kOrder.begin(), kOrder.end(), columns_[i]) - kOrder.begin());
+      n.at(at) = columns_[i] == "yaw_deg" ? value * kDegree_rad : value;
     }
-    const ref::Waypoint<T> there = place(n);
+    const double at_s = n[3];
+    const ref::Waypoint<T> there = place({n[0], n[1], n[2], n[4]});
     if (at_s == 0.0 && timed_.empty()) {  // says where the table begins, which is where the course is
       if ((there.position_w_m - course_.end().position_w_m).norm() > static_cast<T>(kSamePlace_m)) {
         spot.fail("the first place is not where the course is then; give it a time above 0 to be there");

@@ -138,24 +138,29 @@ void FileUse::refuse_overlaps() const {
   }
 }
 
+void FileUse::refuse_what_is_there(const Entry& entry) {
+  std::error_code error;
+  const fs::file_status there = fs::symlink_status(entry.path, error);
+  if (entry.kind == Kind::kNamed && (fs::is_regular_file(there) || fs::is_directory(there))) {
+    throw FileUseError(entry.path + ": exists already, and " + entry.option + " would take its place");
+  }
+  if (entry.kind == Kind::kCreated && fs::exists(there)) {
+    throw FileUseError(entry.path + ": exists already; a log is not overwritten (" + entry.option + ")");
+  }
+  if (entry.kind != Kind::kRead) {
+    return;
+  }
+  std::string why = why_not_read(entry.path);
+  why = why.empty() && ::access(entry.path.c_str(), R_OK) != 0 ? "cannot be read" : why;
+  if (!why.empty()) {
+    throw FileUseError(entry.path + ": " + why + " (" + entry.option + ")");
+  }
+}
+
 void FileUse::check() const {
   refuse_overlaps();
-  std::error_code error;
   for (const Entry& entry : entries_) {
-    const fs::file_status there = fs::symlink_status(entry.path, error);
-    if (entry.kind == Kind::kNamed && (fs::is_regular_file(there) || fs::is_directory(there))) {
-      throw FileUseError(entry.path + ": exists already, and " + entry.option + " would take its place");
-    }
-    if (entry.kind == Kind::kCreated && fs::exists(there)) {
-      throw FileUseError(entry.path + ": exists already; a log is not overwritten (" + entry.option + ")");
-    }
-    if (entry.kind == Kind::kRead) {
-      std::string why = why_not_read(entry.path);
-      why = why.empty() && ::access(entry.path.c_str(), R_OK) != 0 ? "cannot be read" : why;
-      if (!why.empty()) {
-        throw FileUseError(entry.path + ": " + why + " (" + entry.option + ")");
-      }
-    }
+    refuse_what_is_there(entry);
   }
   Trial trial;
   for (const Entry& entry : entries_) {

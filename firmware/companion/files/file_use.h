@@ -48,6 +48,8 @@ class FileUse {
   FileUse& add(Kind kind, const std::string& option, const std::string& path, bool makes_folder = false);
   void refuse_the_same(const Entry& a, const Entry& b) const;
   void refuse_overlaps() const;
+  /// What is there already, or is not there, against what shall be done with it.
+  static void refuse_what_is_there(const Entry& entry);
 
   std::vector<Entry> entries_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdio>
@@ -13,26 +14,28 @@ namespace m100::companion {
 /// characters of the second kind (U+0080 to U+009F) count as none, and so does what RFC 3629 forbids: a character that
 /// is written longer than it need be (a control character might hide so), half of a pair, and what is past U+10FFFF.
 inline std::size_t utf8_sequence(std::string_view text) {
+  struct Row {  // RFC 3629, section 4: what a sequence begins with, how long it is, what its second byte may be
+    unsigned first, last;
+    std::size_t length;
+    unsigned second_least, second_most;
+  };
+  constexpr std::array kRows{
+      Row{0xC2, 0xC2, 2, 0xA0, 0xBF}, Row{0xC3, 0xDF, 2, 0x80, 0xBF}, Row{0xE0, 0xE0, 3, 0xA0, 0xBF},
+      Row{0xE1, 0xEC, 3, 0x80, 0xBF}, Row{0xED, 0xED, 3, 0x80, 0x9F}, Row{0xEE, 0xEF, 3, 0x80, 0xBF},
+      Row{0xF0, 0xF0, 4, 0x90, 0xBF}, Row{0xF1, 0xF3, 4, 0x80, 0xBF}, Row{0xF4, 0xF4, 4, 0x80, 0x8F}};
   const auto byte = [&](std::size_t k) { return static_cast<unsigned>(static_cast<unsigned char>(text[k])); };
   const unsigned first = byte(0);
-  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  if (length == 0 || text.size() < length) {
+  const auto* const row =
+      std::find_if(kRows.begin(), kRows.end(), [&](const Row& one) { return one.first <= first && first <= one.last; });
+  if (row == kRows.end() || text.size() < row->length || byte(1) < row->second_least || byte(1) > row->second_most) {
     return 0;
   }
-  const unsigned least = first == 0xC2 || first == 0xE0 ? 0xA0U : first == 0xF0 ? 0x90U : 0x80U;
-  const unsigned most = first == 0xED ? 0x9FU : first == 0xF4 ? 0x8FU : 0xBFU;
-  if (byte(1) < least || byte(1) > most) {
-    return 0;
-  }
-  for (std::size_t k = 1; k < length; ++k) {
+  for (std::size_t k = 2; k < row->length; ++k) {
     if ((byte(k) & 0xC0U) != 0x80U) {
       return 0;
     }
   }
-  return length;
+  return row->length;
 }
 
 /// Text that came from a file or a command line, fit for a terminal: control characters and bytes that are no UTF-8

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstring>
+#include <span>
 #include <utility>
 
 #include "firmware/companion/files/regular_file.h"
@@ -71,6 +72,19 @@ class Reader {
     }
   }
 
+  static std::vector<std::byte>& stream_of(RecordedFlight::Tick& tick, log::Stream stream) {
+    switch (stream) {
+      case log::Stream::kAutopilotIn:
+        return tick.autopilot_in;
+      case log::Stream::kAutopilotOut:
+        return tick.autopilot_out;
+      case log::Stream::kPoseOut:
+        return tick.pose_out;
+      default:
+        return tick.pose_in;
+    }
+  }
+
   void data(std::size_t id, std::string_view body, std::size_t at) {
     if (id == 0 && body.size() == sizeof(log::TickRecord)) {
       open_tick();
@@ -83,15 +97,9 @@ class Reader {
         fail(at, "byte record with an impossible length");
       }
       open_tick();
-      RecordedFlight::Tick& tick = flight_.ticks.back();
-      std::vector<std::byte>* const stream =
-          record.stream == static_cast<std::uint8_t>(log::Stream::kAutopilotIn)    ? &tick.autopilot_in
-          : record.stream == static_cast<std::uint8_t>(log::Stream::kAutopilotOut) ? &tick.autopilot_out
-          : record.stream == static_cast<std::uint8_t>(log::Stream::kPoseOut)      ? &tick.pose_out
-                                                                                   : &tick.pose_in;
-      for (std::size_t i = 0; i < record.count; ++i) {
-        stream->push_back(static_cast<std::byte>(record.bytes[i]));
-      }
+      const auto bytes = std::as_bytes(std::span(record.bytes).first(record.count));
+      std::vector<std::byte>& stream = stream_of(flight_.ticks.back(), static_cast<log::Stream>(record.stream));
+      stream.insert(stream.end(), bytes.begin(), bytes.end());
     } else if (id == 2 && body.size() == sizeof(log::ExcitationRecord)) {
       open_tick();
       std::memcpy(&flight_.ticks.back().excitation.emplace(), body.data(), body.size());

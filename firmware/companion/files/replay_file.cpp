@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 #include "firmware/companion/files/printable.h"
@@ -38,6 +39,33 @@ bool write_all(int file, const std::string& text) {
   return ::fsync(file) == 0;
 }
 
+struct Line {
+  bool is_stream = false;
+  mavlink::ReplayStream stream{};  ///< of "newest" only the time
+};
+
+/// Nothing: it is not as m100 writes it.
+std::optional<Line> read_line(const std::string& line) {
+  std::istringstream words(line);
+  std::string kind;
+  unsigned system = 0, component = 0, link = 0;
+  mavlink::SignatureTime time = 0;
+  words >> kind;
+  if (kind == "stream") {
+    words >> system >> component >> link;
+  }
+  words >> time;
+  const bool is_whole = words && (words >> std::ws).eof() && time <= mavlink::kSignatureTimeMask;
+  const bool fits = system <= 255 && component <= 255 && link <= 255;
+  if (!is_whole || !fits || (kind != "stream" && kind != "newest")) {
+    return std::nullopt;
+  }
+  return Line{.is_stream = kind == "stream",
+              .stream = {.from = {static_cast<std::uint8_t>(system), static_cast<std::uint8_t>(component)},
+                         .link = static_cast<std::uint8_t>(link),
+                         .last = time}};
+}
+
 }  // namespace
 
 mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name) {
@@ -49,28 +77,15 @@ mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::st
     if (line.empty() || line.front() == '#') {
       continue;
     }
-    std::istringstream words(line);
-    std::string kind;
-    unsigned system = 0, component = 0, link = 0;
-    mavlink::SignatureTime time = 0;
-    words >> kind;
-    if (kind == "stream") {
-      words >> system >> component >> link;
-    }
-    words >> time;
-    const bool is_whole = words && (words >> std::ws).eof() && time <= mavlink::kSignatureTimeMask;
-    const bool fits = system <= 255 && component <= 255 && link <= 255 && memory.count < memory.streams.size();
-    if (!is_whole || !fits || (kind != "stream" && (kind != "newest" || has_newest))) {
+    const std::optional<Line> read = read_line(line);
+    if (!read || memory.count == memory.streams.size() || (!read->is_stream && has_newest)) {
       throw damaged(name, number);
     }
-    if (kind == "newest") {
-      memory.newest = time;
-      has_newest = true;
+    if (read->is_stream) {
+      memory.streams[memory.count++] = read->stream;
     } else {
-      memory.streams[memory.count++] = {
-          .from = {static_cast<std::uint8_t>(system), static_cast<std::uint8_t>(component)},
-          .link = static_cast<std::uint8_t>(link),
-          .last = time};
+      memory.newest = read->stream.last;
+      has_newest = true;
     }
   }
   if (!has_newest) {

@@ -97,19 +97,23 @@ void copy_basic_string(Copy& copy, std::string_view quotes) {
   }
 }
 
+void copy_literal_string_as_it_is(Copy& copy) {
+  copy.keep();
+  while (!copy.done() && copy.next() != '\n' && copy.next() != '\'') {
+    if (!is_ascii(copy.next())) {
+      copy.refuse("a string is not closed on its line");
+    }
+    copy.keep();
+  }
+  copy.keep(!copy.done() && copy.next() == '\'' ? 1 : 0);
+}
+
 /// A literal string that needs an escape becomes a basic one.
 void copy_literal_string(Copy& copy) {
   const std::string_view inside = copy.rest().substr(1, copy.rest().find_first_of("'\n", 1) - 1);
   const bool closed = inside.size() + 1 < copy.rest().size() && copy.rest()[inside.size() + 1] == '\'';
   if (std::all_of(inside.begin(), inside.end(), is_ascii) || !closed) {
-    copy.keep();
-    while (!copy.done() && copy.next() != '\n' && copy.next() != '\'') {
-      if (!is_ascii(copy.next())) {
-        copy.refuse("a string is not closed on its line");
-      }
-      copy.keep();
-    }
-    copy.keep(!copy.done() && copy.next() == '\'' ? 1 : 0);
+    copy_literal_string_as_it_is(copy);
     return;
   }
   copy.replace("\"");

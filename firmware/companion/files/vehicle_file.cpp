@@ -69,16 +69,20 @@ class Reader {
         fail(file_, &node, name, "must be a table");
       }
       if (name == "axis") {
-        for (const auto& [axis, axis_node] : *node.as_table()) {
-          if (!known_.contains("axis." + std::string(axis.str()))) {
-            fail(file_, &axis_node, "axis." + std::string(axis.str()), "unknown axis");
-          }
-        }
+        refuse_unknown_axes(*node.as_table());
       }
     }
   }
 
  private:
+  void refuse_unknown_axes(const toml::table& axes) const {
+    for (const auto& [axis, node] : axes) {
+      const std::string name = "axis." + std::string(axis.str());
+      if (!known_.contains(name)) {
+        fail(file_, &node, name, "unknown axis");
+      }
+    }
+  }
   template <typename T>
   void read_key(const std::string& section, const std::string& key, const toml::node& node,
                 std::span<const NumberKey<T>> keys, T& into) {

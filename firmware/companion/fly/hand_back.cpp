@@ -58,20 +58,25 @@ void HandBack::tell_whose(core::TimePoint now, const link::SerialLink& link) {
                           : whose(telemetry));
 }
 
+HandBack::Trouble HandBack::trouble_of(core::TimePoint now, const link::AuthorityView& view) const {
+  if (view.port_gone) {
+    return view.owed ? Trouble::kPortGone : Trouble::kPortAway;
+  }
+  if (!view.owed) {
+    return Trouble::kNone;
+  }
+  if (!view.heard && !view.in_control) {
+    return Trouble::kNothingHeard;
+  }
+  if (view.reason == safety::Reason::kUnheard) {
+    return Trouble::kUnheard;
+  }
+  return begun_ && now - since_ > kTold ? Trouble::kStillOurs : Trouble::kNone;
+}
+
 void HandBack::watch(core::TimePoint now, const link::AuthorityView& view) {
   port_here_ = view.port_gone ? port_here_ : now;
-  Trouble trouble = Trouble::kNone;
-  if (view.owed && view.port_gone) {
-    trouble = Trouble::kPortGone;
-  } else if (view.port_gone) {
-    trouble = Trouble::kPortAway;
-  } else if (view.owed && !view.heard && !view.in_control) {
-    trouble = Trouble::kNothingHeard;
-  } else if (view.owed && view.reason == safety::Reason::kUnheard) {
-    trouble = Trouble::kUnheard;
-  } else if (view.owed && begun_ && now - since_ > kTold) {
-    trouble = Trouble::kStillOurs;
-  }
+  const Trouble trouble = trouble_of(now, view);
   if (trouble != told_ && trouble == Trouble::kPortAway) {
     listener_.hear(now, "the port is gone; control is not ours. It is opened again as soon as it is back");
   } else if (trouble != told_ && trouble != Trouble::kNone) {

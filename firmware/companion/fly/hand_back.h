@@ -41,6 +41,7 @@ class HandBack {
 
  private:
   enum class Trouble : std::uint8_t { kNone, kStillOurs, kUnheard, kNothingHeard, kPortGone, kPortAway };
+  Trouble trouble_of(core::TimePoint now, const link::AuthorityView& view) const;
   void tell_whose(core::TimePoint now, const link::SerialLink& link);
 
   Listener& listener_;

@@ -111,6 +111,25 @@ int rank(Verdict verdict) {
   return 5;
 }
 
+/// At each baud rate that is asked for, until the autopilot is found or the line is known to be silent: another rate
+/// does not make it speak.
+void search_port(const std::string& port, const ProbeOptions& options, std::optional<Finding>& best) {
+  for (const std::uint32_t baud : kBaudRates) {
+    if (options.baud != 0 && baud != options.baud) {
+      continue;
+    }
+    const Finding finding = listen(port, baud, options.seconds);
+    std::cout << printable(port) << " at " << baud << ": " << name(finding.verdict) << std::endl;
+    if (!best || rank(finding.verdict) < rank(best->verdict)) {
+      best = finding;
+    }
+    if (finding.verdict == Verdict::kAutopilot || finding.verdict == Verdict::kNothingReceived ||
+        finding.verdict == Verdict::kCannotOpen) {
+      return;
+    }
+  }
+}
+
 Finding search(const ProbeOptions& options) {
   if (std::isnan(options.seconds)) {  // passes every comparison of a range
     throw UsageError("--seconds: is not a number");
@@ -121,21 +140,9 @@ Finding search(const ProbeOptions& options) {
   }
   std::optional<Finding> best;
   for (const std::string& port : ports) {
-    for (const std::uint32_t baud : kBaudRates) {
-      if (options.baud != 0 && baud != options.baud) {
-        continue;
-      }
-      const Finding finding = listen(port, baud, options.seconds);
-      std::cout << printable(port) << " at " << baud << ": " << name(finding.verdict) << std::endl;
-      if (!best || rank(finding.verdict) < rank(best->verdict)) {
-        best = finding;
-      }
-      if (finding.verdict == Verdict::kAutopilot) {
-        return finding;
-      }
-      if (finding.verdict == Verdict::kNothingReceived || finding.verdict == Verdict::kCannotOpen) {
-        break;  // another baud rate does not make a silent line speak
-      }
+    search_port(port, options, best);
+    if (best && best->verdict == Verdict::kAutopilot) {
+      break;
     }
   }
   return *best;

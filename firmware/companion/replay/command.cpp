@@ -57,6 +57,18 @@ nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result,
           {"largest_command_difference_rad", result.largest_command_difference_rad}};
 }
 
+void print(const ReplayOptions& options, const ReplayResult& result) {
+  std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " unlike the record";
+  if (result.ticks_unlike > 0) {
+    std::cout << " (the first is " << result.first_unlike << ")";
+  }
+  if (result.messages_missing > 0) {
+    std::cout << "; the log lacks " << result.messages_missing << " messages";
+  }
+  std::cout << "; largest difference " << result.largest_difference_m << " m, command "
+            << result.largest_command_difference_rad << " rad\n";
+}
+
 void run(const ReplayOptions& options) {
   FileUse().reads("log", options.log).reads("--key-file", options.key_file).writes("--json", options.json).check();
   const Scalar scalar = options.scalar == "float"   ? Scalar::kFloat
@@ -82,15 +94,7 @@ void run(const ReplayOptions& options) {
   const std::string digest(digits.data(), digits.size());
   std::cout << digest << "\n";
   if (!options.hash_only) {
-    std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " unlike the record";
-    if (result.ticks_unlike > 0) {
-      std::cout << " (the first is " << result.first_unlike << ")";
-    }
-    if (result.messages_missing > 0) {
-      std::cout << "; the log lacks " << result.messages_missing << " messages";
-    }
-    std::cout << "; largest difference " << result.largest_difference_m << " m, command "
-              << result.largest_command_difference_rad << " rad\n";
+    print(options, result);
   }
   if (!options.json.empty()) {
     write_json(options.json, to_json(options, result, digest, result.ticks_unlike == 0));

@@ -71,6 +71,31 @@ ref::Waypoint<T> place_of(const ref::Window<T>& window) {
           .yaw_rad = window.yaw_rad};
 }
 
+bool names_only_places(unsigned mask) {
+  const bool has_place = (mask & kIgnorePosition) != kIgnorePosition || (mask & kIgnoreYaw) == 0;
+  return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
+}
+
+/// The coordinates that the goal names, put into `place`. @returns false: one of them is no number.
+template <typename T>
+bool put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
+  const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
+  for (unsigned axis = 0; axis < world.size(); ++axis) {
+    if ((goal.type_mask & (1U << axis)) != 0) {
+      continue;
+    }
+    if (!is_number(world[axis])) {
+      return false;
+    }
+    place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
+  }
+  if ((goal.type_mask & kIgnoreYaw) != 0) {
+    return true;
+  }
+  place.yaw_rad = is_number(goal.yaw) ? core::wrap_pi(static_cast<T>(-goal.yaw)) : place.yaw_rad;
+  return is_number(goal.yaw);
+}
+
 }  // namespace
 
 std::string_view name(GoalAnswer answer) {
@@ -151,31 +176,15 @@ bool Goals<T>::hold(core::TimePoint now, bool flies) {
 
 template <typename T>
 GoalAnswer Goals<T>::take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies) {
-  const unsigned mask = goal.type_mask;
-  const bool has_yaw = (mask & kIgnoreYaw) == 0;
   if (goal.coordinate_frame != kLocalNed) {
     return GoalAnswer::kFrame;
   }
-  const bool only_places = (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 &&
-                           (mask & kIgnoreYawRate) != 0 && ((mask & kIgnorePosition) != kIgnorePosition || has_yaw);
-  if (!only_places) {
+  if (!names_only_places(goal.type_mask)) {
     return GoalAnswer::kMask;
   }
-  const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
-  for (unsigned axis = 0; axis < world.size(); ++axis) {
-    if ((mask & (1U << axis)) == 0) {
-      if (!is_number(world[axis])) {
-        return GoalAnswer::kNoNumber;
-      }
-      place.position_w_m[static_cast<Eigen::Index>(axis)] = static_cast<T>(world[axis]);
-    }
-  }
-  if (has_yaw) {
-    if (!is_number(goal.yaw)) {
-      return GoalAnswer::kNoNumber;
-    }
-    place.yaw_rad = core::wrap_pi(static_cast<T>(-goal.yaw));
+  if (!put(goal, place)) {
+    return GoalAnswer::kNoNumber;
   }
   if (!flies) {
     return GoalAnswer::kNotFlying;

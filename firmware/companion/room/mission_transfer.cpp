@@ -95,29 +95,37 @@ void MissionTransfer::hear(const Request& request, bool is_flown, core::TimePoin
   } else if (const auto* const older = std::get_if<mavlink::MissionItem>(&request.message)) {
     take(newer(*older), from, is_flown, now, replies);
   } else if (const auto* const list = std::get_if<mavlink::MissionRequestList>(&request.message)) {
-    if (!is_other_type(*list, from, replies)) {
-      (void)replies.add(mavlink::MissionCount{.count = static_cast<std::uint16_t>(count_),
-                                              .target_system = from.system,
-                                              .target_component = from.component});
-    }
+    count_out(*list, from, replies);
   } else if (const auto* const asked = std::get_if<mavlink::MissionRequestInt>(&request.message)) {
     give(*asked, from, replies);
   } else if (const auto* const asked_of_old = std::get_if<mavlink::MissionRequest>(&request.message)) {
     give({.seq = asked_of_old->seq, .mission_type = asked_of_old->mission_type}, from, replies);
   } else if (const auto* const end = std::get_if<mavlink::MissionAck>(&request.message)) {
-    if (end->type == mission_result::kCancelled && from == partner_) {
-      expected_ = 0;
-    }
-  } else if (const auto* const clear = std::get_if<mavlink::MissionClearAll>(&request.message)) {
-    if (!is_other_type(*clear, from, replies)) {
-      const bool may = !is_flown && (!is_open() || from == partner_);
-      if (may) {
-        replace(0);
-        end_.reset();
-      }
-      (void)replies.add(ack(from, may ? mission_result::kAccepted : mission_result::kDenied));
-    }
+    expected_ = end->type == mission_result::kCancelled && from == partner_ ? 0 : expected_;
+  } else if (const auto* const erased = std::get_if<mavlink::MissionClearAll>(&request.message)) {
+    clear(*erased, from, is_flown, replies);
   }
+}
+
+void MissionTransfer::count_out(const mavlink::MissionRequestList& list, mavlink::Address from,
+                                Replies& replies) const {
+  if (!is_other_type(list, from, replies)) {
+    (void)replies.add(mavlink::MissionCount{
+        .count = static_cast<std::uint16_t>(count_), .target_system = from.system, .target_component = from.component});
+  }
+}
+
+void MissionTransfer::clear(const mavlink::MissionClearAll& erased, mavlink::Address from, bool is_flown,
+                            Replies& replies) {
+  if (is_other_type(erased, from, replies)) {
+    return;
+  }
+  const bool may = !is_flown && (!is_open() || from == partner_);
+  if (may) {
+    replace(0);
+    end_.reset();
+  }
+  (void)replies.add(ack(from, may ? mission_result::kAccepted : mission_result::kDenied));
 }
 
 void MissionTransfer::replace(std::size_t count) {

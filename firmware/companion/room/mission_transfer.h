@@ -66,6 +66,8 @@ class MissionTransfer {
             Replies& replies);
   void give(const mavlink::MissionRequestInt& asked, mavlink::Address to, Replies& replies) const;
   void ask(core::TimePoint now, Replies& replies);
+  void count_out(const mavlink::MissionRequestList& list, mavlink::Address from, Replies& replies) const;
+  void clear(const mavlink::MissionClearAll& erased, mavlink::Address from, bool is_flown, Replies& replies);
   void replace(std::size_t count);
   void end_with(const mavlink::MissionItemInt& item, std::uint8_t result, Replies& replies);
 
