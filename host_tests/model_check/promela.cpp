@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes both safety tables as Promela for Spin, from the constexpr arrays that fly: sticks.pml includes the result.
 // Usage: promela [--plant NAME]   (a test of the check: a wrong row, which the model has to show; --list names them)
+//        promela --every-row      changes each number of each row, one after the other: the model has to change as well
 #include <array>
 #include <cstdlib>
 #include <iostream>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -206,6 +208,57 @@ void tables() {
   std::cout << "}\n";
 }
 
+void model() {
+  std::cout << "/* Written by promela.cpp from firmware/safety/ladder.h and authority_table.h. */\n";
+  ladder_signs();
+  constants();
+  times();
+  tables();
+}
+
+std::string model_text() {
+  std::ostringstream text;
+  std::streambuf* const out = std::cout.rdbuf(text.rdbuf());
+  model();
+  std::cout.rdbuf(out);
+  return text.str();
+}
+
+/// Changes one number of a row by one bit and gives it back. @returns whether the model became another one.
+template <typename Number>
+bool shows(Number& number, const std::string& sound) {
+  const Number was = number;
+  number = static_cast<Number>(static_cast<unsigned>(was) ^ 1U);
+  const bool changed = model_text() != sound;
+  number = was;
+  return changed;
+}
+bool shows(StageSet& stages, const std::string& sound) { return shows(stages.bits, sound); }
+
+/// What decides in a row: why it does is told to the operator alone.
+int every_row() {
+  const std::string sound = model_text();
+  std::size_t numbers = 0, unseen = 0;
+  const auto look = [&](const char* table, std::size_t row, auto&... all) {
+    const bool seen = (shows(all, sound) && ...);
+    numbers += sizeof...(all);
+    unseen += seen ? 0U : 1U;
+    if (!seen) {
+      std::cout << table << " row " << row << ": changed, and the model stays as it was\n";
+    }
+  };
+  for (std::size_t i = 0; i < authority.size(); ++i) {
+    AuthorityRow& row = authority.at(i);
+    look("authority", i, row.from, row.with, row.without, row.to, row.action);
+  }
+  for (std::size_t i = 0; i < ladder.size(); ++i) {
+    LadderRow& row = ladder.at(i);
+    look("ladder", i, row.from, row.needs, row.excludes, row.to);
+  }
+  std::cout << authority.size() + ladder.size() << " rows, " << numbers << " numbers, " << unseen << " rows unseen\n";
+  return unseen == 0 ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -229,10 +282,9 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  std::cout << "/* Written by promela.cpp from firmware/safety/ladder.h and authority_table.h. */\n";
-  ladder_signs();
-  constants();
-  times();
-  tables();
+  if (option == "--every-row") {
+    return every_row();
+  }
+  model();
   return 0;
 }
