@@ -75,6 +75,21 @@ void repeats(PoseSample& sample, Poses& memory, double size) {
   stands(sample, held, 0.0);
 }
 
+void raises(PoseSample& sample, Poses&, double size) { sample.position_w_m.z() += size; }
+/// Everything but the stamp is `size` seconds old.
+void tells_the_past(PoseSample& sample, Poses& memory, double size) {
+  memory.kept.push_back(sample);
+  while (memory.kept.size() > 1 && core::seconds<double>(sample.captured - memory.kept[1].captured) >= size) {
+    memory.kept.pop_front();
+  }
+  sample.position_w_m = memory.kept.front().position_w_m;
+  sample.yaw_rad = memory.kept.front().yaw_rad;
+}
+void spoils_pose(PoseSample& sample, Poses&, double size) {
+  double& number = size < 2.5 ? sample.position_w_m[std::clamp(std::lround(size), 0L, 2L)] : sample.yaw_rad;
+  number = std::nan("");
+}
+
 // Telemetry.
 
 core::Euler<double> euler_of(const Telemetry& telemetry) {
@@ -168,14 +183,24 @@ void multiplies_tilt_and_rates(Telemetry& telemetry, Packages& memory, double si
 void offsets_tilt(Telemetry& telemetry, Packages&, double size) {
   tilts(telemetry, [size](double& roll, double&) { roll += size * kDegree; });
 }
-/// By `size` milliseconds, its own clock and everything in it.
-void delays(Telemetry& telemetry, Packages& memory, double size) {
+/// The package of `size` milliseconds ago.
+Telemetry earlier(const Telemetry& telemetry, Packages& memory, double size) {
   memory.kept.push_back(telemetry);
   const auto late = static_cast<std::size_t>(std::llround(size / 10.0));
   if (memory.kept.size() > late + 1) {
     memory.kept.pop_front();
   }
-  const Telemetry old = memory.kept.front();
+  return memory.kept.front();
+}
+void delays_attitude(Telemetry& telemetry, Packages& memory, double size) {
+  telemetry.attitude = earlier(telemetry, memory, size).attitude;
+}
+void delays_rates(Telemetry& telemetry, Packages& memory, double size) {
+  telemetry.angular_velocity_frd_rad_s = earlier(telemetry, memory, size).angular_velocity_frd_rad_s;
+}
+/// By `size` milliseconds, its own clock and everything in it.
+void delays(Telemetry& telemetry, Packages& memory, double size) {
+  const Telemetry old = earlier(telemetry, memory, size);
   telemetry.attitude = old.attitude;
   telemetry.angular_velocity_frd_rad_s = old.angular_velocity_frd_rad_s;
   telemetry.acceleration = old.acceleration;
@@ -194,7 +219,38 @@ void offsets_force(Telemetry& telemetry, Packages&, double size) {
 void sticks_force(Telemetry& telemetry, Packages& memory, double) {
   telemetry.acceleration = memory.first->acceleration;
 }
+void multiplies_force(Telemetry& telemetry, Packages&, double size) {
+  for (float& force : telemetry.acceleration) {
+    force *= static_cast<float>(size);
+  }
+}
 void inverts_climb(Telemetry& telemetry, Packages&, double) { telemetry.velocity_ned_m_s[2] *= -1.F; }
+void offsets_climb(Telemetry& telemetry, Packages&, double size) {
+  telemetry.velocity_ned_m_s[2] -= static_cast<float>(size);
+}
+void offsets_velocity(Telemetry& telemetry, Packages&, double size) {
+  telemetry.velocity_ned_m_s[0] += static_cast<float>(size);
+}
+void offsets_height(Telemetry& telemetry, Packages&, double size) {
+  telemetry.position.height_m += static_cast<float>(size);
+  telemetry.position.altitude_m += static_cast<float>(size);
+}
+void slows_clock(Telemetry& telemetry, Packages& memory, double size) {
+  telemetry.time.ticks =
+      memory.first->time.ticks + static_cast<std::uint32_t>(std::llround(size * memory.t_s * kTickHz));
+}
+void stretches_attitude(Telemetry& telemetry, Packages&, double size) {
+  for (float& part : telemetry.attitude) {
+    part *= static_cast<float>(size);
+  }
+}
+void spoils_attitude(Telemetry& telemetry, Packages&, double) { telemetry.attitude[1] = std::nanf(""); }
+void spoils_rates(Telemetry& telemetry, Packages&, double) { telemetry.angular_velocity_frd_rad_s[0] = std::nanf(""); }
+void spoils_force(Telemetry& telemetry, Packages&, double) { telemetry.acceleration[0] = std::nanf(""); }
+void spoils_velocity(Telemetry& telemetry, Packages&, double) { telemetry.velocity_ned_m_s[2] = std::nanf(""); }
+void empties_battery(Telemetry& telemetry, Packages&, double size) {
+  telemetry.battery_percent = static_cast<std::uint8_t>(std::clamp(size, 0.0, 100.0));
+}
 
 constexpr std::array kLies{
     Lie{"standing", "a body that stands still, with noise", 0.0, "", stands},
@@ -211,6 +267,9 @@ constexpr std::array kLies{
     Lie{"younger", "older than its age says", 60.0, "ms", tells_younger},
     Lie{"frozen", "the same place, with running stamps", 0.0, "", freezes},
     Lie{"repeated", "each place sent again for so long, with noise", 0.3, "s", repeats},
+    Lie{"raised", "height alone wrong by", 0.5, "m", raises},
+    Lie{"past", "the pose of so long ago, with running stamps", 1.0, "s", tells_the_past},
+    Lie{"pose_nan", "x, y, z or heading (0 to 3) is not a number", 0.0, "index", spoils_pose},
     Lie{"attitude_stuck", "tilt stands still, rates right", 0.0, "", nullptr, sticks_attitude},
     Lie{"attitude_stutters", "attitude stands for a share of each second", 0.4, "s", nullptr, stutters_attitude},
     Lie{"tilt_times", "tilt in another unit", 57.2958, "times", nullptr, multiplies_tilt},
@@ -227,11 +286,24 @@ constexpr std::array kLies{
     Lie{"rates_swapped", "rates about x and y exchanged", 0.0, "", nullptr, swaps_rates},
     Lie{"rates_inverted", "rate about x with the wrong sign", 0.0, "", nullptr, inverts_rates},
     Lie{"telemetry_late", "attitude, rates, force late", 60.0, "ms", nullptr, delays},
+    Lie{"attitude_late", "attitude alone late", 200.0, "ms", nullptr, delays_attitude},
+    Lie{"rates_late", "rates alone late", 80.0, "ms", nullptr, delays_rates},
+    Lie{"attitude_length", "the quaternion is no unit quaternion", 1.5, "times", nullptr, stretches_attitude},
+    Lie{"attitude_nan", "attitude is not a number", 0.0, "", nullptr, spoils_attitude},
+    Lie{"rates_nan", "rate about x is not a number", 0.0, "", nullptr, spoils_rates},
+    Lie{"clock_slow", "the autopilot's clock runs at this share of its speed", 0.5, "times", nullptr, slows_clock},
     Lie{"yaw", "autopilot's heading turned", 20.0, "deg", nullptr, turns_yaw},
     Lie{"force_swapped", "specific force, x and y exchanged", 0.0, "", nullptr, swaps_force},
     Lie{"force_offset", "specific force wrong by", 1.0, "m/s^2", nullptr, offsets_force},
     Lie{"force_stuck", "specific force stands still", 0.0, "", nullptr, sticks_force},
+    Lie{"force_times", "specific force in another unit", 9.8066, "times", nullptr, multiplies_force},
+    Lie{"force_nan", "specific force is not a number", 0.0, "", nullptr, spoils_force},
     Lie{"climb_inverted", "autopilot's climb with the wrong sign", 0.0, "", nullptr, inverts_climb},
+    Lie{"climb_offset", "autopilot's climb wrong by", 1.0, "m/s", nullptr, offsets_climb},
+    Lie{"velocity_offset", "autopilot's velocity north wrong by", 100.0, "m/s", nullptr, offsets_velocity},
+    Lie{"velocity_nan", "autopilot's climb is not a number", 0.0, "", nullptr, spoils_velocity},
+    Lie{"height_offset", "autopilot's height wrong by", -10.0, "m", nullptr, offsets_height},
+    Lie{"battery", "the battery's charge", 0.0, "%", nullptr, empties_battery},
 };
 
 }  // namespace

@@ -218,16 +218,19 @@ TEST(Lies, EachChangesItsOwnChannelAlone) {
       telemetry.angular_velocity_frd_rad_s = {0.1F + 0.01F * static_cast<float>(i), 0.2F, 0.3F};
       telemetry.acceleration = {0.1F, 0.2F + 0.01F * static_cast<float>(i), -1.F};
       telemetry.velocity_ned_m_s = {0.F, 0.F, 0.5F};
+      telemetry.battery_percent = 90;
       PoseSample told_pose = pose;
       protocol::Telemetry told = telemetry;
       liar.tell(told_pose);
       liar.tell(told);
       const bool pose_changed = told_pose.position_w_m != pose.position_w_m || told_pose.yaw_rad != pose.yaw_rad ||
                                 told_pose.stamp != pose.stamp;
-      const bool telemetry_changed = told.attitude != telemetry.attitude ||
-                                     told.acceleration != telemetry.acceleration ||
-                                     told.velocity_ned_m_s != telemetry.velocity_ned_m_s ||
-                                     told.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s;
+      const bool telemetry_changed =
+          told.attitude != telemetry.attitude || told.acceleration != telemetry.acceleration ||
+          told.velocity_ned_m_s != telemetry.velocity_ned_m_s ||
+          told.angular_velocity_frd_rad_s != telemetry.angular_velocity_frd_rad_s ||
+          told.position.height_m != telemetry.position.height_m || told.time.ticks != telemetry.time.ticks ||
+          told.battery_percent != telemetry.battery_percent;
       EXPECT_FALSE(lie.pose == nullptr ? pose_changed : telemetry_changed) << lie.name;
       changed = changed || pose_changed || telemetry_changed;
     }
