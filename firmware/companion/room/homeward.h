@@ -25,9 +25,9 @@ std::optional<HomeSettings> home_of_note(const std::string& note);
 /// fence. Nothing else leads the course from then on. What follows there, landing or giving control back, is the
 /// caller's.
 ///
-/// The autopilot's word is taken after it has stood for three seconds: it comes once a second. A charge of nought is
-/// one that was not told. An excitation that moves is flown to its end first. Goes by what stands in the log alone, so
-/// that a replay does the same. No heap. T is float or double.
+/// The autopilot's word is taken after it has stood for three seconds: it comes once a second. A charge of nought
+/// before any other is one that was not told. An excitation that moves is flown to its end first. Goes by what stands
+/// in the log alone, so that a replay does the same. No heap. T is float or double.
 template <typename T>
 class Homeward {
  public:
@@ -57,6 +57,7 @@ class Homeward {
   Goals<T> goals_;
   ref::Waypoint<T> home_;
   double low_percent_;
+  bool charge_is_told_ = false;
   State state_ = State::kNotYet;
   std::optional<core::TimePoint> low_since_;
   std::optional<core::TimePoint> rests_since_;
@@ -68,7 +69,8 @@ typename Homeward<T>::State Homeward<T>::watch(const app::FlightController<T, S>
   const bool by_law = safety::passes_law(controller.supervisor().rung());
   goals_.watch(now, by_law, controller.started(), controller.estimate());
   const std::uint8_t percent = controller.link().telemetry().battery_percent;
-  const bool is_low = percent > 0 && percent <= low_percent_;
+  charge_is_told_ = charge_is_told_ || percent > 0;
+  const bool is_low = charge_is_told_ && low_percent_ > 0.0 && percent <= low_percent_;
   low_since_ = is_low ? low_since_.value_or(now) : std::optional<core::TimePoint>();
   if (!by_law || !controller.link().authority().in_control) {
     state_ = State::kNotYet;

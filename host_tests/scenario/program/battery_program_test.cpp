@@ -45,6 +45,17 @@ TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
   EXPECT_EQ(replay.wait(kPatience), 0) << "a replay does the same, tick by tick: " << error();
 }
 
+// Nought was once taken for a charge that nobody told, in the middle of a flight as well.
+TEST_F(BatteryLow, IsNoticedWhereTheChargeFallsToNoughtAtOnce) {
+  RecordProperty("promise", "R14");
+  std::ofstream(folder / "script.txt") << "18 lie battery 0\n";
+  EXPECT_EQ(fly_in_world("", {"--course", (folder / "away").string(), "--hold", "60"},
+                         {"--script", (folder / "script.txt").string()}),
+            1);
+  EXPECT_NE(all_said().find("battery low: 0 %"), std::string::npos) << all_said();
+  EXPECT_LT(away_m(0.0), 0.5);
+}
+
 TEST_F(BatteryLow, IsNobodysBusinessWhereTheFlightFileSaysSo) {
   const std::string text = text_of(flight_file);
   std::ofstream(flight_file, std::ios::trunc)
