@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -10,6 +15,40 @@
 namespace m100::companion {
 
 // What the main functions of both programs do with their subcommands.
+
+/// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
+/// the autopilot's port, or stand in a result.
+inline void fill_standard_streams() {
+  int descriptor = open("/dev/null", O_RDWR);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
+    descriptor = open("/dev/null", O_RDWR);
+  }
+  if (descriptor >= 0) {
+    close(descriptor);
+  }
+}
+
+/// Whether all that was printed found its way: a disk that is full loses an answer without a word.
+inline bool said_everything() {
+  std::cout.flush();
+  return std::cout && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+}
+
+/// The same without what may be a key (64 hexadecimal digits): who gave one on the command line must not find it again
+/// in a journal.
+inline std::string without_keys(std::string text) {
+  constexpr std::size_t kDigits = 64;
+  constexpr const char* kHexadecimal = "0123456789abcdefABCDEF";
+  for (std::size_t at = text.find_first_of(kHexadecimal); at != std::string::npos;
+       at = text.find_first_of(kHexadecimal, at)) {
+    const std::size_t end = std::min(text.find_first_not_of(kHexadecimal, at), text.size());
+    if (end - at == kDigits) {
+      text.replace(at, kDigits, "(64 digits: a key belongs into a file, not on a command line)");
+    }
+    at = end - at == kDigits ? at + 1 : end;
+  }
+  return text;
+}
 
 struct Example {
   std::string_view command;  ///< the words of the subcommand: "fly", "mpc solve"

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100: the program on the companion board. Each subcommand is a file or a folder beside this one.
-#include <fcntl.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <iostream>
@@ -29,22 +27,10 @@ constexpr Example kExamples[]{
     {"replay", "m100 replay flight.ulg --scalar float --json replay.json"},
 };
 
-/// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
-/// the autopilot's port.
-void fill_standard_streams() {
-  int descriptor = open("/dev/null", O_RDWR);
-  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
-    descriptor = open("/dev/null", O_RDWR);
-  }
-  if (descriptor >= 0) {
-    close(descriptor);
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  fill_standard_streams();
+  m100::companion::fill_standard_streams();
   CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
   m100.require_subcommand(1);
   m100.set_version_flag("--version", m100::companion::version_text("m100"));
@@ -71,10 +57,16 @@ int main(int argc, char** argv) {
     return m100.exit(help);
   } catch (const CLI::RequiredError& wrong) {
     const std::string lacks = m100::companion::what_lacks(m100, std::span(argv + 1, argv + argc), wrong);
-    std::cerr << "m100: " << m100::companion::printable(lacks) << "\n";
+    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(lacks)) << "\n";
     return m100::companion::kBadInput;
   } catch (const std::exception& wrong) {
-    std::cerr << "m100: " << m100::companion::printable(wrong.what()) << "\n";
+    std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(wrong.what())) << "\n";
+    return m100::companion::kBadInput;
+  }
+  // A flight that was flown is not undone because nobody could read of it.
+  const bool flew = m100.got_subcommand("fly") || m100.got_subcommand("handshake") || m100.got_subcommand("record");
+  if (!flew && !m100::companion::said_everything()) {
+    std::cerr << "m100: standard output: cannot be written\n";
     return m100::companion::kBadInput;
   }
   return m100::companion::kDone;

@@ -45,6 +45,7 @@ constexpr Example kExamples[]{
 }  // namespace
 
 int main(int argc, char** argv) {
+  m100::companion::fill_standard_streams();
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};
   lab.require_subcommand(1);
   lab.set_version_flag("--version", m100::companion::version_text("m100-lab"));
@@ -82,13 +83,17 @@ int main(int argc, char** argv) {
     return lab.exit(help);
   } catch (const CLI::RequiredError& wrong) {
     const std::string lacks = m100::companion::what_lacks(lab, std::span(argv + 1, argv + argc), wrong);
-    std::cerr << "m100-lab: " << m100::lab::printable(lacks) << "\n";
+    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(lacks)) << "\n";
     return m100::lab::kBadInput;
   } catch (const CLI::ParseError& wrong) {
-    std::cerr << "m100-lab: " << m100::lab::printable(wrong.what()) << "\n";
+    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";
     return m100::lab::kBadInput;
   } catch (const std::exception& wrong) {
-    std::cerr << "m100-lab: " << m100::lab::printable(wrong.what()) << "\n";
+    std::cerr << "m100-lab: " << m100::lab::printable(m100::companion::without_keys(wrong.what())) << "\n";
+    return m100::lab::kBadInput;
+  }
+  if (!m100::companion::said_everything()) {
+    std::cerr << "m100-lab: standard output: cannot be written\n";
     return m100::lab::kBadInput;
   }
   return m100::lab::kDone;

@@ -20,11 +20,15 @@ double spacing_s(core::Duration spacing) {
 
 }  // namespace
 
-EventFile::EventFile(const std::string& path) : file_(path) {
-  if (!file_) {
-    throw InputError(path, 0, "", "cannot be written");
-  }
+EventFile::EventFile(const std::string& path) : path_(path), file_(path) {
+  expect_written();
   file_.precision(kDigits);
+}
+
+void EventFile::expect_written() const {
+  if (!file_) {
+    throw InputError(path_, 0, "--events", "cannot be written");
+  }
 }
 
 void EventFile::write(const sim::N1Event& event) {
@@ -75,6 +79,7 @@ void EventFile::summarise(core::TimePoint now, const sim::N1Autopilot& autopilot
     file_ << "null";
   }
   file_ << "}\n" << std::flush;
+  expect_written();
 }
 
 }  // namespace m100::lab::autopilot

@@ -19,9 +19,13 @@ class EventFile {
   /// Writes the truth where a tenth of a second has passed since the last.
   void tell_truth(core::TimePoint now, const sim::VehicleState& state);
   /// @param longest_lag the machine kept the autopilot waiting: its own stamps are late by up to that.
+  /// @throws InputError where a line could not be written, this one or an earlier one.
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 
  private:
+  void expect_written() const;
+
+  std::string path_;
   std::ofstream file_;
   core::TimePoint next_truth_{};
 };

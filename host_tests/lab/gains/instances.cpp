@@ -104,10 +104,11 @@ constexpr double kShortestStep_s = 1e-4;  // below, nothing moves within the hor
 constexpr double kLongestStep_s = 10.0;   // an aircraft that is told so rarely is not controlled
 
 AxisProblem read_model(const Record& record) {
-  const auto n = static_cast<Eigen::Index>(record.number("nx"));
-  if (n != 3 && n != 4) {
+  const double states = record.number("nx");  // 1e300 is no index
+  if (states != 3.0 && states != 4.0) {
     record.fail("nx", "must be 3 or 4");
   }
+  const auto n = static_cast<Eigen::Index>(states);
   if (record.number("N") != static_cast<double>(mpc::kHorizon)) {
     record.fail("N", "must be " + std::to_string(mpc::kHorizon));
   }

@@ -68,6 +68,30 @@ TEST_F(BadInput, OfAPortSaysWhetherItIsMissingOrNoPort) {
   }
 }
 
+// A key that others can read by another name of its file, one that is none, and one where everybody can see it.
+TEST_F(BadInput, OfAKeyFileIsRefusedWithTheRemedy) {
+  RecordProperty("promise", "R14");
+  const std::string digits(64, 'a');
+  const fs::path key = key_file(digits), link = folder / "link";
+  fs::create_symlink(key, link);
+  const auto handshake = [](const std::string& path) {
+    return std::vector<std::string>{"handshake", "--port", "/dev/null", "--key-file", path};
+  };
+  expect_refused(handshake(link.string()), "/dev/null");  // the key is in order, whatever it is called
+  fs::permissions(key, fs::perms::owner_read | fs::perms::group_read);
+  expect_refused(handshake(link.string()), "link: holds a key that others can read: chmod 600");
+  expect_refused(handshake(folder.string()), "is a folder");
+  expect_refused(handshake(key_file("").string()), "64 hexadecimal digits");
+  expect_refused(handshake(key_file(digits + "00").string()), "64 hexadecimal digits");
+  expect_refused(handshake(key_file(digits + "\n" + digits).string()), "key:2: something follows");
+  expect_refused(handshake(key_file(std::string(2U << 20U, 'a')).string()), "is larger than 1 MiB");
+  for (const std::vector<std::string>& words :
+       {handshake(digits), {"handshake", "--port", "/dev/null", "--key", digits}}) {
+    expect_refused(words, "a key belongs into a file");
+    EXPECT_EQ(error().find(digits), std::string::npos) << "the journal would keep it";
+  }
+}
+
 TEST_F(BadInput, OfAVehicleFileIsNamedByLineAndKey) {
   expect_refused(check(folder / "none.toml", table), "none.toml");
   expect_refused(check(folder, table), folder.string());
@@ -175,6 +199,18 @@ TEST_F(BadInput, ADeviceIsNotReadToItsEnd) {
   }
 }
 
+// An answer on a disk that is full was once lost without a word.
+TEST_F(BadInput, AnAnswerThatCannotBeWrittenIsNotDone) {
+  const std::string asked[] = {
+      std::string(M100_PROGRAM) + " check --vehicle " + vehicle.string() + " --gains " + table.string(),
+      std::string(M100_LAB_PROGRAM) + " reference"};
+  for (const std::string& words : asked) {
+    EXPECT_EQ(Process("/bin/sh", {"-c", words + " > /dev/full"}, errors).wait(kPatience), 2) << words;
+    EXPECT_NE(error().find("standard output: cannot be written"), std::string::npos) << error();
+    EXPECT_EQ(Process("/bin/sh", {"-c", words + " >&-"}, errors).wait(kPatience), 0) << words << " " << error();
+  }
+}
+
 // The tables take minutes on a small machine: what is wrong with their place is said before.
 TEST_F(BadInput, OfGainsAreTheOutputsFirst) {
   const fs::path copy = file("copy.toml", text_of(vehicle));
@@ -236,6 +272,7 @@ TEST_F(BadInput, OfTheEmulatedAutopilotIsNamed) {
   expect_lab_refused({"--duration", "nan"}, "--duration");
   expect_lab_refused({"--loss", "nan"}, "--loss");
   expect_lab_refused({"--events", (folder / "no" / "e").string()}, "e: cannot be written");
+  expect_lab_refused({"--events", "/dev/full"}, "/dev/full: '--events': cannot be written");
 }
 
 TEST_F(BadInput, CheckSaysYesToWhatBelongsTogetherAndNoToWhatIsUnsafe) {
