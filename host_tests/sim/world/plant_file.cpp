@@ -92,7 +92,8 @@ class Reader {
       return;
     }
     for (const auto& [key, node] : *table) {
-      const auto is_old = [&key](const OldName& name) { return name.old == key.str(); };
+      const std::string_view own = key.str();
+      const auto is_old = [own](const OldName& name) { return name.old == own; };
       if (std::none_of(kOldPoseKeys.begin(), kOldPoseKeys.end(), is_old)) {
         number<Sensors>("sensors", key.str(), node, kSensorKeys, into);
       }
