@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -17,6 +18,17 @@ extern char** environ;  // NOLINT: the name is POSIX
 
 namespace m100::scenario {
 
+/// The program that a test starts: `program`, or for the one that ships what the environment names instead. So whole
+/// tests fly the build of it that counts its allocations.
+inline std::string started(std::string program) {
+#ifdef M100_PROGRAM
+  const char* const instead = std::getenv("M100_INSTEAD");
+  return instead != nullptr && program == M100_PROGRAM ? instead : program;
+#else
+  return program;
+#endif
+}
+
 /// A program as a user starts it; killed at the end of the test if it still runs.
 class Process {
  public:
@@ -24,7 +36,7 @@ class Process {
   /// @param output what becomes its stdout; -1: the test's own.
   Process(std::string program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
           int output = -1) {
-    arguments.insert(arguments.begin(), std::move(program));
+    arguments.insert(arguments.begin(), started(std::move(program)));
     std::vector<char*> pointers;
     pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) {

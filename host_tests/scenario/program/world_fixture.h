@@ -23,7 +23,7 @@ struct WorldTest : ProgramTest {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     const std::string line_of_world = "sim:" + world.string();
-    std::string line = std::string(M100_PROGRAM) + " fly --port " + line_of_world + " --pose-port " + line_of_world +
+    std::string line = started(M100_PROGRAM) + " fly --port " + line_of_world + " --pose-port " + line_of_world +
                        ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
                        flight_file.string() + " --log " + log.string() + " --json " + result.string() +
                        " --once --take-control";
