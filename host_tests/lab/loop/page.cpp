@@ -185,6 +185,59 @@ std::string flown_worse(const LoopResult& result) {
   return out;
 }
 
+std::string with_interval(const std::string& name, const identify::Interval& found) {
+  return name + " " + plot::number(found.value) + " [" + plot::number(found.low) + ", " + plot::number(found.high) +
+         "]";
+}
+
+std::string missing(const identify::IdentifyResult& one) {
+  std::string out;
+  for (const identify::EffectResult& effect : one.effects) {
+    out += (out.empty() ? "" : "; ") + effect.name;
+    for (const identify::NamedInterval& parameter : effect.parameters) {
+      out += ", " + with_interval(parameter.name, parameter.interval);
+    }
+  }
+  return out.empty() ? "nothing" : out;
+}
+
+std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) {
+  std::string out;
+  for (const identify::Refitted& one : parameters) {
+    if (one.matters) {
+      out += (out.empty() ? "" : "; ") + one.parameter + " " + plot::number(one.believed) + " -> " +
+             plot::number(one.found.value);
+    }
+  }
+  return out.empty() ? "nothing that matters" : out;
+}
+
+/// The answer in one screen: what the file lacks, what it says wrongly, how sure, and what either costs.
+void answer(const LoopResult& result, plot::Page& page) {
+  constexpr std::size_t kOneSecond = 2;
+  static_assert(kHorizons_s[kOneSecond] == 1.0);
+  std::vector<std::vector<std::string>> rows{{"channel", "the file lacks", "verdict", "1 s ahead, before", "after",
+                                              "change", "taken over", "the file says wrongly"}};
+  plot::Cells worse;
+  for (const Quantity& quantity : kQuantities) {
+    const auto found = result.identified.find(quantity.channel);
+    if (found == result.identified.end()) {
+      continue;
+    }
+    const double before = (result.before.prediction.*quantity.member)[kOneSecond];
+    const double after = (result.after.prediction.*quantity.member)[kOneSecond];
+    if (after > kWorse * before) {
+      worse.insert({rows.size(), 4});
+    }
+    const auto believed = result.believed_found.find(quantity.channel);
+    rows.push_back({quantity.name, missing(found->second), found->second.verdict, plot::number(before),
+                    plot::number(after), change(before, after),
+                    result.taken_over.count(quantity.channel) > 0 ? "yes" : "no",
+                    believed == result.believed_found.end() ? "" : believed_wrongly(believed->second)});
+  }
+  page.table(rows, worse);
+}
+
 }  // namespace
 
 void write_page(const LoopResult& result, const std::string& file) {
@@ -211,11 +264,11 @@ void write_page(const LoopResult& result, const std::string& file) {
   if (const std::string tasks = flown_worse(result); !tasks.empty()) {
     page.verdict("Flown worse: " + tasks + ".", "warn");
   }
+  answer(result, page);
   page.paragraph(
       "All flights are simulated. The plant was shown to the simulator only: the new vehicle file comes from the log "
-      "of "
-      "one identification flight, each channel was decided on a second one, and the predictions below are those of a "
-      "third.");
+      "of one identification flight, each channel was decided on a second one, and the predictions are those of a "
+      "third. Brackets are 95 % intervals; those of every parameter stand below.");
   predictions(result, page);
   tracking(result, page);
   believed_to_found(result, page);

@@ -24,16 +24,19 @@ struct Prediction {
   std::array<double, kHorizons_s.size()> climb_m_s{};
   std::array<double, kHorizons_s.size()> yaw_rate_rad_s{};
 };
-/// One of them, with what it is called on pages. The one list of what the loop predicts.
+/// One of them, with what it is called on pages and the channel whose model predicts it. The one list of what the loop
+/// predicts.
 struct Quantity {
   const char* name;
   std::array<double, kHorizons_s.size()> Prediction::*member;
+  const char* channel;
 };
-inline constexpr std::array<Quantity, 5> kQuantities{{{"roll [rad]", &Prediction::roll_rad},
-                                                      {"pitch [rad]", &Prediction::pitch_rad},
-                                                      {"horizontal velocity [m/s]", &Prediction::velocity_m_s},
-                                                      {"climb speed [m/s]", &Prediction::climb_m_s},
-                                                      {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s}}};
+inline constexpr std::array<Quantity, 5> kQuantities{
+    {{"roll [rad]", &Prediction::roll_rad, "roll"},
+     {"pitch [rad]", &Prediction::pitch_rad, "pitch"},
+     {"horizontal velocity [m/s]", &Prediction::velocity_m_s, "translation"},
+     {"climb speed [m/s]", &Prediction::climb_m_s, "climb"},
+     {"yaw rate [rad/s]", &Prediction::yaw_rate_rad_s, "yaw_rate"}}};
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
 
