@@ -18,6 +18,12 @@ constexpr double kLargestAttitude_rad = 1.2;
 constexpr double kYawGate_rad = 0.35;
 constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
 constexpr double kLearns_s = 0.15;                // one over the bandwidth by which poses teach the observer a push
+/// Under poses that are wrong by more than this, which a speed times an unknown latency is, the filter's own sigma of
+/// position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost how its errors go together
+/// shares innovations out with the wrong sign, and the velocity runs away with the poses in view. By the Riccati
+/// equation of position, velocity and disturbance with the default vehicle's noise, poses of 30 mm leave at most 21 (at
+/// 30 Hz, 0.14 s old).
+constexpr double kMostWay_m = 0.03;
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
 constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than sources pause
@@ -235,10 +241,21 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
 }
 
 template <typename S, typename Real>
-float DisturbanceEkf<S, Real>::pose_variance_m2(Real told_m2, Real time_sigma_s, Real speed_m_s) const {
-  const Real way_m = speed_m_s * time_sigma_s;
+typename DisturbanceEkf<S, Real>::Weight DisturbanceEkf<S, Real>::weight(Real told_m2, Real time_sigma_s, S speed,
+                                                                         Real unseen_m) const {
+  using Number = core::Arithmetic<S>;
+  constexpr Real kMost_m = static_cast<Real>(kMostWay_m);
+  const Real way_m = Number::template real<Real>(speed) * static_cast<Real>(1.0 / kTimeUnit_s) * time_sigma_s;
+  const Real way_m2 = way_m * way_m;
   const Real claimed_m2 = told_m2 > pose_variance_m2_ ? told_m2 : pose_variance_m2_;
-  return static_cast<float>(claimed_m2 + way_m * way_m);
+  if (way_m2 <= kMost_m * kMost_m) {
+    return {.variance_m2 = static_cast<float>(claimed_m2 + way_m2),
+            .unseen_m = Number::template number<Real>(unseen_m)};
+  }
+  const Real gate_m = core::clamp(static_cast<Real>(kGateSigmas) * core::sqrt(claimed_m2 + way_m2), unseen_m,
+                                  static_cast<Real>(kLargestInnovation_m));
+  return {.variance_m2 = static_cast<float>(claimed_m2 + kMost_m * kMost_m),
+          .unseen_m = Number::template number<Real>(gate_m)};
 }
 
 template <typename S, typename Real>
@@ -284,18 +301,19 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     judge_refused(pose, age);  // inside the sigmas or not: how the errors go together is no longer known
     return;
   }
-  const S unseen_m = Number::template number<Real>(long_dropout ? Real(0) : unseen);
+  const Real unseen_m = long_dropout ? Real(0) : unseen;
+  Real widest_m = unseen_m;
   const core::Vector<Real, 3>& told_m2 = pose.position_variance_m2;
-  constexpr Real kPerUnit = static_cast<Real>(1.0 / kTimeUnit_s);
-  const auto speed_m_s = [](S per_unit) { return Number::template real<Real>(per_unit) * kPerUnit; };
   const Real sigma_s = pose.time_sigma_s;
-  const auto x = x_.test_pose(position_x, age, unseen_m,
-                              pose_variance_m2(told_m2.x(), sigma_s, speed_m_s(x_.state(AxisFilter<S>::kV))));
-  const auto y = y_.test_pose(position_y, age, unseen_m,
-                              pose_variance_m2(told_m2.y(), sigma_s, speed_m_s(y_.state(AxisFilter<S>::kV))));
-  const auto z =
-      height_.test_pose(position_z, age, unseen_m,
-                        pose_variance_m2(told_m2.z(), sigma_s, speed_m_s(height_.state(HeightFilter<S>::kClimb))));
+  const auto test = [&](auto& filter, S position, Real told, S speed) {
+    const Weight by = weight(told, sigma_s, speed, unseen_m);
+    const Real besides_m = Number::template real<Real>(by.unseen_m);
+    widest_m = besides_m > widest_m ? besides_m : widest_m;
+    return filter.test_pose(position, age, by.unseen_m, by.variance_m2);
+  };
+  const auto x = test(x_, position_x, told_m2.x(), x_.state(AxisFilter<S>::kV));
+  const auto y = test(y_, position_y, told_m2.y(), y_.state(AxisFilter<S>::kV));
+  const auto z = test(height_, position_z, told_m2.z(), height_.state(HeightFilter<S>::kClimb));
   const S turned = yaw_.innovation(Number::template number<Real>(wrapped_yaw(pose)), age);
   const S yaw_gate = Number::template number<double>(kYawGate_rad);
   const S minus_yaw_gate = Number::template number<double>(-kYawGate_rad);
@@ -310,7 +328,7 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   }
   ++counters_.poses_refused;
   ++refused_in_a_row_;
-  refusal_ = refusal_of(Number::template real<Real>(turned), Number::template real<Real>(unseen_m), x, y, z);
+  refusal_ = refusal_of(Number::template real<Real>(turned), widest_m, x, y, z);
   judge_refused(pose, age);
 }
 

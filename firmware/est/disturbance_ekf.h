@@ -102,9 +102,14 @@ class DisturbanceEkf {
   void use_attitude(const typename Measurement<Real>::Attitude& attitude);
   void use_pose(const core::Pose<Real>& pose);
   void feel(const Push<Real>& push);
-  /// Variance of a pose on one axis: the larger of what the vehicle file and the sender say, and the way in the
-  /// uncertainty of its time.
-  float pose_variance_m2(Real told_m2, Real time_sigma_s, Real speed_m_s) const;
+  /// What a pose counts for on one axis, and how far from the state it may be besides.
+  struct Weight {
+    float variance_m2 = 0.F;
+    S unseen_m{};
+  };
+  /// Its variance: the larger of what the vehicle file and the sender say, and the way in the uncertainty of its time,
+  /// of which the gate has the whole and the filter at most kMostWay_m.
+  Weight weight(Real told_m2, Real time_sigma_s, S speed, Real unseen_m) const;
   /// Notes a pose that does not follow from the state. @returns true when it follows from the one before.
   bool agrees(const core::Pose<Real>& pose);
   void begin(const core::Pose<Real>& pose);
