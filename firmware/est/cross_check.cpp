@@ -228,7 +228,7 @@ bool CrossCheck<T>::is_sane() const {
   const T all = gained_w_m_s_.squaredNorm() + offset_h_m_s2_.squaredNorm() + felt_h_m_s2_.squaredNorm() +
                 size_of(offset_up_m_s2_) + size_of(heading_offset_rad_) + moved_m_s2_ + force_size_ +
                 push_.mean_w_m_s2.squaredNorm() + force_noise_.level + force_noise_.up + push_noise_.level +
-                push_noise_.up + jolt_m_s_;
+                push_noise_.up + jolt_m_s_ + leans_h_m_s2_.squaredNorm();
   return all < static_cast<T>(kSane);
 }
 
@@ -237,6 +237,7 @@ template <typename T>
   gained_w_m_s_.setZero();
   offset_h_m_s2_.setZero();
   felt_h_m_s2_.setZero();
+  leans_h_m_s2_.setZero();
   offset_up_m_s2_ = moved_m_s2_ = force_size_ = force_seen_s_ = summed_s_ = jolt_m_s_ = felt_gain_m_s_ = T(0);
   knows_velocity_ = knows_heading_ = false;
   push_ = {};

@@ -134,6 +134,7 @@ class CrossCheck {
   Vector2 force_h_m_s2_ = Vector2::Zero();   ///< newest specific force, forward and left, horizontal
   T lifted_m_s2_{0};                         ///< the same upwards, without gravity
   Vector2 tilted_h_m_s2_ = Vector2::Zero();  ///< what the tilt accelerates with, of the same moment
+  Vector2 leans_h_m_s2_ = Vector2::Zero();   ///< the mean of it over a second
   Push<T> push_;
   Vector2 offset_h_m_s2_ = Vector2::Zero();   ///< what the force lacks all the time: of the body's x and y
   T offset_up_m_s2_{0};                       ///< and of its z

@@ -20,6 +20,7 @@ constexpr double kUnsureHeight_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
 constexpr double kMended_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kNoiseMemory_s = 3.0;
+constexpr double kLeansMean_s = 1.0;  // what leans for longer, the high-pass of a path has forgotten
 
 }  // namespace
 
@@ -130,12 +131,16 @@ void CrossCheck<T>::follow_sideways(const Estimate<T>& estimate, const Vector2& 
 template <typename T>
 void CrossCheck<T>::follow_upwards(const Estimate<T>& estimate, T rises_m_s2, bool sees, T step_s) {
   using Vector1 = core::Vector<T, 1>;
+  // Who tilts against a gust stands still and turns the offsets of x and y upwards.
+  const Vector2 leans_h_m_s2 = tilted_h_m_s2_ - leans_h_m_s2_;
+  leans_h_m_s2_ += leans_h_m_s2 * (step_s * static_cast<T>(1.0 / kLeansMean_s));
   climbs_.update({.force_m_s2 = Vector1(rises_m_s2),
                   .place_m = Vector1(estimate.height_m),
                   .speed_m_s = Vector1(estimate.climb_m_s),
                   .unsure_m = static_cast<T>(kUnsureHeight_m) + static_cast<T>(kJolt_s) * jolt_m_s_,
                   .place_noise_m2 = push_noise_.up,
-                  .force_noise_m2_s3 = force_noise_.up},
+                  .force_noise_m2_s3 = force_noise_.up,
+                  .leans_m_s2 = core::sqrt(leans_h_m_s2.squaredNorm())},
                  sees, step_s);
   jolt_m_s_ = T(0);
 }

@@ -171,6 +171,27 @@ TEST(MotionCheckUpwards, NamesAHeightThatStandsAndNoHonestOne) {
   EXPECT_LT(seen_s, 63.0);
 }
 
+// Who leans by 25 degrees against a gust, and rises again, turns a part of the offsets of x and y upwards: 0.2 m/s^2 of
+// them are a force of 0.085 that moves nothing. Catches a check that calls the place a lie for it.
+TEST(MotionCheckUpwards, IsSilentOverOffsetsThatALeanTurnsUpwards) {
+  RecordProperty("promise", "R17");
+  using Vector1 = core::Vector<double, 1>;
+  for (const bool told : {true, false}) {
+    MotionCheck<double, 1> check;
+    double spoke_s = 0.0;
+    for (double t_s = 0.0; t_s < 40.0 && check.evidence() < 1.0; t_s += kTick_s) {
+      const bool leans = std::fmod(t_s, 2.0) < 1.0;
+      check.update({.force_m_s2 = Vector1(leans ? 0.085 : 0.0),
+                    .place_m = Vector1(0.0),
+                    .speed_m_s = Vector1(0.0),
+                    .leans_m_s2 = told ? 2.3 : 0.0},  // half of 4.6, from the mean
+                   true, kTick_s);
+      spoke_s = t_s;
+    }
+    EXPECT_EQ(spoke_s > 39.0, told) << spoke_s;
+  }
+}
+
 // Five times the rotors' shaking and poses that scatter by a centimetre, once both are told; not told, they are a lie.
 TEST_F(MotionCheckTest, IsSilentOverWorseSensorsThatWereMeasured) {
   RecordProperty("promise", "R17");
