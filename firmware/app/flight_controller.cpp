@@ -238,7 +238,11 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
                      residual_.report(sysid::Channel::kClimb).departed},
       .trim_drifted = trim_.report().drifted};
   trust_.tell(observed, estimate_, config_.limits.gate_shut);
-  observed.speed_m_s = levels_a_swing() ? 0.0 : observed.speed_m_s;
+  if (levels_a_swing()) {
+    observed.speed_m_s = 0.0;
+  } else if (supervisor_.rung() == safety::Rung::kLevel) {
+    observed.speed_then_m_s = trust_.speed_then_m_s(estimate_, config_.limits.neutral);
+  }
   return observed;
 }
 

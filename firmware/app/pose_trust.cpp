@@ -163,6 +163,19 @@ double PoseTrust<T>::speed_m_s(const est::Estimate<T>& estimate) const {
 }
 
 template <typename T>
+double PoseTrust<T>::speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const {
+  constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
+  const double now_m_s = speed_m_s(estimate);
+  const est::Estimate<T> known = motion(estimate);
+  const core::Vector<T, 2> velocity_m_s(known.x.velocity_m_s, known.y.velocity_m_s);
+  const core::Vector<T, 2> push_m_s2(known.x.disturbance_m_s2 + kGravity_m_s2 * known.x.tilt_rad,
+                                     known.y.disturbance_m_s2 - kGravity_m_s2 * known.y.tilt_rad);
+  const bool grows = now_m_s > 0.0 && velocity_m_s.dot(push_m_s2) > T(0);  // nought: the speed is worth nothing
+  return grows ? static_cast<double>(core::sqrt((velocity_m_s + push_m_s2 * core::seconds<T>(later)).squaredNorm()))
+               : now_m_s;
+}
+
+template <typename T>
 void PoseTrust<T>::tell(safety::Observation& observed, const est::Estimate<T>& estimate,
                         core::Duration gate_shut) const {
   const est::Contradiction<T> contradicted = contradiction();

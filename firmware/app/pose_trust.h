@@ -44,6 +44,8 @@ class PoseTrust {
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
   /// Horizontal. Of a prediction that is worth nothing, none: nobody waits for it to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
+  /// The same so much later, if the aircraft tilts and is pushed as it is; not less than now.
+  double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
   /// What the supervisor is told of refused and contradicted poses; a contradicted one counts as long refused.
   void tell(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
 

@@ -23,6 +23,8 @@ struct Observation {
   double reserve_m = 1e6;   ///< between where the aircraft can stop and the nearest side of its fence
   double outside_m = -1e6;  ///< how far the estimated place is beyond the nearest side of the fence; negative: inside
   double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 where it is worth nothing
+  /// What it will be when the sticks are the pilot's, if they go back now and what makes it grow goes on; not less.
+  double speed_then_m_s = 0.0;
   core::Duration place_lost_for{0};  ///< since when the wind has kept the aircraft from its place
   double push_m_s2 = 0.0;            ///< of that wind, averaged over 2 s
   double swing_rad = 0.0;            ///< of the tilt by itself, from trough to crest, when it was last noticed

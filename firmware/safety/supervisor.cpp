@@ -81,7 +81,9 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // poses that are refused show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.pose_age);
-  const bool may_hand_over = seen.speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
+  // A wind that is stronger than the tilt goes on pushing until the sticks are the pilot's: its lull is waited for.
+  const double speed_m_s = seen.speed_then_m_s > seen.speed_m_s ? seen.speed_then_m_s : seen.speed_m_s;
+  const bool may_hand_over = speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
   add(seen.authority && seen.mode_f, LadderSign::kCommandable);
   add(seen.operator_releases, LadderSign::kOperatorReleases);
   add(seen.telemetry_age > limits_.telemetry_dead, LadderSign::kTelemetryDead);

@@ -177,6 +177,9 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
     ASSERT_EQ(tick(seen).rung, Rung::kLevel);
   }
   seen.speed_m_s = 0.8;
+  seen.speed_then_m_s = 1.0;  // a wind beyond the tilt pushes on: half a second later it would be that fast
+  EXPECT_EQ(tick(seen).rung, Rung::kLevel);
+  seen.speed_then_m_s = 0.8;
   EXPECT_EQ(tick(seen).rung, Rung::kRelease);
   seen = level(milliseconds(20));
   seen.speed_m_s = 3.0;
