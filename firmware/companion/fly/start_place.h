@@ -26,14 +26,7 @@ class StartPlace {
     if (seen_ < last_.size()) {
       return std::nullopt;
     }
-    core::Vector<double, 3> middle;
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      std::array<double, kPoses> values{};
-      std::transform(last_.begin(), last_.end(), values.begin(),
-                     [&](const core::Pose<double>& one) { return one.position_w_m[axis]; });
-      std::nth_element(values.begin(), values.begin() + kPoses / 2, values.end());
-      middle[axis] = values[kPoses / 2];
-    }
+    const core::Vector<double, 3> middle = median_place();
     const auto off_m = [&](const core::Pose<double>& one) { return (one.position_w_m - middle).norm(); };
     const auto agree = std::count_if(last_.begin(), last_.end(), [&](const auto& one) { return off_m(one) < kNear_m; });
     if (2 * static_cast<std::size_t>(agree) <= kPoses) {
@@ -71,6 +64,18 @@ class StartPlace {
   bool disagrees() const { return seen_ >= kPoses; }
 
  private:
+  core::Vector<double, 3> median_place() const {
+    core::Vector<double, 3> middle;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      std::array<double, kPoses> values{};
+      std::transform(last_.begin(), last_.end(), values.begin(),
+                     [&](const core::Pose<double>& one) { return one.position_w_m[axis]; });
+      std::nth_element(values.begin(), values.begin() + kPoses / 2, values.end());
+      middle[axis] = values[kPoses / 2];
+    }
+    return middle;
+  }
+
   static constexpr double kNear_m = 0.3;
   static constexpr double kNear_rad = 0.35;  ///< the observer's gate
 

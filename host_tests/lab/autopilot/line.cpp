@@ -110,6 +110,16 @@ class LiveScript {
   std::string text_;
 };
 
+/// With what the script says of the pose's faults.
+void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle) {
+  pose.source().set_faults({.silent = !autopilot.pose_on(), .lie = [&autopilot](sim::PoseSample& sample) {
+                              if (autopilot.liar() != nullptr) {
+                                autopilot.liar()->tell(sample);
+                              }
+                            }});
+  pose.step(now, vehicle, autopilot.ticked_at());
+}
+
 /// Until the duration is over or a signal comes.
 void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle,
          sim::PoseSender* pose, EventFile* events) {
@@ -125,12 +135,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
     }
     autopilot.advance(now);
     if (pose != nullptr) {
-      pose->source().set_faults({.silent = !autopilot.pose_on(), .lie = [&autopilot](sim::PoseSample& sample) {
-                                   if (autopilot.liar() != nullptr) {
-                                     autopilot.liar()->tell(sample);
-                                   }
-                                 }});
-      pose->step(now, vehicle, autopilot.ticked_at());
+      send(*pose, now, autopilot, vehicle);
     }
     if (events != nullptr) {
       events->tell_truth(now, vehicle.state());

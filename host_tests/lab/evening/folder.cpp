@@ -154,6 +154,17 @@ void Folder::again(const std::string& step) {
   }
 }
 
+std::string Folder::again_after(const std::string& name, const std::string& sha256) {
+  std::string steps;
+  for (const auto& [other, made] : std::map(files_)) {
+    if (made.from.contains(name) && made.from.at(name) != sha256 && is_done(made.made_by)) {
+      steps += (steps.empty() ? "'" : ", '") + made.made_by + "'";
+      again(made.made_by);
+    }
+  }
+  return steps;
+}
+
 std::vector<std::string> Folder::look_for_changes() {
   std::vector<std::string> said;
   for (auto& [name, made] : files_) {
@@ -170,13 +181,7 @@ std::vector<std::string> Folder::look_for_changes() {
       continue;
     }
     made.sha256 = now;
-    std::string later;
-    for (const auto& [other, from] : std::map(files_)) {
-      if (from.from.contains(name) && from.from.at(name) != now && is_done(from.made_by)) {
-        later += (later.empty() ? "'" : ", '") + from.made_by + "'";
-        again(from.made_by);
-      }
-    }
+    const std::string later = again_after(name, now);
     if (was_done && !later.empty()) {
       said.push_back(name + " changed after it was used: to be done again with it: " + later +
                      ", and what was made from that");

@@ -69,6 +69,9 @@ class Folder {
   void save(const nlohmann::json& next) const;
 
  private:
+  /// Every step that used the file as it was before is to be done again. @returns their names, quoted.
+  std::string again_after(const std::string& name, const std::string& sha256);
+
   std::string path_;
   Settings settings_;
   std::vector<std::string> done_;

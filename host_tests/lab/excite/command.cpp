@@ -74,20 +74,8 @@ double tilt_limit(const Made& one) {
   return std::min(kMost_rad, std::max(kOthers_rad, 1.5 * largest));
 }
 
-/// For `m100 fly --excite`: the limits, then the samples of one axis after the other.
-void write_sticks(const std::vector<Made>& all, const std::string& file) {
-  std::ofstream out(file);
-  out << "# Stick movements for m100 fly --excite, from m100-lab excite. Piece 0: the stick rests; in flight the law\n"
-         "# returns to the place. Counts from the balancing point: right, forward, up, right.\n";
-  for (const Made& one : all) {
-    out << "# limits " << stick_of(one.wish.axis) << " distance " << one.wish.fence_m << " braking "
-        << one.wish.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
-  }
-  out << "t_s,piece";
-  for (const Made& one : all) {
-    out << ",stick_" << stick_of(one.wish.axis);
-  }
-  out << ",forecast_position_m,forecast_speed_m_s\n";
+/// One axis after the other, in one time; pieces are counted through.
+void write_samples(const std::vector<Made>& all, std::ostream& out) {
   std::size_t row = 0;
   int pieces = 0;
   for (std::size_t moved = 0; moved < all.size(); ++moved) {
@@ -102,6 +90,23 @@ void write_sticks(const std::vector<Made>& all, const std::string& file) {
     }
     pieces += *std::max_element(manoeuvre.piece.begin(), manoeuvre.piece.end());
   }
+}
+
+/// For `m100 fly --excite`: the limits, then the samples of one axis after the other.
+void write_sticks(const std::vector<Made>& all, const std::string& file) {
+  std::ofstream out(file);
+  out << "# Stick movements for m100 fly --excite, from m100-lab excite. Piece 0: the stick rests; in flight the law\n"
+         "# returns to the place. Counts from the balancing point: right, forward, up, right.\n";
+  for (const Made& one : all) {
+    out << "# limits " << stick_of(one.wish.axis) << " distance " << one.wish.fence_m << " braking "
+        << one.wish.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
+  }
+  out << "t_s,piece";
+  for (const Made& one : all) {
+    out << ",stick_" << stick_of(one.wish.axis);
+  }
+  out << ",forecast_position_m,forecast_speed_m_s\n";
+  write_samples(all, out);
   if (!out) {
     throw InputError(file, 0, "--out", "cannot be written");
   }

@@ -70,27 +70,32 @@ bool fits(const Part& part, const Wish& wish, const model::StickAxis& axis) {
   return true;
 }
 
-/// The piece in as few parts as fit, at the largest amplitude at which each does. Empty: at none.
-std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
+/// From the beginning, as far as each part fits at the amplitude. Empty: to no end.
+std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
   std::vector<double> ends_s = piece.breaks_s;
   ends_s.push_back(piece.length_s);
+  std::vector<Part> parts;
+  double from_s = 0.0;
+  while (from_s < piece.length_s) {
+    Part part{piece, from_s, from_s, amplitude};
+    for (const double end_s : ends_s) {
+      const Part longer{piece, from_s, end_s, amplitude};
+      part = end_s > from_s && fits(longer, wish, axis) ? longer : part;
+    }
+    if (part.to_s <= from_s) {
+      return {};
+    }
+    from_s = part.to_s;
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+/// The piece in as few parts as fit, at the largest amplitude at which each does. Empty: at none.
+std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
   const double least = std::min(amplitude, std::max(kLeastShare * amplitude, axis.dead_zone_counts + kLeast_counts));
   for (; amplitude >= least; amplitude *= kSmaller) {
-    std::vector<Part> parts;
-    double from_s = 0.0;
-    while (from_s < piece.length_s) {
-      Part part{piece, from_s, from_s, amplitude};
-      for (const double end_s : ends_s) {
-        const Part longer{piece, from_s, end_s, amplitude};
-        part = end_s > from_s && fits(longer, wish, axis) ? longer : part;
-      }
-      if (part.to_s <= from_s) {
-        break;
-      }
-      from_s = part.to_s;
-      parts.push_back(part);
-    }
-    if (from_s >= piece.length_s) {
+    if (std::vector<Part> parts = parts_at(piece, wish, axis, amplitude); !parts.empty()) {
       return parts;
     }
   }
@@ -115,6 +120,59 @@ std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& 
   return all;
 }
 
+/// Flies a manoeuvre on the believed axis and writes it down, stick by stick.
+class Rehearsal {
+ public:
+  Rehearsal(const Wish& wish, const model::StickAxis& axis, Manoeuvre& out)
+      : wish_(wish), axis_(axis), out_(out), flight_(flyable(axis), wish.rate) {}
+
+  void fly(const Part& part, double sign) {
+    ++pieces_begun_;
+    for (double t = part.from_s; t < part.to_s; t += out_.period_s) {
+      if (must_abort(flight_.position_m(), flight_.speed_m_s(), wish_)) {
+        break;
+      }
+      push(sign * part.amplitude_counts * part.piece.shape(t), true);
+    }
+  }
+  /// Back to the middle, as a pilot does.
+  void home() {
+    ++out_.returns;
+    const double per_rad = 1.0 / axis_.scale_per_count;
+    for (double t = 0.0; t < 6.0; t += out_.period_s) {
+      if (std::abs(flight_.position_m()) < 0.3 && std::abs(flight_.speed_m_s()) < 0.15) {
+        break;
+      }
+      const double tilt = -(1.0 * flight_.position_m() + 1.6 * flight_.speed_m_s()) / model::kGravity_m_s2;
+      const double back = wish_.rate ? std::clamp(-0.8 * flight_.position_m(), -0.5, 0.5) : std::clamp(tilt, -0.2, 0.2);
+      const double ask = back * per_rad;
+      push(ask + std::copysign(std::min(std::abs(ask), 1.0) * axis_.dead_zone_counts, ask), false);
+    }
+  }
+  void rest() {
+    for (double t = 0.0; t < kBetween_s; t += out_.period_s) {
+      push(0.0, false);
+    }
+  }
+
+ private:
+  void push(double stick, bool in_piece) {
+    out_.stick_counts.push_back(std::round(stick));
+    out_.piece.push_back(in_piece ? pieces_begun_ : 0);
+    flight_.step(out_.stick_counts.back(), 0.0, out_.period_s);
+    out_.position_m.push_back(flight_.position_m());
+    out_.speed_m_s.push_back(flight_.speed_m_s());
+    out_.farthest_m = std::max(out_.farthest_m, std::abs(flight_.position_m()));
+    out_.fastest_m_s = std::max(out_.fastest_m_s, std::abs(flight_.speed_m_s()));
+  }
+
+  const Wish& wish_;
+  const model::StickAxis& axis_;
+  Manoeuvre& out_;
+  StickFlight flight_;
+  int pieces_begun_ = 0;
+};
+
 /// Strings the pieces that fit together; a pilot flies back to the middle between them.
 Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitude_counts) {
   Manoeuvre out;
@@ -123,45 +181,14 @@ Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitud
     out.farthest_m = std::numeric_limits<double>::infinity();
     return out;
   }
-  StickFlight flight(flyable(axis), wish.rate);
-  int pieces_begun = 0;
-  const auto push = [&](double stick, bool in_piece) {
-    out.stick_counts.push_back(std::round(stick));
-    out.piece.push_back(in_piece ? pieces_begun : 0);
-    flight.step(out.stick_counts.back(), 0.0, out.period_s);
-    out.position_m.push_back(flight.position_m());
-    out.speed_m_s.push_back(flight.speed_m_s());
-    out.farthest_m = std::max(out.farthest_m, std::abs(flight.position_m()));
-    out.fastest_m_s = std::max(out.fastest_m_s, std::abs(flight.speed_m_s()));
-  };
-  const auto home = [&] {
-    ++out.returns;
-    const double per_rad = 1.0 / axis.scale_per_count;
-    for (double t = 0.0; t < 6.0; t += out.period_s) {
-      if (std::abs(flight.position_m()) < 0.3 && std::abs(flight.speed_m_s()) < 0.15) {
-        break;
-      }
-      const double tilt = -(1.0 * flight.position_m() + 1.6 * flight.speed_m_s()) / model::kGravity_m_s2;
-      const double back = wish.rate ? std::clamp(-0.8 * flight.position_m(), -0.5, 0.5) : std::clamp(tilt, -0.2, 0.2);
-      const double ask = back * per_rad;
-      push(ask + std::copysign(std::min(std::abs(ask), 1.0) * axis.dead_zone_counts, ask), false);
-    }
-  };
+  Rehearsal rehearsal(wish, axis, out);
   for (std::size_t n = 0; static_cast<double>(out.stick_counts.size()) * out.period_s < wish.duration_s; ++n) {
     // Every second round begins the other way, so that no side is learnt better than the other.
     const double sign = (n / all.size()) % 2 == 0 ? 1.0 : -1.0;
     for (const Part& part : all[n % all.size()]) {
-      ++pieces_begun;
-      for (double t = part.from_s; t < part.to_s; t += out.period_s) {
-        if (must_abort(flight.position_m(), flight.speed_m_s(), wish)) {
-          break;
-        }
-        push(sign * part.amplitude_counts * part.piece.shape(t), true);
-      }
-      home();
-      for (double t = 0.0; t < kBetween_s; t += out.period_s) {
-        push(0.0, false);
-      }
+      rehearsal.fly(part, sign);
+      rehearsal.home();
+      rehearsal.rest();
     }
   }
   return out;

@@ -106,22 +106,42 @@ const std::vector<FarTask>& far_tasks() {
   return kTasks;
 }
 
-FarScore far_score(const Trace& trace, const FarTask& task) {
-  std::array<double, 2> low{}, high{}, rest{};
+namespace {
+
+/// What the reference asks for, per axis.
+struct Asked {
+  std::array<double, 2> low{}, high{};
+};
+
+/// Where a fence ends the way, the farthest place is where the aircraft rests.
+Asked asked_by(const Trace& trace, const FarTask& task) {
+  Asked asked;
+  auto& [low, high] = asked;
+  std::array<double, 2> rest{};
   double resting = 0.0;
-  FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
+  for (std::size_t axis = 0; axis < 2 && !trace.empty(); ++axis) {
+    low[axis] = high[axis] = trace.front().reference_m[axis];
+  }
   for (const TracePoint& point : trace) {
+    const bool rests = point.t_s > task.to_s - kRest_s;
+    resting += rests ? 1.0 : 0.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      const double at_m = point.reference_m[axis];
-      low[axis] = point.t_s == trace.front().t_s ? at_m : std::min(low[axis], at_m);
-      high[axis] = point.t_s == trace.front().t_s ? at_m : std::max(high[axis], at_m);
-      rest[axis] += point.t_s > task.to_s - kRest_s ? point.position_m[axis] : 0.0;
+      low[axis] = std::min(low[axis], point.reference_m[axis]);
+      high[axis] = std::max(high[axis], point.reference_m[axis]);
+      rest[axis] += rests ? point.position_m[axis] : 0.0;
     }
-    resting += point.t_s > task.to_s - kRest_s ? 1.0 : 0.0;
   }
   if (task.fence_high_m > 0.0 && resting > 0.0) {
     high[0] = std::min(high[0], rest[0] / resting);
   }
+  return asked;
+}
+
+}  // namespace
+
+FarScore far_score(const Trace& trace, const FarTask& task) {
+  const Asked asked = asked_by(trace, task);
+  FarScore out{.overshoot_m = 0.0, .iae_m_s = 0.0, .stayed = stayed(trace) ? 1 : 0, .flown = trace.empty() ? 0 : 1};
   double before_s = task.from_s;
   for (const TracePoint& point : trace) {
     if (point.t_s < task.from_s || point.t_s >= task.to_s) {
@@ -130,8 +150,8 @@ FarScore far_score(const Trace& trace, const FarTask& task) {
     double square_m2 = 0.0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const double at_m = point.position_m[axis];
-      out.overshoot_m = std::max({out.overshoot_m, at_m - high[axis], low[axis] - at_m});
-      square_m2 += std::pow(at_m - std::min(point.reference_m[axis], high[axis]), 2);
+      out.overshoot_m = std::max({out.overshoot_m, at_m - asked.high[axis], asked.low[axis] - at_m});
+      square_m2 += std::pow(at_m - std::min(point.reference_m[axis], asked.high[axis]), 2);
     }
     out.iae_m_s += std::sqrt(square_m2) * (point.t_s - before_s);
     before_s = point.t_s;

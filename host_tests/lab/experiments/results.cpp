@@ -155,6 +155,85 @@ int cells_above_paper(const std::vector<TaskResult>& results) {
   return static_cast<int>(above);
 }
 
+namespace {
+
+void print_papers_line(std::ostream& out, const TaskResult& result) {
+  if (result.task->paper == nullptr) {
+    return;
+  }
+  out << std::left << std::setw(12) << result.task->task << std::setw(8) << "paper" << std::right;
+  for (const Row& row : rows()) {
+    const double papers = paper_value(result, row);
+    out << std::setw(18) << (papers < 0.0 ? "---" : fixed(papers, 3));
+  }
+  out << "\n";
+}
+
+void print_our_line(std::ostream& out, const TaskResult& result) {
+  const Task& task = *result.task;
+  out << std::left << std::setw(12) << (task.task == "simulator" ? "  course" : "  " + task.condition) << std::setw(8)
+      << "ours" << std::right;
+  for (const Row& row : rows()) {
+    if (!result.flown()) {
+      out << std::setw(18) << "not flown!";
+      continue;
+    }
+    const double papers = paper_value(result, row);
+    const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
+    out << std::setw(18)
+        << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
+  }
+}
+
+/// What no column of the paper has.
+void print_more(std::ostream& out, const TaskResult& result) {
+  const Task& task = *result.task;
+  out << "\n"
+      << std::left << std::setw(20) << "" << std::right << "  tilt " << fixed(result.mean.tilt_deg, 2)
+      << " deg, command moves " << fixed(result.mean.input_variation_deg_s, 1) << " deg/s, worst "
+      << fixed(result.mean.worst_m, 3) << " m";
+  if (result.time_optimal_m > 0.0) {
+    out << ", time-optimal " << fixed(result.time_optimal_m, 3) << " m, reached "
+        << fixed(100.0 * result.time_optimal_share, 0) << " %";
+  }
+  if (task.paper == nullptr) {
+    out << "  (" << task.task << ")";
+  }
+  if (result.baseline) {
+    out << "\n"
+        << std::setw(20) << ""
+        << "  clipped LQR: pose " << fixed(result.baseline->pose_m, 4) << " m, command moves "
+        << fixed(result.baseline->input_variation_deg_s, 1) << " deg/s, worst " << fixed(result.baseline->worst_m, 3)
+        << " m";
+  }
+  if (result.mean.off_nominal_share > 0.0 || result.refused > 0) {
+    out << ", off the ladder's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
+        << result.refused;
+  }
+  out << "\n";
+}
+
+void put_comparison(const TaskResult& result, nlohmann::json& cell) {
+  nlohmann::json papers;
+  for (const Row& row : rows()) {
+    if (paper_value(result, row) >= 0.0) {
+      papers[std::string(row.name) + "_" + row.unit] = paper_value(result, row);
+    }
+  }
+  cell["paper"] = papers;
+  std::vector<std::string> above;
+  const std::vector<Compared> cells = compared(result);
+  for (const Compared& one : cells) {
+    if (one.above) {
+      above.push_back(one.name);
+    }
+  }
+  cell["compared"] = cells.size();
+  cell["above_paper"] = above;
+}
+
+}  // namespace
+
 void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
   if (results.empty()) {
     return;
@@ -168,50 +247,9 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
   }
   out << "\n";
   for (const TaskResult& result : results) {
-    const Task& task = *result.task;
-    if (task.paper != nullptr) {
-      out << std::left << std::setw(12) << task.task << std::setw(8) << "paper" << std::right;
-      for (const Row& row : rows()) {
-        const double papers = paper_value(result, row);
-        out << std::setw(18) << (papers < 0.0 ? "---" : fixed(papers, 3));
-      }
-      out << "\n";
-    }
-    out << std::left << std::setw(12) << (task.task == "simulator" ? "  course" : "  " + task.condition) << std::setw(8)
-        << "ours" << std::right;
-    for (const Row& row : rows()) {
-      const double papers = paper_value(result, row);
-      if (!result.flown()) {
-        out << std::setw(18) << "not flown!";
-        continue;
-      }
-      const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
-      out << std::setw(18)
-          << (fixed(result.mean.*row.ours, 4) + " +-" + fixed(result.spread.*row.ours, 4) + (above ? "!" : " "));
-    }
-    out << "\n"
-        << std::left << std::setw(20) << "" << std::right << "  tilt " << fixed(result.mean.tilt_deg, 2)
-        << " deg, command moves " << fixed(result.mean.input_variation_deg_s, 1) << " deg/s, worst "
-        << fixed(result.mean.worst_m, 3) << " m";
-    if (result.time_optimal_m > 0.0) {
-      out << ", time-optimal " << fixed(result.time_optimal_m, 3) << " m, reached "
-          << fixed(100.0 * result.time_optimal_share, 0) << " %";
-    }
-    if (task.paper == nullptr) {
-      out << "  (" << task.task << ")";
-    }
-    if (result.baseline) {
-      out << "\n"
-          << std::setw(20) << ""
-          << "  clipped LQR: pose " << fixed(result.baseline->pose_m, 4) << " m, command moves "
-          << fixed(result.baseline->input_variation_deg_s, 1) << " deg/s, worst " << fixed(result.baseline->worst_m, 3)
-          << " m";
-    }
-    if (result.mean.off_nominal_share > 0.0 || result.refused > 0) {
-      out << ", off the ladder's top " << fixed(100.0 * result.mean.off_nominal_share, 2) << " %, not flown "
-          << result.refused;
-    }
-    out << "\n";
+    print_papers_line(out, result);
+    print_our_line(out, result);
+    print_more(out, result);
   }
   out << "\nCells above the paper's: " << cells_above_paper(results) << "\n";
 }
@@ -235,22 +273,7 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
       cell["time_optimal_share"] = result.time_optimal_share;
     }
     if (result.task->paper != nullptr) {
-      nlohmann::json papers;
-      for (const Row& row : rows()) {
-        if (paper_value(result, row) >= 0.0) {
-          papers[std::string(row.name) + "_" + row.unit] = paper_value(result, row);
-        }
-      }
-      cell["paper"] = papers;
-      std::vector<std::string> above;
-      const std::vector<Compared> cells = compared(result);
-      for (const Compared& one : cells) {
-        if (one.above) {
-          above.push_back(one.name);
-        }
-      }
-      cell["compared"] = cells.size();
-      cell["above_paper"] = above;
+      put_comparison(result, cell);
     }
     out[result.task->task][result.task->condition] = cell;
   }

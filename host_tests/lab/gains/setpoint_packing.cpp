@@ -32,11 +32,7 @@ class Packing {
     const std::size_t node = out_.nodes.size();
     out_.nodes.push_back({});
     const std::vector<std::uint16_t> planes = root < kLeaf ? plan(root).planes : std::vector<std::uint16_t>{};
-    for (std::size_t i = 0; i < mpc::kPlaneNumbers; ++i) {
-      for (std::size_t p = 0; p < mpc::kNodePlanes; ++p) {
-        out_.planes.push_back(p < planes.size() ? split_.at(planes.at(p)).plane.at(i) : 0.0);
-      }
-    }
+    append(planes);
     std::map<std::uint16_t, std::uint16_t> below;
     for (std::size_t index = 0; index < out_.nodes.front().child.size(); ++index) {
       std::uint16_t at = root;
@@ -52,6 +48,15 @@ class Packing {
   }
 
  private:
+  /// The planes of one node, number by number; those that it does not have are nought.
+  void append(const std::vector<std::uint16_t>& planes) {
+    for (std::size_t i = 0; i < mpc::kPlaneNumbers; ++i) {
+      for (std::size_t p = 0; p < mpc::kNodePlanes; ++p) {
+        out_.planes.push_back(p < planes.size() ? split_.at(planes.at(p)).plane.at(i) : 0.0);
+      }
+    }
+  }
+
   const Plan& plan(std::uint16_t root) {
     const auto known = plans_.find(root);
     if (known != plans_.end()) {

@@ -165,20 +165,26 @@ class Splitting {
     return polytope.radius() > kThin;
   }
 
+  /// How many of the regions stand on that side of the plane on which more of them do.
+  std::size_t fuller_side(const Cell& cell, const Numbers& regions, const HalfSpace& plane) const {
+    std::size_t below = 0;
+    std::size_t above = 0;
+    for (const std::size_t region : regions) {
+      below += meets(region, cell, plane) ? 1U : 0U;
+      above += meets(region, cell, opposite(plane)) ? 1U : 0U;
+    }
+    return std::max(below, above);
+  }
+
   /// Regions without a common facet in the cell: the facet of one of them that leaves the fewest on its fuller side.
   /// @returns false when none parts them.
   bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();
     for (const std::size_t owner : regions) {
       for (const HalfSpace& row : regions_.all().at(owner).rows) {
-        std::size_t below = 0;
-        std::size_t above = 0;
-        for (const std::size_t region : regions) {
-          below += meets(region, cell, row) ? 1U : 0U;
-          above += meets(region, cell, opposite(row)) ? 1U : 0U;
-        }
-        if (std::max(below, above) < fewest) {
-          fewest = std::max(below, above);
+        const std::size_t fuller = fuller_side(cell, regions, row);
+        if (fuller < fewest) {
+          fewest = fuller;
           best = row;
         }
       }

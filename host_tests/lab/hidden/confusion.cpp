@@ -245,6 +245,24 @@ std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads
   return out;
 }
 
+namespace {
+
+/// Of scores(): where an outcome is counted.
+std::size_t row_of(const Outcome& one) {
+  if (one.asked.group == "none") {
+    return 0;
+  }
+  if (one.asked.group == "single") {
+    return one.asked.size == 1 ? 1 : one.asked.size == 0 ? 2 : 3;
+  }
+  if (one.asked.group == "pair") {
+    return 5;
+  }
+  return one.asked.plan.hidden.count("dropout") > 0 ? 7 : 6;
+}
+
+}  // namespace
+
 std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
   std::vector<Score> out{{"nothing hidden, nothing named", 0, 0, 0.98},
                          {"single effects, medium", 0, 0, 0.95},
@@ -259,17 +277,9 @@ std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
     out[k].right += right ? 1 : 0;
   };
   for (const Outcome& one : outcomes) {
-    if (one.asked.group == "none") {
-      add(0, one.right);
-    } else if (one.asked.group == "single") {
-      add(one.asked.size == 1 ? 1 : one.asked.size == 0 ? 2 : 3, one.right);
-      if (one.asked.size >= 1) {
-        add(4, one.among_two);
-      }
-    } else if (one.asked.group == "pair") {
-      add(5, one.right);
-    } else {
-      add(one.asked.plan.hidden.count("dropout") > 0 ? 7 : 6, one.right);
+    add(row_of(one), one.right);
+    if (one.asked.group == "single" && one.asked.size >= 1) {
+      add(4, one.among_two);
     }
   }
   return out;

@@ -45,9 +45,9 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
-/// The fitted model with effects beside those it already has.
-std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
-                             const Hidden& effects) {
+/// The effects that the fitted model has, but for its delay, with `effects` beside them; `delay_s` becomes that of
+/// both.
+Hidden joined(const identify::ModelResult& fitted, const Hidden& effects, double& delay_s) {
   Hidden all;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
     const bool of_the_path = !model::is_base(effect) && effect.name != "transport_delay";
@@ -56,7 +56,7 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
       all[std::string(effect.name)] = value;
     }
   }
-  double delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
+  delay_s = std::max(0.0, parameter(fitted, "delay_s", 0.0));
   for (const auto& [name, value] : effects) {
     if (name == "transport_delay") {
       delay_s += value;
@@ -64,6 +64,14 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
       all[name] = value;
     }
   }
+  return all;
+}
+
+/// The fitted model with effects beside those it already has.
+std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
+                             const Hidden& effects) {
+  double delay_s = 0.0;
+  const Hidden all = joined(fitted, effects, delay_s);
   const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
   StickPath path(all, delay_s);
   Tilt tilt{.scale_rad = parameter(fitted, "gain", 0.0),

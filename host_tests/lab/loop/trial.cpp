@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 namespace m100::lab::loop {
 namespace {
@@ -74,6 +75,28 @@ bool diverged(const experiments::TaskResult& cell) {
   return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
 }
 
+namespace {
+
+/// The channel of `kept` without which it flies best, and what is flown then.
+std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, const Cells& before,
+                                          const std::function<Cells(const std::set<std::string>&)>& fly) {
+  std::optional<std::string> culprit;
+  Cells best;
+  for (const std::string& channel : kept) {
+    std::set<std::string> fewer = kept;
+    fewer.erase(channel);
+    Cells flown = fewer.empty() ? before : fly(fewer);
+    const Comparison against = culprit ? compare(flown, best) : Comparison{};
+    if (!culprit || against.diverged < 0 || (against.diverged == 0 && against.ratio() < 1.0)) {
+      culprit = channel;
+      best = std::move(flown);
+    }
+  }
+  return {*culprit, std::move(best)};
+}
+
+}  // namespace
+
 Trial try_out(const std::set<std::string>& candidates, const Cells& before,
               const std::function<Cells(const std::set<std::string>&)>& fly) {
   Trial out{.kept = candidates, .said = {}};
@@ -83,20 +106,9 @@ Trial try_out(const std::set<std::string>& candidates, const Cells& before,
   Cells now = fly(out.kept);
   say_lost(before, now, out);
   while (compare(now, before).is_worse()) {
-    std::optional<std::string> culprit;
-    Cells best;
-    for (const std::string& channel : out.kept) {
-      std::set<std::string> fewer = out.kept;
-      fewer.erase(channel);
-      Cells flown = fewer.empty() ? before : fly(fewer);
-      const Comparison against = culprit ? compare(flown, best) : Comparison{};
-      if (!culprit || against.diverged < 0 || (against.diverged == 0 && against.ratio() < 1.0)) {
-        culprit = channel;
-        best = std::move(flown);
-      }
-    }
-    out.said.push_back(*culprit + ": taken back, trial flights are worse with it: " + in_words(compare(now, before)));
-    out.kept.erase(*culprit);
+    auto [culprit, best] = without_one(out.kept, before, fly);
+    out.said.push_back(culprit + ": taken back, trial flights are worse with it: " + in_words(compare(now, before)));
+    out.kept.erase(culprit);
     now = std::move(best);
     if (out.kept.empty()) {
       return out;

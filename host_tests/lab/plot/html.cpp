@@ -38,6 +38,11 @@ bool looks_like_a_number(const std::string& cell) {
                             std::isdigit(static_cast<unsigned char>(cell[1])) != 0));
 }
 
+std::string table_cell(const std::string& cell, bool missed) {
+  const std::string look = std::string(looks_like_a_number(cell) ? "n" : "") + (missed ? " missed" : "");
+  return "<td" + (look.empty() ? "" : " class=\"" + look + "\"") + ">" + escape(cell) + "</td>";
+}
+
 }  // namespace
 
 Page::Page(std::string title) : title_(std::move(title)) {}
@@ -55,14 +60,7 @@ void Page::table(const std::vector<std::vector<std::string>>& rows, const Cells&
   for (std::size_t r = 0; r < rows.size(); ++r) {
     body_ += "<tr>";
     for (std::size_t c = 0; c < rows[r].size(); ++c) {
-      const std::string& cell = rows[r][c];
-      if (r == 0) {
-        body_ += "<th>" + escape(cell) + "</th>";
-      } else {
-        const std::string look =
-            std::string(looks_like_a_number(cell) ? "n" : "") + (missed.contains({r, c}) ? " missed" : "");
-        body_ += "<td" + (look.empty() ? "" : " class=\"" + look + "\"") + ">" + escape(cell) + "</td>";
-      }
+      body_ += r == 0 ? "<th>" + escape(rows[r][c]) + "</th>" : table_cell(rows[r][c], missed.contains({r, c}));
     }
     body_ += "</tr>\n";
   }

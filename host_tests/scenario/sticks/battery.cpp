@@ -221,13 +221,34 @@ std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places
   return results;
 }
 
+namespace {
+
+struct Cell {
+  std::size_t flown = 0;
+  std::size_t failed = 0;
+  double slowest_s = 0.0;
+  double last_byte_s = 0.0;
+};
+
+std::string text_of(const Cell& cell) {
+  const char* const mark = cell.failed > 0 ? " (!)" : "";
+  std::array<char, 64> words{};
+  if (cell.flown == 0) {
+    words = {" |"};
+  } else if (cell.slowest_s == kNever_s) {
+    (void)std::snprintf(words.data(), words.size(), " never%s |", mark);
+  } else if (cell.last_byte_s > 0.0) {
+    (void)std::snprintf(words.data(), words.size(), " %.2f s, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s,
+                        mark);
+  } else {
+    (void)std::snprintf(words.data(), words.size(), " %.2f s%s |", cell.slowest_s, mark);
+  }
+  return words.data();
+}
+
+}  // namespace
+
 std::string matrix(const std::vector<Result>& results) {
-  struct Cell {
-    std::size_t flown = 0;
-    std::size_t failed = 0;
-    double slowest_s = 0.0;
-    double last_byte_s = 0.0;
-  };
   std::map<std::string_view, std::array<Cell, kStages>> cells;
   for (const Result& result : results) {
     if (result.flown.second != nullptr) {
@@ -251,18 +272,7 @@ std::string matrix(const std::vector<Result>& results) {
     }
     text += "| " + std::string(fault.name) + " |";
     for (const Cell& cell : row->second) {
-      std::array<char, 64> words{};
-      if (cell.flown == 0) {
-        words = {" |"};
-      } else if (cell.slowest_s == kNever_s) {
-        (void)std::snprintf(words.data(), words.size(), " never%s |", cell.failed > 0 ? " (!)" : "");
-      } else if (cell.last_byte_s > 0.0) {
-        (void)std::snprintf(words.data(), words.size(), " %.2f s, %.0f ms%s |", cell.slowest_s, 1e3 * cell.last_byte_s,
-                            cell.failed > 0 ? " (!)" : "");
-      } else {
-        (void)std::snprintf(words.data(), words.size(), " %.2f s%s |", cell.slowest_s, cell.failed > 0 ? " (!)" : "");
-      }
-      text += words.data();
+      text += text_of(cell);
     }
     text += "\n";
   }

@@ -77,6 +77,14 @@ void Tamper::queue_fragments(std::span<const std::byte> bytes, core::TimePoint n
   }
 }
 
+void Tamper::flip_bits(std::span<std::byte> piece) {
+  for (std::byte& byte : piece) {
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      byte ^= random_.uniform() < plan.flip_per_bit ? static_cast<std::byte>(1U << bit) : std::byte{0};
+    }
+  }
+}
+
 void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
   const auto happens = [this](double share) { return share > 0.0 && random_.uniform() < share; };
   const std::size_t swallowed = std::min(plan.swallow, bytes.size());
@@ -97,10 +105,8 @@ void Tamper::take(std::span<const std::byte> bytes, core::TimePoint now) {
   if (plan.sent_at != plan.received_at) {
     piece = hal::received_at(piece, plan.sent_at, plan.received_at);
   }
-  for (std::byte& byte : piece) {
-    for (unsigned bit = 0; bit < 8 && plan.flip_per_bit > 0.0; ++bit) {
-      byte ^= happens(plan.flip_per_bit) ? static_cast<std::byte>(1U << bit) : std::byte{0};
-    }
+  if (plan.flip_per_bit > 0.0) {
+    flip_bits(piece);
   }
   if (held_back_.empty() && happens(plan.swapped)) {
     held_back_ = std::move(piece);

@@ -53,6 +53,7 @@ class Tamper {
     core::TimePoint when;
     std::vector<std::byte> bytes;
   };
+  void flip_bits(std::span<std::byte> piece);
   void queue(std::span<const std::byte> bytes, core::TimePoint now);
   void queue_frames(std::span<const std::byte> bytes, core::TimePoint now);
   void queue_fragments(std::span<const std::byte> bytes, core::TimePoint now);
