@@ -102,7 +102,7 @@ TEST(Flight, SurvivesPoseDropoutsOfAFifthOfASecond) {
 struct Fault {
   const char* name;
   void (*apply)(sim::World&);
-  int rung;  ///< where the ladder must stand five seconds later
+  int rung;           ///< where the ladder must stand five seconds later
   double farthest_m;  ///< from the hover point while the program commands, as measured; a hover takes a centimetre
 };
 constexpr double kTwiceAsFar = 2.0;  ///< the margin of all: the limits were once a fence of a metre

@@ -179,5 +179,50 @@ TEST(Ring, GivesBackWhatWentInAcrossItsEnd) {
   EXPECT_EQ(in, out);
 }
 
+TEST(FlightLog, WritesTextAndAnExcitationAsUlogHasThem) {
+  std::vector<std::byte> storage(131072);
+  Ring ring(storage);
+  FlightLog log(ring);
+  ASSERT_EQ(log.begin(core::TimePoint{}, {}), core::Status::kOk);
+  (void)drained(ring);
+  log.append(core::TimePoint(std::chrono::microseconds(0x0102030405060708)), "control is back");
+  ExcitationRecord record;
+  record.counts = -3;
+  log.append(record);
+  log.append(core::TimePoint{}, std::string(60001, 'x'));
+  std::vector<std::uint8_t> file(16, 0);
+  const std::vector<std::uint8_t> rest = drained(ring);
+  file.insert(file.end(), rest.begin(), rest.end());
+  const std::vector<Message> all = messages(file);
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0].type, 'L');
+  EXPECT_EQ(all[0].body,
+            "6\x08\x07\x06\x05\x04\x03\x02\x01"
+            "control is back")
+      << "level, time, text";
+  EXPECT_EQ(all[1].type, 'D');
+  EXPECT_EQ(all[1].body.substr(0, 2), std::string("\x02\0", 2));
+  EXPECT_EQ(all[1].body.substr(2), std::string(reinterpret_cast<const char*>(&record), sizeof record));
+  EXPECT_EQ(all[2].body.size(), 9U + 60000U) << "a text is cut where a message would not hold it";
+}
+
+// Catches a beginning that finds no room and says it did: whichever message it is that has none.
+TEST(FlightLog, SaysWhetherItsWholeBeginningFoundRoom) {
+  const std::array notes{Note{"vehicle", "[axis.roll]\n"}};
+  std::vector<std::byte> large(16384);
+  Ring ring(large);
+  FlightLog whole(ring);
+  ASSERT_EQ(whole.begin(core::TimePoint{}, notes), core::Status::kOk);
+  const std::size_t size = drained(ring).size();
+  const std::vector<std::byte> before(large.size());
+  for (std::size_t room = 0; room <= size + 2; ++room) {
+    Ring small(large);
+    ASSERT_TRUE(small.push(std::span(before).first(large.size() - room), {}));
+    FlightLog log(small);
+    EXPECT_EQ(log.begin(core::TimePoint{}, notes) == core::Status::kOk, room >= size) << room << " of " << size;
+    EXPECT_EQ(log.dropped() == 0, room >= size) << room;
+  }
+}
+
 }  // namespace
 }  // namespace m100::log
