@@ -184,21 +184,29 @@ function(m100_module name)
   endif()
 endfunction()
 
-# The headers that nearly every test parses, precompiled once per build: they cost a test more than its own lines do.
-function(m100_test_headers)
-  if(TARGET m100_test_headers)
-    return()
-  endif()
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/test_headers.cpp CONTENT "// Only its precompiled header is wanted.\n")
-  add_library(m100_test_headers OBJECT ${PROJECT_BINARY_DIR}/test_headers.cpp)
-  target_link_libraries(m100_test_headers PRIVATE m100::core m100_warnings m100_compiled_soon GTest::gtest)
-  target_precompile_headers(m100_test_headers PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
-endfunction()
-
-# Tests, and the reading of options, call what takes time and do not do it themselves: -O1 takes a third off compiling them.
+# Tests, and the reading of options, call what takes time and do not do it themselves: -O1 takes a third off compiling them,
+# and under sanitizers -O0 nearly half. What they call stays optimised.
 add_library(m100_compiled_soon INTERFACE)
 target_compile_options(m100_compiled_soon INTERFACE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
 target_link_libraries(m100_compiled_soon INTERFACE m100_pointers_unchecked)
+add_library(m100_compiled_at_once INTERFACE)
+target_link_libraries(m100_compiled_at_once INTERFACE m100_compiled_soon)
+if(M100_SANITIZE)
+  target_compile_options(m100_compiled_at_once INTERFACE -O0)
+endif()
+
+# m100_test_headers(target soon): the headers that nearly every test parses, precompiled once per build and speed: they cost
+# a test more than its own lines do.
+function(m100_test_headers target speed)
+  set(headers m100_test_headers_${speed})
+  if(NOT TARGET ${headers})
+    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/test_headers.cpp CONTENT "// Only its precompiled header is wanted.\n")
+    add_library(${headers} OBJECT ${PROJECT_BINARY_DIR}/test_headers.cpp)
+    target_link_libraries(${headers} PRIVATE m100::core m100_warnings m100_compiled_${speed} GTest::gtest)
+    target_precompile_headers(${headers} PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${headers})
+endfunction()
 
 # What gives each test program a folder for its temporary files, compiled once per build.
 function(m100_own_folder)
@@ -234,10 +242,13 @@ function(m100_tests)
   m100_own_folder()
   add_executable(${program} ${arg_SOURCES})
   m100_join(${program})
-  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_soon
+  set(speed soon)
+  if(M100_SANITIZE AND arg_LABEL MATCHES "unit|golden" AND NOT arg_COMPUTES)  # property tests do much themselves
+    set(speed at_once)
+  endif()
+  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_${speed}
     GTest::gtest_main)
-  m100_test_headers()
-  target_precompile_headers(${program} REUSE_FROM m100_test_headers)
+  m100_test_headers(${program} ${speed})
   if(CMAKE_CROSSCOMPILING)
     # Deviation: GCC 12 for ARM warns falsely about std::string operator+ where <string> comes precompiled; the PC's
     # build of the same files keeps the warnings.
