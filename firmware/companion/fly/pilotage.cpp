@@ -196,6 +196,11 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
   if (excitation == Excitation::State::kReturning || excitation == Excitation::State::kMoving) {
     since_ = now;  // what was wished to be held counts from its end
   }
+  end_or_fly_on(now, input);
+  return true;
+}
+
+void Pilotage::end_or_fly_on(core::TimePoint now, const OperatorInput& input) {
   const bool at_home = home_.state() == Homeward<double>::State::kThere;
   const bool is_held = wishes_.take_control && core::seconds<double>(now - since_) >= wishes_.hold_s;
   const bool is_over = at_home || (is_held && !goes_home());
@@ -208,7 +213,6 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
   } else if (input.land) {
     tell(now, kNoLanding);
   }
-  return true;
 }
 
 bool Pilotage::may_land() const {

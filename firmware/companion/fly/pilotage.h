@@ -71,6 +71,7 @@ class Pilotage {
   /// A word would take off: control is not ours, and the aircraft stands on the ground.
   bool would_take_off(core::TimePoint now) const { return waits() && takes_off_from_here(now); }
   /// An order to land would be served.
+  void end_or_fly_on(core::TimePoint now, const OperatorInput& input);
   bool may_land() const;
   /// Take-off or landing by the autopilot goes on, or control is asked for to take off.
   bool in_task(protocol::Task task) const {

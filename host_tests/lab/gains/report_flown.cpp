@@ -20,6 +20,34 @@ model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
   return vehicle;
 }
 
+/// The worst of each margin over the corners, and where (gain, frequency).
+struct WorstCorner {
+  Margins margins{.stable = true, .delay_margin_s = kLargestDelay_s};
+  std::array<double, 2> most_sensitive{1.0, 1.0};
+  std::array<double, 2> least_delay{1.0, 1.0};
+};
+
+WorstCorner worst_corner(const model::Vehicle& believed, const Structure& structure, Axis axis) {
+  WorstCorner out;
+  Margins& worst = out.margins;
+  for (const double gain : kCorners) {
+    for (const double frequency : kCorners) {
+      const Margins margins =
+          flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, kVirtualRcWay);
+      worst.stable = worst.stable && margins.stable;
+      if (margins.peak_sensitivity > worst.peak_sensitivity) {
+        worst.peak_sensitivity = margins.peak_sensitivity;
+        out.most_sensitive = {gain, frequency};
+      }
+      if (margins.delay_margin_s < worst.delay_margin_s) {
+        worst.delay_margin_s = margins.delay_margin_s;
+        out.least_delay = {gain, frequency};
+      }
+    }
+  }
+  return out;
+}
+
 nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure& structure, const char* name,
                                  Axis axis, bool corners) {
   nlohmann::json out;
@@ -33,24 +61,7 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure
   if (!corners) {
     return out;
   }
-  Margins worst{.stable = true, .delay_margin_s = kLargestDelay_s};
-  std::array<double, 2> most_sensitive{1.0, 1.0};
-  std::array<double, 2> least_delay{1.0, 1.0};
-  for (const double gain : kCorners) {
-    for (const double frequency : kCorners) {
-      const Margins margins =
-          flown_margins_of(believed, corner(structure.vehicle, gain, frequency), axis, kVirtualRcWay);
-      worst.stable = worst.stable && margins.stable;
-      if (margins.peak_sensitivity > worst.peak_sensitivity) {
-        worst.peak_sensitivity = margins.peak_sensitivity;
-        most_sensitive = {gain, frequency};
-      }
-      if (margins.delay_margin_s < worst.delay_margin_s) {
-        worst.delay_margin_s = margins.delay_margin_s;
-        least_delay = {gain, frequency};
-      }
-    }
-  }
+  const auto [worst, most_sensitive, least_delay] = worst_corner(believed, structure, axis);
   const bool kept =
       worst.stable && worst.peak_sensitivity <= kLargestPeakSensitivity && worst.delay_margin_s >= kFieldDelayMargin_s;
   std::printf(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One part of a tick, many times, for callgrind to count (firmware/README.md has the command and the numbers):
 //   valgrind --tool=callgrind --toggle-collect='*one_tick*' tick_cost axis|ekf|law|window|sticks double|float|fixed
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -117,23 +118,26 @@ int sticks() {
 int main(int count, char** words) {
   const char* part = count > 1 ? words[1] : "";
   const char* scalar = count > 2 ? words[2] : "float";
-  const auto is = [](const char* a, const char* b) { return std::strcmp(a, b) == 0; };
-  const bool wide = is(scalar, "double");
-  const bool fixed = is(scalar, "fixed");
-  if (is(part, "axis")) {
-    return wide ? axis<double>() : fixed ? axis<core::Fixed>() : axis<float>();
-  }
-  if (is(part, "ekf")) {
-    return wide ? ekf<double, double>() : fixed ? ekf<core::Fixed, float>() : ekf<float, float>();
-  }
-  if (is(part, "law")) {
-    return wide ? law<double>() : law<float>();
-  }
-  if (is(part, "window")) {
-    return wide ? window<double>() : window<float>();
-  }
-  if (is(part, "sticks")) {
-    return sticks();
+  struct Row {
+    const char* part;
+    const char* scalar;
+    int (*cost)();
+  };
+  constexpr std::array kRows{Row{"axis", "double", &axis<double>},
+                             Row{"axis", "fixed", &axis<core::Fixed>},
+                             Row{"axis", "", &axis<float>},
+                             Row{"ekf", "double", &ekf<double, double>},
+                             Row{"ekf", "fixed", &ekf<core::Fixed, float>},
+                             Row{"ekf", "", &ekf<float, float>},
+                             Row{"law", "double", &law<double>},
+                             Row{"law", "", &law<float>},
+                             Row{"window", "double", &window<double>},
+                             Row{"window", "", &window<float>},
+                             Row{"sticks", "", &sticks}};
+  for (const Row& row : kRows) {  // a row without a scalar is for every other one
+    if (std::strcmp(row.part, part) == 0 && (row.scalar[0] == '\0' || std::strcmp(row.scalar, scalar) == 0)) {
+      return row.cost();
+    }
   }
   std::fprintf(stderr, "tick_cost: axis, ekf, law, window or sticks, then double, float or fixed\n");
   return 2;

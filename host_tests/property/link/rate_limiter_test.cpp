@@ -142,6 +142,20 @@ struct SentCommands : ByteTap {
   protocol::FrameParser parser_;
 };
 
+/// A line that sticks now and then, and a pilot who takes control for a tenth of a second every 15 s.
+void disturb(hal::UartPair& cable, sim::N1Autopilot& autopilot, int tick, std::mt19937& random) {
+  if (random() % 40 == 0) {
+    cable.a_to_b().set_faults({.longest_write = random() % 3 == 0 ? 0U : random() % 60});
+  } else if (random() % 20 == 0) {
+    cable.a_to_b().set_faults({});
+  }
+  if (tick % 1500 == 1200) {
+    autopilot.set_mode(sim::N1Mode::kA);
+  } else if (tick % 1500 == 1210) {
+    autopilot.set_mode(sim::N1Mode::kF);
+  }
+}
+
 // Catches a limiter that counts what is handed over, not what leaves, and one that a new start of control resets.
 TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
   RecordProperty("promise", "R4");
@@ -160,16 +174,7 @@ TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
       const std::int64_t step_us = 8000 + static_cast<std::int64_t>(random() % 4000);
       clock.advance(std::chrono::microseconds(step_us));
       autopilot.advance(clock.now());
-      if (random() % 40 == 0) {
-        cable.a_to_b().set_faults({.longest_write = random() % 3 == 0 ? 0U : random() % 60});
-      } else if (random() % 20 == 0) {
-        cable.a_to_b().set_faults({});
-      }
-      if (tick % 1500 == 1200) {
-        autopilot.set_mode(sim::N1Mode::kA);
-      } else if (tick % 1500 == 1210) {
-        autopilot.set_mode(sim::N1Mode::kF);
-      }
+      disturb(cable, autopilot, tick, random);
       link.receive(clock.now());
       const safety::Stage stage = link.authority().stage;
       if (stage == safety::Stage::kReady || stage == safety::Stage::kSilent || stage == safety::Stage::kSilentCold) {

@@ -57,26 +57,7 @@ class Reference {
       if ((u - clip(u - g / curvature)).cwiseAbs().maxCoeff() < Real(1e-18)) {
         break;
       }
-      std::vector<Eigen::Index> free;
-      for (Eigen::Index i = 0; i < u.size(); ++i) {
-        if (!((u(i) <= low && g(i) > 0) || (u(i) >= high && g(i) < 0))) {
-          free.push_back(i);
-        }
-      }
-      const auto m = static_cast<Eigen::Index>(free.size());
-      Matrix hf(m, m);
-      Vector gf(m);
-      for (Eigen::Index i = 0; i < m; ++i) {
-        gf(i) = g(free.at(static_cast<std::size_t>(i)));
-        for (Eigen::Index j = 0; j < m; ++j) {
-          hf(i, j) = h(free.at(static_cast<std::size_t>(i)), free.at(static_cast<std::size_t>(j)));
-        }
-      }
-      const Vector df = m > 0 ? Vector(solve(hf, -gf)) : Vector();
-      Vector d = Vector::Zero(u.size());
-      for (Eigen::Index i = 0; i < m; ++i) {
-        d(free.at(static_cast<std::size_t>(i))) = df(i);
-      }
+      const Vector d = newton_step(h, g, free_inputs(u, g, low, high));
       Vector best = clip(u - g / curvature);
       for (Real step = 1; step > Real(1e-6); step /= 2) {
         const Vector tried = clip(u + step * d);
@@ -91,6 +72,35 @@ class Reference {
   }
 
  private:
+  /// Those that stand at no limit, or would leave it.
+  static std::vector<Eigen::Index> free_inputs(const Vector& u, const Vector& g, Real low, Real high) {
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index i = 0; i < u.size(); ++i) {
+      if (!((u(i) <= low && g(i) > 0) || (u(i) >= high && g(i) < 0))) {
+        free.push_back(i);
+      }
+    }
+    return free;
+  }
+  /// Of the free inputs alone; the others stand.
+  static Vector newton_step(const Matrix& h, const Vector& g, const std::vector<Eigen::Index>& free) {
+    const auto m = static_cast<Eigen::Index>(free.size());
+    Matrix hf(m, m);
+    Vector gf(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      gf(i) = g(free.at(static_cast<std::size_t>(i)));
+      for (Eigen::Index j = 0; j < m; ++j) {
+        hf(i, j) = h(free.at(static_cast<std::size_t>(i)), free.at(static_cast<std::size_t>(j)));
+      }
+    }
+    const Vector df = m > 0 ? Vector(solve(hf, -gf)) : Vector();
+    Vector d = Vector::Zero(g.size());
+    for (Eigen::Index i = 0; i < m; ++i) {
+      d(free.at(static_cast<std::size_t>(i))) = df(i);
+    }
+    return d;
+  }
+
   AxisProblem problem_;
   Condensed condensed_;
 };

@@ -64,14 +64,7 @@ class Walk {
       signs |= when(choice.event == Event::kRestart, AuthoritySign::kRestarted);
       world.seen = {world.autopilot.f, world.autopilot.virtual_rc, world.autopilot.device, false};
     }
-    if (world.open && world.ack != Ack::kNone && choice.ack_arrives) {
-      signs |= sign_of(world.ack);
-      world.open = false;
-    } else if (world.open && world.open_old) {
-      signs |= AuthoritySign::kNoAnswer;
-      world.open = false;
-    }
-    world.open_old = world.open && (world.open_old || choice.time_passes);
+    signs |= answer_sign(world, choice);
     signs |= operator_sign(world, choice.acts) | levels(world.seen);
 
     const bool was_busy = (kAcquiring | kHolding).has(world.client.stage);
@@ -83,11 +76,7 @@ class Walk {
     const bool silent_now = world.client.stage == Stage::kSilent || world.client.stage == Stage::kSilentCold;
     world.must_be_silent = world.must_be_silent || (was_busy && silent_now);
     if (choice.event == Event::kPortBack) {
-      world.must_be_silent =
-          false;  // start-up may run; control is asked for by an ask only, which is the table's own proof
-      if (world.client.stage != Stage::kListening || world.client.asked) {
-        fail("a port came back, and the start-up does not begin anew or an ask of before still counts");
-      }
+      examine_port_back(world);
     }
     act(world, made.action, choice);
     canonicalise(world);
@@ -97,6 +86,25 @@ class Walk {
  private:
   static constexpr unsigned kTableBits = 25;
 
+  static AuthoritySign answer_sign(World& world, const Choice& choice) {
+    AuthoritySign sign = AuthoritySign::kNone;
+    if (world.open && world.ack != Ack::kNone && choice.ack_arrives) {
+      sign = sign_of(world.ack);
+      world.open = false;
+    } else if (world.open && world.open_old) {
+      sign = AuthoritySign::kNoAnswer;
+      world.open = false;
+    }
+    world.open_old = world.open && (world.open_old || choice.time_passes);
+    return sign;
+  }
+  /// Start-up may run; control is asked for by an ask only, which is the table's own proof.
+  void examine_port_back(World& world) {
+    world.must_be_silent = false;
+    if (world.client.stage != Stage::kListening || world.client.asked) {
+      fail("a port came back, and the start-up does not begin anew or an ask of before still counts");
+    }
+  }
   AuthoritySign operator_sign(World& world, Operator acts) const {
     if (acts == Operator::kAsks) {
       world.must_be_silent = false;
@@ -126,6 +134,9 @@ class Walk {
     if (world.must_be_silent && (commands || leaves)) {
       fail("something leaves after a loss, before the operator asked");
     }
+    examine_spacing(world, made);
+  }
+  void examine_spacing(const World& world, const AuthorityStep& made) {
     if (made.action == Action::kRequestControl && world.since_obtain < kSpacingUnits) {
       fail("two requests for control within two seconds");
     }

@@ -222,6 +222,36 @@ inline bool happen(Autopilot& autopilot, Event event) {
   return had && autopilot.device != Device::kOurs;
 }
 
+inline Ack obtain(Autopilot& autopilot) {
+  if (!autopilot.activated) {
+    return Ack::kNotActivated;
+  }
+  if (!autopilot.f) {
+    return Ack::kRefused;
+  }
+  if (autopilot.device == Device::kMobile) {
+    return Ack::kAgain;
+  }
+  autopilot.release_once = false;
+  if (autopilot.device != Device::kOurs) {
+    autopilot.asked_once = !autopilot.asked_once;
+    autopilot.device = autopilot.asked_once ? Device::kRc : Device::kOurs;
+  }
+  return autopilot.device == Device::kOurs ? Ack::kDone : Ack::kAgain;
+}
+
+inline Ack give_back(Autopilot& autopilot) {
+  autopilot.virtual_rc = false;
+  if (!autopilot.f || !autopilot.activated) {
+    return autopilot.f ? Ack::kNotActivated : Ack::kRefused;
+  }
+  if (autopilot.device == Device::kOurs) {
+    autopilot.release_once = !autopilot.release_once;
+    autopilot.device = autopilot.release_once ? Device::kOurs : Device::kRc;
+  }
+  return autopilot.device == Device::kOurs ? Ack::kAgain : Ack::kDone;
+}
+
 /// What the autopilot makes of a request that reaches it (protocol, sections 6.1, 7 and 11).
 inline Ack receive(Autopilot& autopilot, Action request) {
   switch (request) {
@@ -232,34 +262,12 @@ inline Ack receive(Autopilot& autopilot, Action request) {
       autopilot.activated = true;
       return Ack::kDone;
     case Action::kRequestControl:
-      if (!autopilot.activated) {
-        return Ack::kNotActivated;
-      }
-      if (!autopilot.f) {
-        return Ack::kRefused;
-      }
-      if (autopilot.device == Device::kMobile) {
-        return Ack::kAgain;
-      }
-      autopilot.release_once = false;
-      if (autopilot.device != Device::kOurs) {
-        autopilot.asked_once = !autopilot.asked_once;
-        autopilot.device = autopilot.asked_once ? Device::kRc : Device::kOurs;
-      }
-      return autopilot.device == Device::kOurs ? Ack::kDone : Ack::kAgain;
+      return obtain(autopilot);
     case Action::kSwitchVirtualRcOn:
       autopilot.virtual_rc = autopilot.virtual_rc || (autopilot.f && autopilot.activated);
       return Ack::kNone;
     case Action::kReleaseControl:
-      autopilot.virtual_rc = false;
-      if (!autopilot.f || !autopilot.activated) {
-        return autopilot.f ? Ack::kNotActivated : Ack::kRefused;
-      }
-      if (autopilot.device == Device::kOurs) {
-        autopilot.release_once = !autopilot.release_once;
-        autopilot.device = autopilot.release_once ? Device::kOurs : Device::kRc;
-      }
-      return autopilot.device == Device::kOurs ? Ack::kAgain : Ack::kDone;
+      return give_back(autopilot);
     case Action::kNone:
       break;
   }

@@ -111,11 +111,8 @@ class Judge {
                : fault.within_s;
   }
 
-  /// The transmitter must have control `within_s` after t_s, or after the line came back.
-  void expect_return(double t_s, double within_s, const std::string& why) {
-    if (t_s == kNever_s || any([](const Fault& fault) { return fault.reach == Reach::kLate; })) {
-      return;
-    }
+  /// `within_s` after t_s, later where nothing got through or the program stood still meanwhile.
+  double due_after(double t_s, double within_s) {
     double due_s = t_s + within_s;
     const Mute silent = mute();
     if (silent.from_s < due_s && silent.to_s > t_s) {
@@ -127,6 +124,15 @@ class Judge {
                    ? still_s
                    : 0.0;
     }
+    return due_s;
+  }
+
+  /// The transmitter must have control `within_s` after t_s, or after the line came back.
+  void expect_return(double t_s, double within_s, const std::string& why) {
+    if (t_s == kNever_s || any([](const Fault& fault) { return fault.reach == Reach::kLate; })) {
+      return;
+    }
+    const double due_s = due_after(t_s, within_s);
     if (due_s + lag_s_ > story_.over_s) {
       return;  // nobody can tell
     }
@@ -253,6 +259,16 @@ class Judge {
     }
   }
 
+  void exit_code() {
+    const bool flew = story_.obtained_s != kNever_s;
+    if (flew && story_.ending == 2) {
+      object("exit code 2 after a flight");
+    }
+    if (!flew && story_.ending == 0) {
+      object("exit code 0 without a flight");
+    }
+  }
+
   void ending() {
     const bool by_fault = any([](const Fault& fault) { return fault.ends_program; });
     const bool never_came = case_.stage == Stage::kStarting && story_.obtained_s == kNever_s;
@@ -262,13 +278,7 @@ class Judge {
     if (any([](const Fault& fault) { return fault.ends_alone; }) && (story_.ran_until_stopped || story_.ending != 1)) {
       object("the program did not end by itself with exit code 1");
     }
-    const bool flew = story_.obtained_s != kNever_s;
-    if (flew && story_.ending == 2) {
-      object("exit code 2 after a flight");
-    }
-    if (!flew && story_.ending == 0) {
-      object("exit code 0 without a flight");
-    }
+    exit_code();
     const bool unreachable = mute().from_s != kNever_s && mute().to_s == kNever_s;
     const bool killed = any([](const Fault& fault) {
       return fault.name == "SIGKILL" || fault.name == "SIGSEGV" || fault.name == "SIGABRT" || fault.name == "SIGSTOP";

@@ -61,6 +61,13 @@ bool write_between_markers(const std::string& path, const std::string& name, con
   return true;
 }
 
+std::vector<Case> battery(const std::string& name) {
+  return name == "losses"    ? losses_battery()
+         : name == "whole"   ? whole_battery()
+         : name == "counted" ? counted_battery()
+                             : short_battery();
+}
+
 int run(std::map<std::string, std::string> options) {
   for (const char* const needed : {"--m100", "--lab", "--vehicle", "--gains"}) {
     if (options[needed].empty()) {
@@ -69,10 +76,7 @@ int run(std::map<std::string, std::string> options) {
     }
   }
   const bool is_losses = options["--battery"] == "losses";
-  std::vector<Case> cases = is_losses                           ? losses_battery()
-                            : options["--battery"] == "whole"   ? whole_battery()
-                            : options["--battery"] == "counted" ? counted_battery()
-                                                                : short_battery();
+  std::vector<Case> cases = battery(options["--battery"]);
   std::erase_if(cases, [&](const Case& one) { return one.name().find(options["--only"]) == std::string::npos; });
   const Places places{.m100 = options["--m100"],
                       .lab = options["--lab"],

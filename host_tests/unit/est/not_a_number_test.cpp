@@ -56,23 +56,22 @@ TEST_P(BadNumber, AnAttitudeWithOtherRatesIsStillSeen) {
 
 TEST_P(BadNumber, APathThatStandsIsStillSeen) {
   RecordProperty("promise", "R14");
-  for (int which = 0; which < 3; ++which) {
+  using Motion = MotionCheck<float>::Motion;
+  for (Vector2 Motion::*const input : {&Motion::force_m_s2, &Motion::place_m, &Motion::speed_m_s}) {
     MotionCheck<float> check;
     Vector2 place_m = Vector2::Zero(), speed_m_s = Vector2::Zero();
     for (float t_s = 0.F; t_s < 20.F; t_s += kTick_s) {
       const Vector2 force_m_s2(std::sin(1.5F * t_s), 0.F);
       speed_m_s += force_m_s2 * kTick_s;
       place_m += speed_m_s * kTick_s;
-      const bool lies = t_s > 8.F;
-      MotionCheck<float>::Motion motion{.force_m_s2 = force_m_s2,
-                                        .place_m = lies ? Vector2(Vector2::Zero()) : place_m,
-                                        .speed_m_s = lies ? Vector2(Vector2::Zero()) : speed_m_s};
+      const float seen = t_s > 8.F ? 0.F : 1.F;  // then it lies
+      Motion motion{.force_m_s2 = force_m_s2, .place_m = seen * place_m, .speed_m_s = seen * speed_m_s};
       if (t_s > 4.F && t_s < 4.F + 1.5F * kTick_s) {
-        (which == 0 ? motion.force_m_s2 : which == 1 ? motion.place_m : motion.speed_m_s).x() = GetParam();
+        (motion.*input).x() = GetParam();
       }
       check.update(motion, true, kTick_s);
     }
-    EXPECT_GE(check.evidence(), 1.F) << "input " << which;
+    EXPECT_GE(check.evidence(), 1.F) << "input " << (input == &Motion::force_m_s2 ? "force" : "place or speed");
   }
 }
 
