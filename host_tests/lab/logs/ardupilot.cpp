@@ -251,17 +251,10 @@ class ArduPilotLog final : public RawLog {
   }
 
   void take_units() {
-    std::map<char, double> multipliers;
     each("UNIT", 3, [&](const Type& type, std::size_t body) {
       if (is_number(type.fields[1]) && !is_number(type.fields[2])) {
         unit_names_[static_cast<char>(static_cast<int>(number_of(type.fields[1], type, body)))] =
             text_of(type, body, 2);
-      }
-    });
-    each("MULT", 3, [&](const Type& type, std::size_t body) {
-      if (is_number(type.fields[1]) && is_number(type.fields[2])) {
-        multipliers[static_cast<char>(static_cast<int>(number_of(type.fields[1], type, body)))] =
-            number_of(type.fields[2], type, body);
       }
     });
     each("FMTU", 4, [&](const Type& type, std::size_t body) {
@@ -272,14 +265,29 @@ class ArduPilotLog final : public RawLog {
         about.multipliers = text_of(type, body, 3);
       }
     });
-    for (Type& type : types_) {
-      for (std::size_t i = 0; i < type.fields.size(); ++i) {
-        Field& field = type.fields[i];
-        const auto found = i < type.multipliers.size() ? multipliers.find(type.multipliers[i]) : multipliers.end();
-        const bool given = found != multipliers.end() && std::isfinite(found->second) && found->second != 0.0;
-        field.factor = field.letter->factor == 1.0 && given ? found->second : field.letter->factor;
-        field.factor = field.label == "TimeUS" ? 1e-6 : field.label == "TimeMS" ? 1e-3 : field.factor;
+    take_multipliers();
+  }
+
+  void take_multipliers() {
+    std::map<char, double> multipliers;
+    each("MULT", 3, [&](const Type& type, std::size_t body) {
+      if (is_number(type.fields[1]) && is_number(type.fields[2])) {
+        multipliers[static_cast<char>(static_cast<int>(number_of(type.fields[1], type, body)))] =
+            number_of(type.fields[2], type, body);
       }
+    });
+    for (Type& type : types_) {
+      set_factors(type, multipliers);
+    }
+  }
+
+  static void set_factors(Type& type, const std::map<char, double>& multipliers) {
+    for (std::size_t i = 0; i < type.fields.size(); ++i) {
+      Field& field = type.fields[i];
+      const auto found = i < type.multipliers.size() ? multipliers.find(type.multipliers[i]) : multipliers.end();
+      const bool given = found != multipliers.end() && std::isfinite(found->second) && found->second != 0.0;
+      field.factor = field.letter->factor == 1.0 && given ? found->second : field.letter->factor;
+      field.factor = field.label == "TimeUS" ? 1e-6 : field.label == "TimeMS" ? 1e-3 : field.factor;
     }
   }
 

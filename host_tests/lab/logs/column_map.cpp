@@ -100,6 +100,32 @@ void check_quaternion(const ColumnMap& map, Signal first, Signal angle, int angl
   }
 }
 
+Frame frame_of(const toml::node& value, const std::string& file) {
+  const std::string word = value.value<std::string>().value_or("");
+  if (word != "nwu_flu" && word != "ned_frd") {
+    throw InputError(file, line_of(value), "frame", "must be \"nwu_flu\" or \"ned_frd\"");
+  }
+  return word == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
+}
+
+void read_extra(const toml::table& columns, ColumnMap& map) {
+  for (const auto& [name, column] : columns) {
+    map.extra[std::string(name.str())] = column_ref(column, map.file, "extra." + std::string(name.str()));
+  }
+}
+
+/// That nothing is missing, and nothing is given twice.
+void check_whole(const toml::table& root, const ColumnMap& map) {
+  check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
+  check_quaternion(map, Signal::kCommandQw, Signal::kCommandRoll, 2);
+  if (map.time.column.empty()) {
+    throw InputError(map.file, 0, "time", "is missing: which column is the clock?");
+  }
+  if (root["signals"].as_table() == nullptr || root["signals"].as_table()->empty()) {
+    throw InputError(map.file, 0, "signals", "is missing or empty");
+  }
+}
+
 }  // namespace
 
 ColumnMap parse_column_map(std::string_view text, const std::string& file) {
@@ -116,29 +142,16 @@ ColumnMap parse_column_map(std::string_view text, const std::string& file) {
     if (key == "time") {
       map.time = column_ref(value, file, key);
     } else if (key == "frame") {
-      const std::string word = value.value<std::string>().value_or("");
-      if (word != "nwu_flu" && word != "ned_frd") {
-        throw InputError(file, line_of(value), key, "must be \"nwu_flu\" or \"ned_frd\"");
-      }
-      map.frame = word == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
+      map.frame = frame_of(value, file);
     } else if (key == "signals") {
       read_signals(section(value, file, key), map);
     } else if (key == "extra") {
-      for (const auto& [extra, column] : section(value, file, key)) {
-        map.extra[std::string(extra.str())] = column_ref(column, file, "extra." + std::string(extra.str()));
-      }
+      read_extra(section(value, file, key), map);
     } else {
       throw InputError(file, line_of(value), key, "unknown key (known: frame, time, [signals], [extra])");
     }
   }
-  check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
-  check_quaternion(map, Signal::kCommandQw, Signal::kCommandRoll, 2);
-  if (map.time.column.empty()) {
-    throw InputError(file, 0, "time", "is missing: which column is the clock?");
-  }
-  if (root["signals"].as_table() == nullptr || root["signals"].as_table()->empty()) {
-    throw InputError(file, 0, "signals", "is missing or empty");
-  }
+  check_whole(root, map);
   return map;
 }
 

@@ -36,7 +36,8 @@ std::size_t make_continuous(std::array<std::vector<double>*, 4> parts) {
     }
     const double size = std::sqrt(dot(q, q));
     const bool unit = std::isfinite(size) && std::abs(size - 1.0) < kUnitWithin;
-    const double factor = !unit ? std::numeric_limits<double>::quiet_NaN() : (dot(q, before) < 0.0 ? -1.0 : 1.0) / size;
+    const double side = dot(q, before) < 0.0 ? -1.0 : 1.0;
+    const double factor = unit ? side / size : std::numeric_limits<double>::quiet_NaN();
     wrong += unit ? 0U : 1U;
     for (std::size_t i = 0; i < 4; ++i) {
       (*parts[i])[k] = factor * q[i];

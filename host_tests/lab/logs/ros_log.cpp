@@ -8,44 +8,55 @@
 
 namespace m100::lab::logs {
 
+namespace {
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+}  // namespace
+
 void RosTopic::decode(double start_s) {
   if (decoded_) {
     return;
   }
   decoded_ = true;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  std::size_t stamp_at = std::string::npos;
   bool named = false;
   std::vector<double> numbers;
   for (const auto& [bytes, received_s] : messages) {
     numbers.clear();
     std::vector<std::string> paths;
-    std::string wrong = unknown;
-    if (wrong.empty()) {
-      wrong = type.walk(bytes, !named, [&](const std::string& path, double value) {
-        numbers.push_back(value);
-        if (!named) {
-          paths.push_back(path);
-        }
-      });
-    }
+    const auto note = [&](const std::string& path, double value) {
+      numbers.push_back(value);
+      if (!named) {
+        paths.push_back(path);
+      }
+    };
+    std::string wrong = unknown.empty() ? type.walk(bytes, !named, note) : unknown;
     if (wrong.empty() && !named) {
       named = true;
       names_ = std::move(paths);
       columns_.assign(names_.size(), std::vector<double>(time_s_.size(), kNone));
-      stamp_at = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), "header.stamp") - names_.begin());
     }
     if (wrong.empty() && numbers.size() != columns_.size()) {
       wrong = "has arrays of another length than the first one";
     }
-    complaint_ = complaint_.empty() ? wrong : complaint_;
-    damaged_ += wrong.empty() ? 0U : 1U;
-    for (std::size_t k = 0; k < columns_.size(); ++k) {
-      columns_[k].push_back(wrong.empty() ? numbers[k] : kNone);
+    if (!wrong.empty()) {
+      complain(wrong);
+      numbers.assign(columns_.size(), kNone);
     }
-    const double stamped = wrong.empty() && stamp_at < numbers.size() ? numbers[stamp_at] : 0.0;
-    time_s_.push_back((stamped > 0.0 ? stamped : received_s) - start_s);
+    append(numbers, received_s - start_s, start_s);
   }
+}
+
+void RosTopic::complain(const std::string& wrong) {
+  complaint_ = complaint_.empty() ? wrong : complaint_;
+  ++damaged_;
+}
+
+void RosTopic::append(const std::vector<double>& numbers, double received_s, double start_s) {
+  for (std::size_t k = 0; k < columns_.size(); ++k) {
+    columns_[k].push_back(numbers[k]);
+  }
+  const auto stamp = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), "header.stamp") - names_.begin());
+  const bool is_stamped = stamp < numbers.size() && numbers[stamp] > 0.0;  // one that is damaged has no number
+  time_s_.push_back(is_stamped ? numbers[stamp] - start_s : received_s);
 }
 
 const std::vector<double>* RosTopic::field(const std::string& name) const {

@@ -126,17 +126,26 @@ RosType::RosType(const std::string& own, const std::string& text, RosWire wire) 
       present = static_cast<std::size_t>(place->second);
     } else if (!name.empty() && name.find('=') == std::string::npos && !more.starts_with("=") &&
                type.rfind("==", 0) != 0) {
-      Field field{.name = name, .type = type, .array = false, .fixed = 0, .inner = -1};
-      if (const std::size_t bracket = type.find('['); bracket != std::string::npos) {
-        field.array = true;
-        field.type = type.substr(0, bracket);
-        // "[3]" is three, "[]" and "[<=3]" are as many as the message says.
-        static_cast<void>(std::from_chars(type.data() + bracket + 1, type.data() + type.size(), field.fixed));
-      }
-      field.type = plain_type(field.type);
-      definitions_[present].fields.push_back(std::move(field));
+      definitions_[present].fields.push_back(field_of(type, name));
     }
   }
+  find_inner_types(numbers);
+  find_bytes();
+}
+
+RosType::Field RosType::field_of(const std::string& type, const std::string& name) {
+  Field field{.name = name, .type = type, .array = false, .fixed = 0, .inner = -1};
+  if (const std::size_t bracket = type.find('['); bracket != std::string::npos) {
+    field.array = true;
+    field.type = type.substr(0, bracket);
+    // "[3]" is three, "[]" and "[<=3]" are as many as the message says.
+    static_cast<void>(std::from_chars(type.data() + bracket + 1, type.data() + type.size(), field.fixed));
+  }
+  field.type = plain_type(field.type);
+  return field;
+}
+
+void RosType::find_inner_types(const std::map<std::string, int>& numbers) {
   std::map<std::string, int> endings;  // a type is called by its last name inside of its package
   for (const auto& [name, index] : numbers) {
     endings.emplace(name.substr(name.rfind('/') + 1), index);
@@ -153,7 +162,10 @@ RosType::RosType(const std::string& own, const std::string& text, RosWire wire) 
       definition.has_bytes = definition.has_bytes || field.inner < 0 || (field.array && field.fixed == 0);
     }
   }
-  // A type holds bytes if one inside of it does: as many rounds as types may be nested.
+}
+
+/// A type holds bytes if one inside of it does: as many rounds as types may be nested.
+void RosType::find_bytes() {
   for (int round = 0; round < kDeepest; ++round) {
     for (Definition& definition : definitions_) {
       for (const Field& field : definition.fields) {
@@ -213,19 +225,20 @@ class RosType::Walker {
     }
     for (const Field& field : type_.definitions_[index].fields) {
       const std::string below = !named_ ? std::string() : path.empty() ? field.name : path + "." + field.name;
-      const bool hollow = field.inner >= 0 && !type_.definitions_[static_cast<std::size_t>(field.inner)].has_bytes;
-      if (!field.array) {
-        if (!hollow && !value(field, below, depth, show)) {
-          return false;
-        }
-        continue;
-      }
-      std::size_t count = field.fixed;
-      if ((count == 0 && !length(count)) || (!hollow && !elements(field, count, below, depth, show))) {
+      if (!(field.array ? array(field, below, depth, show) : is_hollow(field) || value(field, below, depth, show))) {
         return false;
       }
     }
     return true;
+  }
+
+  bool is_hollow(const Field& field) const {
+    return field.inner >= 0 && !type_.definitions_[static_cast<std::size_t>(field.inner)].has_bytes;
+  }
+
+  bool array(const Field& field, const std::string& path, int depth, bool show) {
+    std::size_t count = field.fixed;
+    return (count != 0 || length(count)) && (is_hollow(field) || elements(field, count, path, depth, show));
   }
 
   bool elements(const Field& field, std::size_t count, const std::string& path, int depth, bool show) {

@@ -49,6 +49,10 @@ class RosType {
     std::vector<Field> fields;
     bool has_bytes = false;  ///< some value lies inside, at some depth
   };
+
+  static Field field_of(const std::string& type, const std::string& name);
+  void find_inner_types(const std::map<std::string, int>& numbers);
+  void find_bytes();
   class Walker;
 
   std::vector<Definition> definitions_;  ///< the outer one first
@@ -74,6 +78,9 @@ class RosTopic {
   const std::string& complaint() const { return complaint_; }
 
  private:
+  void complain(const std::string& wrong);
+  void append(const std::vector<double>& numbers, double received_s, double start_s);
+
   std::vector<std::string> names_;
   std::vector<std::vector<double>> columns_;
   std::vector<double> time_s_;

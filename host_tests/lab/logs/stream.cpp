@@ -26,38 +26,52 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
   return y[hint] + (y[hint + 1] - y[hint]) * (at - x[hint]) / span;
 }
 
+namespace {
+
+enum class Clock { kRuns, kStands, kSpoilt, kBackwards };
+
+/// What row k says behind the rows that were taken. One row that is out of line with both neighbours is spoilt.
+Clock clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
+  const double t = stream.time_s[k];
+  if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
+    return Clock::kSpoilt;
+  }
+  if (taken_s.empty()) {
+    return Clock::kRuns;
+  }
+  const double last = taken_s.back();
+  const bool has_next = k + 1 < stream.time_s.size();
+  const double next = has_next ? stream.time_s[k + 1] : t;
+  if (t == last) {
+    return Clock::kStands;
+  }
+  const bool one_back = t < last && (!has_next || next > last);
+  const bool one_ahead = has_next && t > next && next > last;
+  if (one_back || one_ahead) {
+    return Clock::kSpoilt;
+  }
+  return t < last ? Clock::kBackwards : Clock::kRuns;
+}
+
+}  // namespace
+
 Stream tidied(const Stream& stream, Untidy& untidy, std::size_t& backwards) {
   Stream tidy;
   bool spoilt = false;
   backwards = stream.time_s.size();
   for (std::size_t k = 0; k < stream.time_s.size(); ++k) {
-    const double t = stream.time_s[k];
-    const bool has_next = k + 1 < stream.time_s.size();
-    const double next = has_next ? stream.time_s[k + 1] : t;
-    if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
-      spoilt = true;
-      ++untidy.spoilt;
+    const Clock clock = clock_at(stream, k, tidy.time_s);
+    if (clock == Clock::kBackwards) {
+      backwards = k;
+      return tidy;
+    }
+    spoilt = spoilt || clock == Clock::kSpoilt;
+    untidy.spoilt += clock == Clock::kSpoilt ? 1 : 0;
+    untidy.repeated += clock == Clock::kStands ? 1 : 0;
+    if (clock != Clock::kRuns) {
       continue;
     }
-    if (!tidy.time_s.empty()) {
-      const double last = tidy.time_s.back();
-      if (t == last) {
-        ++untidy.repeated;
-        continue;
-      }
-      const bool one_back = t < last && (!has_next || next > last);
-      const bool one_ahead = has_next && t > next && next > last;
-      if (one_back || one_ahead) {
-        spoilt = true;
-        ++untidy.spoilt;
-        continue;
-      }
-      if (t < last) {
-        backwards = k;
-        return tidy;
-      }
-    }
-    tidy.time_s.push_back(t);
+    tidy.time_s.push_back(stream.time_s[k]);
     tidy.values.push_back(stream.values[k]);
     tidy.after_spoilt.push_back(spoilt ? 1 : 0);
     spoilt = false;

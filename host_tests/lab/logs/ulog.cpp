@@ -158,26 +158,32 @@ class ULog final : public RawLog {
     return out;
   }
 
-  /// The file's sections: up to the first appended data, and each of those to the next.
-  void read_sections() {
+  /// By the flags of the file: where its first data and what was appended to it begin.
+  std::vector<std::size_t> section_begins() const {
     std::vector<std::size_t> begins{kHeaderBytes};
     const char* const first = bytes_.data() + kHeaderBytes;
-    if (bytes_.size() >= kHeaderBytes + 3 + kFlagBytes && first[2] == 'B' &&
-        number<std::uint16_t>(first) >= kFlagBytes) {
-      const char* const flags = first + 3;
-      for (std::size_t i = 8; i < 16; ++i) {
-        const auto unknown = static_cast<unsigned>(static_cast<unsigned char>(flags[i])) & ~(i == 8 ? kAppended : 0U);
-        if (unknown != 0) {
-          throw InputError(file(), 0, "", "uses features of ULog that are not known here (incompatible flags)");
-        }
-      }
-      for (std::size_t i = 16; (static_cast<unsigned char>(flags[8]) & kAppended) != 0 && i < kFlagBytes; i += 8) {
-        const auto offset = number<std::uint64_t>(flags + i);
-        if (offset > begins.back() && offset < bytes_.size()) {
-          begins.push_back(static_cast<std::size_t>(offset));
-        }
+    if (bytes_.size() < kHeaderBytes + 3 + kFlagBytes || first[2] != 'B' || number<std::uint16_t>(first) < kFlagBytes) {
+      return begins;
+    }
+    const char* const flags = first + 3;
+    for (std::size_t i = 8; i < 16; ++i) {
+      const auto unknown = static_cast<unsigned>(static_cast<unsigned char>(flags[i])) & ~(i == 8 ? kAppended : 0U);
+      if (unknown != 0) {
+        throw InputError(file(), 0, "", "uses features of ULog that are not known here (incompatible flags)");
       }
     }
+    for (std::size_t i = 16; (static_cast<unsigned char>(flags[8]) & kAppended) != 0 && i < kFlagBytes; i += 8) {
+      const auto offset = number<std::uint64_t>(flags + i);
+      if (offset > begins.back() && offset < bytes_.size()) {
+        begins.push_back(static_cast<std::size_t>(offset));
+      }
+    }
+    return begins;
+  }
+
+  /// The file's sections: up to the first appended data, and each of those to the next.
+  void read_sections() {
+    const std::vector<std::size_t> begins = section_begins();
     for (std::size_t i = 0; i < begins.size(); ++i) {
       read_messages(begins[i], i + 1 < begins.size() ? begins[i + 1] : bytes_.size());
     }

@@ -81,6 +81,17 @@ const UlogFormats::Format* UlogFormats::understood(const std::string& name, int 
   return format.broken ? nullptr : &format;
 }
 
+bool UlogFormats::measure(Field& field, int depth) {
+  const Basic* const plain = basic(field.type);
+  const Format* const nested = plain == nullptr ? understood(field.type, depth + 1) : nullptr;
+  if (plain == nullptr && nested == nullptr) {
+    return false;
+  }
+  field.each = plain != nullptr ? plain->bytes : nested->bytes;
+  field.named = !is_padding(field.name) && (plain != nullptr || nested->named);
+  return true;
+}
+
 bool UlogFormats::understand(Format& format, int depth) {
   std::string_view rest = format.text;
   while (!rest.empty()) {
@@ -100,16 +111,8 @@ bool UlogFormats::understand(Format& format, int depth) {
                 .is_array = type->index.has_value(),
                 .count = type->index.value_or(1),
                 .at = format.bytes};
-    if (const Basic* const plain = basic(field.type)) {
-      field.each = plain->bytes;
-      field.named = !is_padding(field.name);
-    } else {
-      const Format* const nested = understood(field.type, depth + 1);
-      if (nested == nullptr) {
-        return false;
-      }
-      field.each = nested->bytes;
-      field.named = nested->named && !is_padding(field.name);
+    if (!measure(field, depth)) {
+      return false;
     }
     if (field.each > 0 && field.count > (kMostBytes - format.bytes) / field.each) {
       return false;

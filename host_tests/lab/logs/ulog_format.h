@@ -57,6 +57,8 @@ class UlogFormats {
 
   const Format* understood(const std::string& name, int depth);
   bool understand(Format& format, int depth);
+  /// How many bytes one element has. @returns false: of a type that nobody defined.
+  bool measure(Field& field, int depth);
 
   std::map<std::string, Format, std::less<>> formats_;
 };

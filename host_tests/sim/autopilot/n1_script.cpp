@@ -81,10 +81,24 @@ N1ScriptLine read_lie(core::TimePoint at, std::istringstream& words, long line) 
   return {.at = at, .what = N1Happening::kLie, .value = has_size ? size : lie->size, .lie = lie};
 }
 
+N1ScriptLine read_form(const N1Form& form, core::TimePoint at, std::istringstream& words, long number) {
+  std::string value, command, more;
+  const bool takes_value = !form.words.empty() || form.low != form.high;
+  if (takes_value != static_cast<bool>(words >> value) ||
+      (form.what == N1Happening::kLoseAcks && words >> command && words >> more) || words >> more) {
+    throw N1ScriptError(number,
+                        "'" + std::string(form.name) + (takes_value ? "' takes one value" : "' takes no value"));
+  }
+  return {.at = at,
+          .what = form.what,
+          .value = takes_value ? read_value(form, value, number) : 0.0,
+          .asked = command.empty() ? N1Asked::kAny : read_command(command, number)};
+}
+
 N1ScriptLine read_line(const std::string& text, long number) {
   std::istringstream words(text);
   double at_s = 0.0;
-  std::string name, value, command, more;
+  std::string name;
   if (!(words >> at_s) || !(at_s >= 0.0 && at_s <= 1e6) || !(words >> name)) {
     throw N1ScriptError(number, "expected: seconds, what happens, value");
   }
@@ -97,21 +111,11 @@ N1ScriptLine read_line(const std::string& text, long number) {
   if (name == kN1LieWord) {
     return read_lie(at, words, number);
   }
-  for (const N1Form& form : kN1Forms) {
-    if (form.name != name) {
-      continue;
-    }
-    const bool takes_value = !form.words.empty() || form.low != form.high;
-    if (takes_value != static_cast<bool>(words >> value) ||
-        (form.what == N1Happening::kLoseAcks && words >> command && words >> more) || words >> more) {
-      throw N1ScriptError(number, "'" + name + (takes_value ? "' takes one value" : "' takes no value"));
-    }
-    return {.at = at,
-            .what = form.what,
-            .value = takes_value ? read_value(form, value, number) : 0.0,
-            .asked = command.empty() ? N1Asked::kAny : read_command(command, number)};
+  const auto form = std::find_if(kN1Forms.begin(), kN1Forms.end(), [&](const N1Form& one) { return one.name == name; });
+  if (form == kN1Forms.end()) {
+    throw N1ScriptError(number, "unknown: '" + name + "'");
   }
-  throw N1ScriptError(number, "unknown: '" + name + "'");
+  return read_form(*form, at, words, number);
 }
 
 }  // namespace
