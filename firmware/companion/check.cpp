@@ -2,7 +2,6 @@
 // m100 check: do the vehicle file, the gain table, the flight file, the course and the limits of the program agree?
 // Nothing flies.
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,14 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "firmware/app/config.h"
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/subcommands.h"
-#include "firmware/model/tilt_limit.h"
 
 namespace m100::companion {
 namespace {
@@ -30,37 +28,6 @@ struct CheckOptions {
   std::string json;
 };
 
-struct Finding {
-  bool holds;
-  std::string what;
-};
-
-bool same(double a, double b) { return std::abs(a - b) <= 1e-9 * (1.0 + std::abs(a)); }
-
-std::vector<Finding> findings(const VehicleFile& file, const mpc::GainTables<double>& tables) {
-  const model::Vehicle& vehicle = file.vehicle;
-  const safety::Envelope& envelope = app::kDefaultFlight.envelope;
-  std::vector<Finding> out;
-  for (const char* section : {"axis.roll", "axis.pitch", "axis.yaw_rate", "axis.climb"}) {
-    out.push_back({file.sections.contains(section), std::string("[") + section + "] is in the vehicle file"});
-  }
-  const double limit = vehicle.translation.tilt_limit_rad;
-  const double slope = model::slope_at_limit(limit);
-  out.push_back({same(tables.x.input_max_rad, slope) && same(tables.y.input_max_rad, slope),
-                 "the tables' input limit is the tangent of the vehicle's tilt limit"});
-  out.push_back({limit <= envelope.tilt_rad + 1e-12, "the tilt limit is inside the supervisor's envelope"});
-  out.push_back(
-      {vehicle.altitude.climb_limit_m_s <= envelope.climb_m_s, "the climb limit is inside the supervisor's envelope"});
-  out.push_back({vehicle.yaw.rate_limit_rad_s <= envelope.yaw_rate_rad_s + 1e-12,
-                 "the yaw rate limit is inside the supervisor's envelope"});
-  out.push_back({same(tables.x.delay.delay_s, vehicle.pitch.transport_delay_s) &&
-                     same(tables.y.delay.delay_s, vehicle.roll.transport_delay_s),
-                 "the tables predict through the vehicle's transport delays"});
-  out.push_back({std::abs(vehicle.roll.trim_counts) < 200.0 && std::abs(vehicle.pitch.trim_counts) < 200.0,
-                 "the trims leave the sticks room on both sides"});
-  return out;
-}
-
 /// Flight file and course, read and refused as `fly` does.
 /// @returns the mode that would fly
 Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
@@ -70,7 +37,7 @@ Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
   const Orders orders(files);
   const Range start_z_m = check_offsets(orders);
   if (orders.flight) {
-    out.push_back({true, "the flight file has a box around the start, and every key in its range"});
+    out.push_back({"", true, "the flight file has a box around the start, and every key in its range"});
   }
   if (!options.course.empty()) {
     std::ostringstream text;
@@ -78,7 +45,7 @@ Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
     if (orders.flight) {
       text << ", inside the fence if it starts at a height of " << start_z_m.low << " to " << start_z_m.high << " m";
     }
-    out.push_back({true, text.str()});
+    out.push_back({"", true, text.str()});
   }
   return orders.mode;
 }
@@ -96,7 +63,7 @@ void check_files(const CheckOptions& options) {
 nlohmann::json to_json(const std::vector<Finding>& all, Mode mode, bool agrees) {
   nlohmann::json list = nlohmann::json::array();
   for (const Finding& finding : all) {
-    list.push_back({{"holds", finding.holds}, {"what", finding.what}});
+    list.push_back({{"check", finding.name}, {"holds", finding.holds}, {"what", finding.what}});
   }
   return {{"agrees", agrees}, {"mode", name(mode)}, {"findings", std::move(list)}};
 }
@@ -104,16 +71,17 @@ nlohmann::json to_json(const std::vector<Finding>& all, Mode mode, bool agrees) 
 void run(const CheckOptions& options) {
   check_files(options);
   // Refuses any changed bit, and tables of another vehicle.
-  const FlightModel model(options.vehicle, options.gains, Mode::kField);
-  std::vector<Finding> all{{true, "the gain table is intact and was made from this vehicle file"}};
+  const FlightModel field(options.vehicle, options.gains, Mode::kField);
+  std::vector<Finding> all{{"", true, "the gain table is intact and was made from this vehicle file"}};
   const Mode mode = check_orders(options, all);
   const FlightModel flown(options.vehicle, options.gains, mode);
-  all.push_back({true, "the gain table has what flies in mode " + std::string(name(mode))});
-  const std::vector<Finding> more = findings(model.file(), model.tables());
+  all.push_back({"", true, "the gain table has what flies in mode " + std::string(name(mode))});
+  const std::vector<Finding> more = findings(flown);
   all.insert(all.end(), more.begin(), more.end());
   bool agrees = true;
   for (const Finding& finding : all) {
-    std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what << "\n";
+    std::cout << (finding.holds ? "ok    " : "WRONG ") << finding.what;
+    std::cout << (finding.holds ? "" : ": fly refuses it without --override " + std::string(finding.name)) << "\n";
     agrees = agrees && finding.holds;
   }
   if (!options.json.empty()) {

@@ -10,6 +10,7 @@
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/link_report.h"
 #include "firmware/companion/fly/listening_port.h"
+#include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/subcommands.h"
 
@@ -133,6 +134,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   std::optional<FlightModel> model;
   if (has_model) {
     model.emplace(options.vehicle, options.gains, orders.mode);
+    expect_sound(*model, options);
   }
   ListeningPort port(autopilot);
   Seen seen;

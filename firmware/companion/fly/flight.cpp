@@ -17,6 +17,7 @@
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/keeper.h"
 #include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/preparation.h"
 #include "firmware/companion/fly/words.h"
@@ -230,6 +231,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   expect_files(options);
   const Orders orders(options);
   const FlightModel model(options.vehicle, options.gains, orders.mode);
+  expect_sound(model, options);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects

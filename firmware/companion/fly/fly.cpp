@@ -19,6 +19,7 @@
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/key_file.h"
+#include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/words.h"
 #include "firmware/companion/subcommands.h"
 
@@ -208,8 +209,9 @@ void add_fly(CLI::App& m100) {
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   app->add_option("--override", options->checks_off,
-                  "switch off one check of the pose against the autopilot's telemetry, by its name; may be repeated")
-      ->check(CLI::IsMember({"force", "climb", "heading", "motion", "rates", "answer"}));
+                  "switch off one check of the pose against the autopilot's telemetry, or fly what m100 check calls "
+                  "wrong, by its name; may be repeated")
+      ->check(CLI::IsMember(names_for_override()));
   CLI::Option* const course =
       app->add_option("--course", options->course, "course file; default: hover where the aircraft is");
   app->add_option("--excite", options->excite,

@@ -44,7 +44,7 @@ struct FlyOptions {
   std::string flight;
   std::string mode;  ///< empty: the flight file's
   std::string law = "mpc";
-  std::vector<std::string> checks_off;  ///< est::check_of
+  std::vector<std::string> checks_off;  ///< names_for_override
   std::string course;
   std::string excite;
   std::string log;

@@ -286,6 +286,14 @@ TEST_F(BadInput, CheckSaysYesToWhatBelongsTogetherAndNoToWhatIsUnsafe) {
   const fs::path far = file("far.toml", text);
   ASSERT_EQ(run_lab({"gains", "--vehicle", far.string(), "--table", (folder / "far.bin").string()}), 0) << error();
   EXPECT_EQ(run(check(far, folder / "far.bin")), 1);
+  // What the desk calls wrong does not fly, unless it is named; the port is looked at afterwards.
+  std::vector<std::string> fly{"fly",       "--dry-run",  "--port",  "/dev/null",
+                               "--vehicle", far.string(), "--gains", (folder / "far.bin").string()};
+  const auto autopilot = start_autopilot();
+  fly[3] = port.string();
+  expect_refused(fly, "--override trim");
+  fly.insert(fly.end(), {"--override", "trim", "--hold", "1"});
+  EXPECT_EQ(run(fly), 0) << error();
 }
 
 }  // namespace

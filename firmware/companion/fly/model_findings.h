@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/fly.h"
+
+namespace m100::companion {
+
+/// One thing that vehicle file, table and the program's limits must agree on. `m100 check` says each; `fly` refuses
+/// what does not hold, unless --override names it.
+struct Finding {
+  std::string_view name;  ///< for --override; empty: nothing overrides it, because it was refused before
+  bool holds = false;
+  std::string what;
+};
+std::vector<Finding> findings(const FlightModel& model);
+
+/// What --override may name: the checks of the pose in flight, and the findings.
+std::vector<std::string> names_for_override();
+
+/// Errors: UsageError that names the first finding that does not hold and was not overridden.
+void expect_sound(const FlightModel& model, const FlyOptions& options);
+
+}  // namespace m100::companion
