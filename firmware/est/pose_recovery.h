@@ -4,11 +4,17 @@
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 
-// What disturbance_ekf.cpp (the tick) and pose_recovery.cpp (beginning, and beginning again) must agree on.
+// What disturbance_ekf.cpp (the tick), pose_use.cpp (a pose) and pose_recovery.cpp (beginning, and beginning again)
+// must agree on.
 namespace m100::est {
 
 inline constexpr core::Duration kDropout = std::chrono::milliseconds(500);
 inline constexpr core::Duration kRecoverySpacing = std::chrono::milliseconds(2000);
+
+template <typename Real>
+bool finite(Real value) {
+  return value - value == Real(0);
+}
 
 template <typename Pose>
 auto wrapped_yaw(const Pose& pose) {
