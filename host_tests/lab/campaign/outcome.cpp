@@ -61,10 +61,6 @@ bool below_coast(const TracePoint& point) {
   return rung != Rung::kNominal && rung != Rung::kCoast;
 }
 
-/// A pose of 48 bytes is on the line for so long before it has come; its latency has that in it. At 240 Hz the line is
-/// full, and what waits before it is not counted here.
-constexpr double kLine_s = 48.0 * 10.0 / 115200.0;
-
 /// What a hand-over in motion does is still our doing.
 constexpr double kAftermath_s = 2.0;
 
@@ -125,7 +121,7 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
   out.contradicted = flight.contradicted;
   out.left_model = flight.left_model;
   out.refused_poses = flight.refused_poses;
-  out.latency_error_s = core::seconds<double>(flight.pose_timing.least) - world.pose.latency_s - kLine_s;
+  out.latency_error_s = flight.pose_age_error_s;
   out.latency_sigma_s = flight.pose_timing.sigma_s;
   out.stayed = out.why.empty();
   const double until_s = out.stayed ? task.duration_s : out.failed_at_s;

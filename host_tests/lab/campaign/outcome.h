@@ -21,7 +21,8 @@ struct Outcome {
   bool contradicted = false;      ///< as FlightResult; likewise the next two
   bool left_model = false;
   std::uint32_t refused_poses = 0;
-  double latency_error_s = 0.0;   ///< of the poses, as found at the end, less what the world and the line make of it
+  double latency_error_s =
+      0.0;  ///< how much older than they are poses were taken for at the end, from their capture on
   double latency_sigma_s = 0.0;   ///< that is claimed of it
   double handed_over_m_s = -1.0;  ///< horizontal speed when the sticks became the pilot's; negative: they did not
   double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task

@@ -204,11 +204,22 @@ class Flight {
     const bool noticed = controller_->observed().swings && result_.swing_noticed_s < 0.0;
     result_.swing_noticed_s = noticed ? t_s : result_.swing_noticed_s;
     note_alarms();
+    note_pose_age();
     const auto& estimate = controller_->estimate();
     const double x = normalised_square(estimate.x, point.position_m[0], point.velocity_m_s[0]);
     const double y = normalised_square(estimate.y, point.position_m[1], point.velocity_m_s[1]);
     point.nees = x >= 0.0 && y >= 0.0 ? x + y : -1.0;
     result_.trace.push_back(point);
+  }
+
+  void note_pose_age() {
+    constexpr double kShare = 0.01;  // of a tick: a memory of a second
+    const auto& estimate = controller_->estimate();
+    if (estimate.refused_poses == 0 && estimate.pose_age < std::chrono::milliseconds(300)) {
+      const core::Duration truly = world_.now() - world_.newest_pose_captured();
+      result_.pose_age_error_s +=
+          kShare * (core::seconds<double>(estimate.pose_age - truly) - result_.pose_age_error_s);
+    }
   }
 
   void note_alarms() {

@@ -68,6 +68,8 @@ struct FlightResult {
   std::uint32_t dropped_log_messages = 0;
   app::TickStats ticks;
   double seconds_of_computer = 0.0;
+  /// How much older than it is the newest pose was taken for; mean of the last seconds in which poses were used.
+  double pose_age_error_s = 0.0;
 };
 
 FlightResult fly(const FlightPlan& plan);

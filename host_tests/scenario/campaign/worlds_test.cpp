@@ -62,6 +62,24 @@ TEST(TiltInWind, StaysWellBelow35DegreesWhereTheHeadingTurns) {
   }
 }
 
+// 240 poses of 48 bytes a second fill 115200 baud: each waits for the one before, and jitter makes a queue of them.
+// What they wait is a part of their age, and found with it. Catches a capture that is taken for later by what the line
+// takes.
+TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
+  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  for (const double jitter_s : {0.0, 0.02, 0.04}) {
+    sim::Plant plant = sim::measured_plant();
+    plant.pose.rate_hz = 240.0;
+    plant.pose.latency_s = 0.05;
+    plant.pose.jitter_s = jitter_s;
+    plant.pose.reported_age = sim::ReportedAge::kNone;
+    const Outcome flown = fly_one(plant, tasks_of("step_3m").front(), 31, settings);
+    EXPECT_TRUE(flown.stayed) << flown.why;
+    EXPECT_LT(flown.latency_sigma_s, 0.01) << "not observable";
+    EXPECT_NEAR(flown.latency_error_s, 0.0, 0.005) << jitter_s;
+  }
+}
+
 // Gusts at the start of a flight tell a latency of nought, before what the force shows is known; what is believed then
 // must not be what is believed at the end. The poses are 20 ms old, and 3.8 ms on the line.
 TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/ports/pose_sender.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -12,10 +13,28 @@ namespace {
 /// System 1, component MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY: where poses come from.
 constexpr mavlink::Address kSource{.system = 1, .component = 197};
 constexpr std::int64_t kNsPerUs = 1000;
+constexpr std::int64_t kByte_ns = 10 * std::int64_t{1000000000} / 115200;  // as hal::UartPair counts it
 
 core::Duration duration_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
 
 }  // namespace
+
+std::optional<core::TimePoint> PoseSender::send(std::span<const std::byte> bytes, core::TimePoint now) {
+  const std::size_t count = uart_.write(bytes).value_or(0);
+  const std::int64_t now_ns = std::chrono::nanoseconds(now.time_since_epoch()).count();
+  line_free_ns_ = std::max(line_free_ns_, now_ns) + static_cast<std::int64_t>(count) * kByte_ns;
+  if (count != bytes.size()) {
+    return std::nullopt;
+  }
+  return core::TimePoint(std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(line_free_ns_)));
+}
+
+core::TimePoint PoseSender::newest_captured(core::TimePoint now) {
+  for (; !on_line_.empty() && on_line_.front().passed <= now; on_line_.pop_front()) {
+    newest_captured_ = std::max(newest_captured_, on_line_.front().captured);
+  }
+  return newest_captured_;
+}
 
 void PoseSender::answer_questions(core::TimePoint now) {
   std::array<std::byte, 256> chunk;
@@ -34,7 +53,7 @@ void PoseSender::answer_questions(core::TimePoint now) {
     const Question& question = questions_.front();
     const std::int64_t own_ns = source_.own_time(question.heard).time_since_epoch().count() * kNsPerUs;
     static_cast<void>(
-        uart_.write(encode(mavlink::Timesync{.tc1 = own_ns, .ts1 = question.ts1}, kSource, frames_++).bytes()));
+        send(encode(mavlink::Timesync{.tc1 = own_ns, .ts1 = question.ts1}, kSource, frames_++).bytes(), now));
   }
 }
 
@@ -49,7 +68,10 @@ void PoseSender::step(core::TimePoint now, const Vehicle& vehicle, core::TimePoi
         .x = static_cast<float>(sample->position_w_m.x()),
         .y = static_cast<float>(-sample->position_w_m.y()),
         .z = static_cast<float>(-sample->position_w_m.z())};
-    static_cast<void>(uart_.write(encode(message, kSource, frames_++).bytes()));
+    if (const auto passed = send(encode(message, kSource, frames_++).bytes(), now)) {
+      on_line_.push_back({*passed, sample->captured});
+    }
+    static_cast<void>(newest_captured(now));  // what has passed is forgotten, whether somebody asks or not
   }
 }
 

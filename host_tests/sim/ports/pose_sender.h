@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
+#include <span>
 
 #include "hal/uart.h"
 #include "host_tests/sim/world/pose_source.h"
@@ -23,8 +25,15 @@ class PoseSender {
   /// Earlier than this there is nothing to do.
   core::TimePoint next_event() const { return source_.next_event(); }
   PoseSource& source() { return source_; }
+  /// When the newest of all poses was taken whose last byte has passed the line by now; at first: when our clock began.
+  core::TimePoint newest_captured(core::TimePoint now);
 
  private:
+  /// A pose on the line, which is full at 240 poses a second: they wait for each other.
+  struct OnLine {
+    core::TimePoint passed{};
+    core::TimePoint captured{};
+  };
   /// A question on its way to the source, and back as its answer.
   struct Question {
     std::int64_t ts1 = 0;
@@ -32,11 +41,16 @@ class PoseSender {
     core::TimePoint answered{};
   };
   void answer_questions(core::TimePoint now);
+  /// @returns when the last of these bytes has passed; nothing: not all of them fitted.
+  std::optional<core::TimePoint> send(std::span<const std::byte> bytes, core::TimePoint now);
 
   hal::Uart& uart_;
   PoseSource source_;
   mavlink::Parser parser_;
   std::deque<Question> questions_;
+  std::deque<OnLine> on_line_;
+  std::int64_t line_free_ns_ = 0;
+  core::TimePoint newest_captured_{};
   std::uint8_t frames_ = 0;
 };
 

@@ -46,6 +46,8 @@ class World {
   Vehicle& vehicle() { return vehicle_; }
   N1Autopilot& autopilot() { return autopilot_; }
   PoseSource& pose_source() { return pose_sender_.source(); }
+  /// When the newest pose was taken that has come over the line by now.
+  core::TimePoint newest_pose_captured() { return pose_sender_.newest_captured(clock_.now()); }
   hal::UartPair& autopilot_line() { return autopilot_line_; }
   hal::UartPair& pose_line() { return pose_line_; }
   hal::ManualClock& clock() { return clock_; }
