@@ -133,8 +133,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   }
   std::optional<FlightModel> model;
   if (has_model) {
-    model.emplace(options.vehicle, options.gains, orders.mode);
-    expect_sound(*model, options);
+    model.emplace(sound_model(options, orders.mode));
   }
   ListeningPort port(autopilot);
   Seen seen;

@@ -230,8 +230,7 @@ void conclude(const FlyOptions& options, nlohmann::json result, const Controller
 bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::SerialPort& port) {
   expect_files(options);
   const Orders orders(options);
-  const FlightModel model(options.vehicle, options.gains, orders.mode);
-  expect_sound(model, options);
+  const FlightModel model = sound_model(options, orders.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects

@@ -62,7 +62,8 @@ std::vector<std::string> names_for_override() {
   return out;
 }
 
-void expect_sound(const FlightModel& model, const FlyOptions& options) {
+FlightModel sound_model(const FlyOptions& options, Mode mode) {
+  FlightModel model(options.vehicle, options.gains, mode);
   for (const Finding& finding : findings(model)) {
     const bool is_off =
         std::find(options.checks_off.begin(), options.checks_off.end(), finding.name) != options.checks_off.end();
@@ -72,6 +73,7 @@ void expect_sound(const FlightModel& model, const FlyOptions& options) {
                        name + " flies all the same");
     }
   }
+  return model;
 }
 
 }  // namespace m100::companion

@@ -22,7 +22,8 @@ std::vector<Finding> findings(const FlightModel& model);
 /// What --override may name: the checks of the pose in flight, and the findings.
 std::vector<std::string> names_for_override();
 
-/// Errors: UsageError that names the first finding that does not hold and was not overridden.
-void expect_sound(const FlightModel& model, const FlyOptions& options);
+/// The vehicle and the tables of the options. Errors: UsageError, also one that names the first finding that does not
+/// hold and was not overridden.
+FlightModel sound_model(const FlyOptions& options, Mode mode);
 
 }  // namespace m100::companion
