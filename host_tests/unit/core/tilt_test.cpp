@@ -48,6 +48,37 @@ TEST_P(TiltOverAttitudes, RateIsTheDerivativeAlongATurnOfTheBody) {
   EXPECT_NEAR(found.y_rad, expected.y_rad, 1e-8);
 }
 
+// Catches a gyro's z taken for the rate of the heading, and a wrong sign of one of its two parts.
+TEST_P(TiltOverAttitudes, HeadingRateIsTheDerivativeOfTheHeading) {
+  const Euler<double>& e = GetParam();
+  const Vector<double, 3> rate{0.4, -0.7, 1.1};
+  const double h = 1e-5;
+  const auto heading = [&](double t) {
+    const Quaternion<double> q = quaternion_of(e);
+    const Quaternion<double> d{1.0, 0.5 * t * rate.x(), 0.5 * t * rate.y(), 0.5 * t * rate.z()};
+    return euler_of(Quaternion<double>{
+                        q.w * d.w - q.x * d.x - q.y * d.y - q.z * d.z, q.w * d.x + q.x * d.w + q.y * d.z - q.z * d.y,
+                        q.w * d.y - q.x * d.z + q.y * d.w + q.z * d.x, q.w * d.z + q.x * d.y - q.y * d.x + q.z * d.w})
+        .yaw_rad;
+  };
+  EXPECT_NEAR(yaw_rate_of(turns_of(e), rate), (heading(h) - heading(-h)) / (2 * h), 1e-8);
+}
+
+TEST_P(TiltOverAttitudes, AStandingSlopeIsTheSlopeHoweverTheHeadingTurns) {
+  const Euler<double>& e = GetParam();
+  StandingSlope<double> standing;
+  for (const double yaw_rad : {e.yaw_rad, e.yaw_rad + 0.5, -2.0}) {
+    for (const double roll_rad : {e.roll_rad, e.roll_rad, e.roll_rad + 0.1}) {
+      for (const double pitch_rad : {e.pitch_rad, e.pitch_rad - 0.1}) {
+        const Euler<double> now{roll_rad, pitch_rad, yaw_rad};
+        const Slope<double> found = standing.at(roll_rad, pitch_rad, turn_of(yaw_rad));
+        EXPECT_EQ(found.x, slope_of(turns_of(now)).x);
+        EXPECT_EQ(found.y, slope_of(turns_of(now)).y);
+      }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Attitudes, TiltOverAttitudes,
                          ::testing::Values(Euler<double>{0, 0, 0}, Euler<double>{0.3, 0, 0}, Euler<double>{0, 0.3, 0},
                                            Euler<double>{0.2, -0.3, 1.0}, Euler<double>{-0.4, 0.1, -2.5},
