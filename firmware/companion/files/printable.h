@@ -14,7 +14,7 @@ namespace m100::companion {
 /// characters of the second kind (U+0080 to U+009F) count as none, and so does what RFC 3629 forbids: a character that
 /// is written longer than it need be (a control character might hide so), half of a pair, and what is past U+10FFFF.
 inline std::size_t utf8_sequence(std::string_view text) {
-  struct Row {  // RFC 3629, section 4: what a sequence begins with, how long it is, what its second byte may be
+  struct Row {  // RFC 3629: what a sequence begins with, how long it is, what its second byte may be
     unsigned first, last;
     std::size_t length;
     unsigned second_least, second_most;

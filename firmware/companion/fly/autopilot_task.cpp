@@ -13,6 +13,14 @@ bool is_ground(FlightStatus status) {
   return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
 }
 
+/// Where a task leads, and where it begins: the air and the ground, or the other way round.
+bool is_at_end(Task task, FlightStatus status) {
+  return task == Task::kTakeOff ? status == FlightStatus::kInAir : is_ground(status);
+}
+bool is_at_beginning(Task task, FlightStatus status) {
+  return task == Task::kTakeOff ? is_ground(status) : status == FlightStatus::kInAir;
+}
+
 }  // namespace
 
 GroundView::GroundView(const link::SerialLink& link, core::TimePoint now) {
@@ -94,11 +102,11 @@ void AutopilotTask::watch(core::TimePoint now, const link::SerialLink& link) {
   const bool takes_off = task_ == Task::kTakeOff;
   begun_ = begun_ || shown == (takes_off ? FlightStatus::kTakingOff : FlightStatus::kLanding);
   const bool is_new = begun_ || now - asked_at_ > kAnswerIn;  // not what was shown before it began
-  if (takes_off ? shown == FlightStatus::kInAir && same_for >= kSettled : is_ground(shown) && is_new) {
+  if (is_at_end(task_, shown) && (takes_off ? same_for >= kSettled : is_new)) {
     state_ = State::kDone;
   } else if (!begun_ && now - asked_at_ > kBegunIn) {
     fail(Failure::kNotBegun);
-  } else if (begun_ && (takes_off ? is_ground(shown) : shown == FlightStatus::kInAir) && same_for > kBrokenFor) {
+  } else if (begun_ && is_at_beginning(task_, shown) && same_for > kBrokenFor) {
     fail(Failure::kBrokenOff);
   } else if (now - asked_at_ > (takes_off ? kTakeOffIn : kLandingIn)) {
     fail(Failure::kTooLong);
