@@ -42,7 +42,10 @@ target_compile_options(m100_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wdouble-promotion -Wshadow -Wundef -Wcast-align
   -Wold-style-cast -Werror
   # Deviation: GCC 12 warns falsely about std::string operator+ (its bug 105651).
-  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # Deviation: for Clang double to long double is a promotion too, which the lab's exact solutions ask for in every line; that
+  # float does not become double unseen is held by GCC, on every build.
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-double-promotion>)
 
 if(M100_SANITIZE)
   # -O1: the flights of the test run are long, and -O0 hides nothing that -O1 shows.

@@ -63,7 +63,7 @@ std::string_view health_line(const link::LinkHealth& health, HealthText& space) 
   const auto count = [&](const char* name, std::uint64_t value) {
     add(",\"%s\":%llu", name, static_cast<unsigned long long>(value));
   };
-  add("]");
+  add("%s", "]");
   count("frames", parser.frames);
   count("crc16_errors", parser.crc16_errors);
   count("crc32_errors", parser.crc32_errors);
@@ -77,7 +77,7 @@ std::string_view health_line(const link::LinkHealth& health, HealthText& space) 
   count("commands_dropped", health.commands_dropped);
   count("outages", health.outages);
   count("restarts", health.restarts);
-  add("}");
+  add("%s", "}");
   return {space.data(), used};
 }
 

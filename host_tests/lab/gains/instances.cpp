@@ -115,11 +115,11 @@ AxisProblem read_model(const Record& record) {
   AxisProblem out;
   out.step = {.a = record.matrix("A", n, n), .b = record.vector("B", n), .bd = record.vector("Bd", n)};
   out.q = record.vector("Q", n);
-  out.r = record.number("R");
-  out.rd = record.number("Rd");
+  out.r = Real(record.number("R"));
+  out.rd = Real(record.number("Rd"));
   out.p = record.matrix("P", n, n);
-  out.u_min = record.number("u_min");
-  out.u_max = record.number("u_max");
+  out.u_min = Real(record.number("u_min"));
+  out.u_max = Real(record.number("u_max"));
   out.input_gain = record.has("input_gain") ? record.number("input_gain") : 1.0;
   out.tilt_sign = record.has("tilt_sign") ? record.number("tilt_sign") : 1.0;
   out.acceleration_per_tilt = model::kGravity_m_s2;
