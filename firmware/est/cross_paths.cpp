@@ -140,7 +140,7 @@ void CrossCheck<T>::follow_upwards(const Estimate<T>& estimate, T rises_m_s2, bo
                   .unsure_m = static_cast<T>(kUnsureHeight_m) + static_cast<T>(kJolt_s) * jolt_m_s_,
                   .place_noise_m2 = push_noise_.up,
                   .force_noise_m2_s3 = force_noise_.up,
-                  .leans_m_s2 = core::sqrt(leans_h_m_s2.squaredNorm())},
+                  .leans_m2_s4 = leans_h_m_s2.squaredNorm()},
                  sees, step_s);
   jolt_m_s_ = T(0);
 }

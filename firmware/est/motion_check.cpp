@@ -194,8 +194,8 @@ void MotionCheck<T, kAxes>::update(const Motion& motion, bool sees, T step_s) {
   unsure_m_ = motion.unsure_m > unsure_m_ ? motion.unsure_m : unsure_m_;
   place_noise_m2_ = core::clamp(motion.place_noise_m2 - static_cast<T>(kAssumed_m2), T(0), T(1));
   force_noise_m2_s3_ = core::clamp(motion.force_noise_m2_s3 - static_cast<T>(kAssumed_m2_s3), T(0), T(1));
-  const T moved_m_s2 = core::sqrt(paths_[1].mean_m_s2.squaredNorm());  // without the rotors' shaking
-  const T leans_m_s2 = motion.leans_m_s2 > moved_m_s2 ? motion.leans_m_s2 : moved_m_s2;
+  const T moved_m2_s4 = paths_[1].mean_m_s2.squaredNorm();  // without the rotors' shaking
+  const T leans_m_s2 = core::sqrt(motion.leans_m2_s4 > moved_m2_s4 ? motion.leans_m2_s4 : moved_m2_s4);
   leans_m_s2_ -= leans_m_s2_ * (step_s * static_cast<T>(1.0 / kLeansMemory_s));
   leans_m_s2_ = leans_m_s2 > leans_m_s2_ ? leans_m_s2 : leans_m_s2_;
   turn_ = (turn_ + 1) % kScales;

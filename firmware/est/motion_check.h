@@ -57,7 +57,7 @@ class MotionCheck {
     T unsure_m{0};                       ///< one sigma of the place, by the observer's account
     T place_noise_m2{0};                 ///< of an axis, white, as it was measured
     T force_noise_m2_s3{0};              ///< likewise: variance times the time for which a sample stands
-    T leans_m_s2{0};  ///< what the tilt accelerates with, beyond what it does all the time; upwards nothing else tells
+    T leans_m2_s4{0};  ///< square of what the tilt accelerates with beyond its mean; upwards nothing else tells
   };
 
   /// Once per tick. @param sees a pose was used lately; in a gap the seen path goes on by the force, and nothing is

@@ -184,7 +184,7 @@ TEST(MotionCheckUpwards, IsSilentOverOffsetsThatALeanTurnsUpwards) {
       check.update({.force_m_s2 = Vector1(leans ? 0.085 : 0.0),
                     .place_m = Vector1(0.0),
                     .speed_m_s = Vector1(0.0),
-                    .leans_m_s2 = told ? 2.3 : 0.0},  // half of 4.6, from the mean
+                    .leans_m2_s4 = told ? 5.3 : 0.0},  // of 2.3: half of 4.6, from the mean
                    true, kTick_s);
       spoke_s = t_s;
     }
