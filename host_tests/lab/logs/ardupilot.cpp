@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string_view>
 
 #include "host_tests/lab/input_error.h"
@@ -250,11 +251,17 @@ class ArduPilotLog final : public RawLog {
     }
   }
 
+  /// The letter that a row of UNIT or MULT explains, in its second column; nothing, where that is no letter.
+  std::optional<char> explained_letter(const Type& type, std::size_t body) const {
+    const double code = is_number(type.fields[1]) ? number_of(type.fields[1], type, body) : -1.0;
+    return code >= 0.0 && code < 128.0 ? std::optional(static_cast<char>(code)) : std::nullopt;
+  }
+
   void take_units() {
     each("UNIT", 3, [&](const Type& type, std::size_t body) {
-      if (is_number(type.fields[1]) && !is_number(type.fields[2])) {
-        unit_names_[static_cast<char>(static_cast<int>(number_of(type.fields[1], type, body)))] =
-            text_of(type, body, 2);
+      const std::optional<char> letter = explained_letter(type, body);
+      if (letter && !is_number(type.fields[2])) {
+        unit_names_[*letter] = text_of(type, body, 2);
       }
     });
     each("FMTU", 4, [&](const Type& type, std::size_t body) {
@@ -271,9 +278,9 @@ class ArduPilotLog final : public RawLog {
   void take_multipliers() {
     std::map<char, double> multipliers;
     each("MULT", 3, [&](const Type& type, std::size_t body) {
-      if (is_number(type.fields[1]) && is_number(type.fields[2])) {
-        multipliers[static_cast<char>(static_cast<int>(number_of(type.fields[1], type, body)))] =
-            number_of(type.fields[2], type, body);
+      const std::optional<char> letter = explained_letter(type, body);
+      if (letter && is_number(type.fields[2])) {
+        multipliers[*letter] = number_of(type.fields[2], type, body);
       }
     });
     for (Type& type : types_) {
