@@ -104,9 +104,8 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   const Real unseen_m = long_dropout ? Real(0) : unseen;
   Real widest_m = unseen_m;
   const core::Vector<Real, 3>& told_m2 = pose.position_variance_m2;
-  const Real sigma_s = pose.time_sigma_s;
   const auto test = [&](auto& filter, S position, Real told, S speed) {
-    const Weight by = weight(told, sigma_s, speed, unseen_m);
+    const Weight by = weight(told, pose.time_sigma_s, speed, unseen_m);
     const Real besides_m = Number::template real<Real>(by.unseen_m);
     widest_m = besides_m > widest_m ? besides_m : widest_m;
     return filter.test_pose(position, age, by.unseen_m, by.variance_m2);
@@ -123,7 +122,7 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
     correct(y_, lag_y_, y);
     height_.correct_pose(z);
     yaw_.correct(turned, age);
-    note_used(pose_age, sigma_s);
+    note_used(pose_age, pose.time_sigma_s);
     return;
   }
   ++counters_.poses_refused;
