@@ -110,17 +110,22 @@ class Loop {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
     constexpr double kMost = 0.8;  // of the flight
-    const auto length_s = [](const FlownLog& flight) { return flight.in_control.second - flight.in_control.first; };
-    FlownLog best = fly_and_log(options_, seed, file);
-    for (int again = 1; again < kFlights && length_s(best) < kMost * options_.flight_s; ++again) {
-      const std::filesystem::path path(file);
-      result_.decisions.push_back(path.filename().string() +
-                                  two_numbers(": the ladder handed over after %.1f s of %.0f s: flown again",
-                                              length_s(best), options_.flight_s));
-      FlownLog next = fly_and_log(
-          options_, seed + static_cast<std::uint64_t>(again) * kAnother,
-          (path.parent_path() / (path.stem().string() + "_" + std::to_string(again + 1) + ".ulg")).string());
-      best = length_s(next) > length_s(best) ? std::move(next) : std::move(best);
+    const std::filesystem::path path(file);
+    FlownLog best;
+    for (int flight = 0; flight < kFlights; ++flight) {
+      const std::string name = path.stem().string() + (flight == 0 ? "" : "_" + std::to_string(flight + 1)) + ".ulg";
+      FlownLog next = fly_and_log(options_, seed + static_cast<std::uint64_t>(flight) * kAnother,
+                                  (path.parent_path() / name).string());
+      const double length_s = next.in_control.second - next.in_control.first;
+      if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
+        best = std::move(next);
+      }
+      if (length_s >= kMost * options_.flight_s) {
+        break;
+      }
+      result_.decisions.push_back(
+          name + two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s) +
+          (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights serves"));
     }
     return best;
   }

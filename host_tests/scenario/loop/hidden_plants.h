@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cmath>
-#include <iostream>
 
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/loop/close_loop.h"
@@ -144,19 +143,28 @@ struct Errors {
   double change() const { return after_m / before_m - 1.0; }  ///< -0.3 is 30 % better
 };
 
-inline Errors errors_on(const Hidden& hidden) {
+inline sim::Plant plant_of(const Hidden& hidden) {
+  sim::Plant plant = sim::measured_plant();
+  hidden.tilt(plant.roll);
+  hidden.tilt(plant.pitch);
+  hidden.rest(plant);
+  return plant;
+}
+
+/// The loop on one hidden plant, with the trajectory flown before and after.
+inline LoopResult closed_on(const Hidden& hidden) {
   LoopOptions options;
-  options.plant = sim::measured_plant();
-  hidden.tilt(options.plant.roll);
-  hidden.tilt(options.plant.pitch);
-  hidden.rest(options.plant);
+  options.plant = plant_of(hidden);
   options.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.tasks = {"trajectory"};
-  const LoopResult result = close_loop(options);
-  const Errors errors{.before_m = trajectory_error_m(result.before.experiments),
-                      .after_m = trajectory_error_m(result.after.experiments)};
-  std::cout << hidden.name << ": " << errors.before_m << " m -> " << errors.after_m << " m" << std::endl;
-  return errors;
+  return close_loop(options);
 }
+
+inline Errors errors_of(const LoopResult& result) {
+  return {.before_m = trajectory_error_m(result.before.experiments),
+          .after_m = trajectory_error_m(result.after.experiments)};
+}
+
+inline Errors errors_on(const Hidden& hidden) { return errors_of(closed_on(hidden)); }
 
 }  // namespace m100::lab::loop

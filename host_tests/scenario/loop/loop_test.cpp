@@ -1,10 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/scenario/loop/hidden_plants.h"
 
+#include <algorithm>
+#include <string>
+#include <string_view>
+
 namespace m100::lab::loop {
 namespace {
 
 TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
+
+// The ladder ends every identification flight of a plant whose sticks are half as strong again. Catches a loop in which
+// the log of the first flight is lost while the others are flown: it learnt nothing, and said that signals were
+// missing.
+TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
+  const auto* const strong = std::find_if(kHiddenPlants.begin(), kHiddenPlants.end(), [](const Hidden& hidden) {
+    return std::string_view(hidden.name) == "SluggishClimbStrongSticks";
+  });
+  ASSERT_NE(strong, kHiddenPlants.end());
+  const LoopResult result = found_on(plant_of(*strong), 1);
+  EXPECT_GE(std::count_if(result.decisions.begin(), result.decisions.end(),
+                          [](const std::string& said) { return said.find("longest of these") != std::string::npos; }),
+            2)
+      << "the test asks nothing of a plant whose flights are kept to their end";
+  EXPECT_EQ(result.identified.size(), 5U);
+  EXPECT_GT(result.taken_over.count("roll"), 0U);
+}
 
 TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }
 
