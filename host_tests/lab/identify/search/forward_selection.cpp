@@ -149,33 +149,47 @@ bool ForwardSelection::add_one() {
   return true;
 }
 
-// Two effects may hide each other (a dead zone and a trim): each must convince beside the other. `tried` are the
-// single edits of `from`, best first.
+// Two effects may hide each other (a dead zone and a trim): each must convince beside the other, and have a size there.
+// What either is alone says nothing then: it may be next to nothing, and not have been judged. `tried` are the single
+// edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, const std::vector<Tried>& tried,
                                                             double worth) const {
-  std::vector<const Tried*> first;
-  for (const Tried& one : tried) {
-    if (first.size() < options_.pair_candidates && family_.big_enough(one.judged.fit, one.edit.name)) {
-      first.push_back(&one);
-    }
+  const std::size_t few = std::min(options_.pair_candidates, tried.size());
+  const std::vector<int> all_blocks(family_.block_count(), 1);
+  std::vector<Judged> alone;
+  for (std::size_t k = 0; k < few; ++k) {
+    alone.push_back(tried[k].judged);
   }
+  const auto judged_alone = [&](std::size_t k) -> const Judged& {
+    if (alone[k].errors.empty()) {
+      cross_validate(family_, alone[k], options_.folds);
+    }
+    return alone[k];
+  };
   std::vector<Pair> out;
-  for (std::size_t a = 0; a < first.size(); ++a) {
-    for (const Family::Edit& edit : family_.edits(first[a]->judged.fit.structure)) {
-      const auto other = std::find_if(first.begin() + static_cast<std::ptrdiff_t>(a) + 1, first.end(),
-                                      [&](const Tried* one) { return one->edit.name == edit.name; });
-      if (other == first.end() || family_.alias(first[a]->judged.fit, first[a]->edit.name, edit.name)) {
+  for (std::size_t a = 0; a < few; ++a) {
+    for (const Family::Edit& edit : family_.edits(alone[a].fit.structure)) {
+      const auto other = std::find_if(tried.begin() + static_cast<std::ptrdiff_t>(a) + 1,
+                                      tried.begin() + static_cast<std::ptrdiff_t>(few),
+                                      [&](const Tried& one) { return one.edit.name == edit.name; });
+      const auto b = static_cast<std::size_t>(other - tried.begin());
+      if (b == few || family_.alias(alone[a].fit, tried[a].edit.name, edit.name)) {
         continue;
       }
-      Tried second = try_edit(first[a]->judged, edit, worth);
+      Fit fit = family_.fit(edit.structure, all_blocks, &alone[a].fit);
+      const double least = std::min(alone[a].fit.sum_of_squares, alone[b].fit.sum_of_squares);
+      if (fit.sum_of_squares > (1.0 - options_.minimum_cv_gain) * least || fit.sum_of_squares > worth) {
+        continue;  // it does not even fit better
+      }
+      Tried second = judged_edit(judged_alone(a), edit, std::move(fit), worth);
       if (!second.accepted) {
         continue;
       }
-      const Comparison beside = compare((*other)->judged, second.judged, samples_);
+      const Comparison beside = compare(judged_alone(b), second.judged, samples_);
       const Comparison both = compare(from, second.judged, samples_);
       if (convincing(beside, options_) && convincing(both, options_) && both.delta_bic > options_.strong_delta_bic &&
-          family_.big_enough(second.judged.fit, first[a]->edit.name)) {
-        out.push_back(Pair{first[a], std::move(second), beside});
+          family_.big_enough(second.judged.fit, tried[a].edit.name)) {
+        out.push_back(Pair{&tried[a], std::move(second), beside});
       }
     }
   }
