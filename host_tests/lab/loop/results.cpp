@@ -84,16 +84,30 @@ void print_believed_found(std::ostream& out, const LoopResult& result) {
   }
 }
 
+/// "dead_zone, trim_offset; gain changed at 31.2 s; not named: predictable from stick_roll ..."
+std::string what_is_lacking(const identify::IdentifyResult& found) {
+  std::string out;
+  for (const identify::EffectResult& effect : found.effects) {
+    out += (out.empty() ? "" : ", ") + effect.name;
+  }
+  for (const identify::Change& change : found.changes) {
+    out += (out.empty() ? "" : "; ") + change.name + " changed at " + plot::number(change.at_s) + " s";
+  }
+  if (!found.unexplained.empty()) {
+    out += (out.empty() ? "not named: " : "; not named: ") + found.unexplained.front();
+  }
+  if (out.empty()) {
+    out = found.verdict == "nothing_missing" ? "the file lacks nothing" : "what is left has no name";
+  }
+  return out;
+}
+
 }  // namespace
 
 void print(std::ostream& out, const LoopResult& result) {
   print_believed_found(out, result);
   for (const auto& [axis, found] : result.identified) {
-    out << axis << ": " << found.verdict << ":";
-    for (const identify::EffectResult& effect : found.effects) {
-      out << " " << effect.name;
-    }
-    out << (found.effects.empty() ? " the file lacks nothing\n" : "\n");
+    out << axis << ": " << found.verdict << ": " << what_is_lacking(found) << "\n";
   }
   for (const std::string& decision : result.decisions) {
     out << "  " << decision << "\n";
