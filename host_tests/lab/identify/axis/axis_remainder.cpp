@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host_tests/lab/identify/axis/axis_regressors.h"
 #include "host_tests/lab/identify/remainder/residual_share.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
 
@@ -26,17 +27,6 @@ Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
     run.block_begin.push_back(at);
   }
   return thin(run, samples);
-}
-
-/// Regressors of an hour at the log's own rate would take 150 MB.
-std::vector<RegressorGroup> thinned(std::vector<RegressorGroup> groups, const Thinned& rows) {
-  for (RegressorGroup& group : groups) {
-    for (std::vector<double>& column : group.columns) {
-      const Eigen::VectorXd means = mean_of(column, rows);
-      column.assign(means.begin(), means.end());
-    }
-  }
-  return groups;
 }
 
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
@@ -72,8 +62,8 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
         const auto known = unknown.begin() + (from - error.begin());
         input.unknown.insert(input.unknown.end(), known + static_cast<std::ptrdiff_t>(settle), known + (to - from));
         const Thinned rows = thin_run(data.period_s, length, end - begin);
-        merge(input.groups, thinned(axis_regressors(part.log, part.signals, begin, end), rows));
-        merge(input.activity, thinned(axis_activity(part.signals, begin, end), rows));
+        merge(input.groups, axis_regressors(part.log, part.signals, begin, end, rows));
+        merge(input.activity, axis_activity(part.signals, begin, end, rows));
       }
       from = to;
     }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 
 #include "host_tests/lab/identify/log_defects.h"
 #include "host_tests/lab/identify/log_ground.h"
@@ -39,53 +38,7 @@ constexpr Choice kChoices[] = {
      Signal::kPositionZ},
 };
 
-// Central difference over +-5 samples: noise of a position divided by ten sample periods.
-std::vector<double> slope(const std::vector<double>& values, double period_s) {
-  std::vector<double> out(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const std::size_t from = i > 5 ? i - 5 : 0;
-    const std::size_t to = std::min(values.size() - 1, i + 5);
-    out[i] = to > from ? (values[to] - values[from]) / (static_cast<double>(to - from) * period_s) : 0.0;
-  }
-  return out;
-}
-
 bool has(const logs::FlightLog& log, Signal signal) { return signal != Signal::kCount && log.has(signal); }
-
-std::vector<double> slice(const std::vector<double>& values, std::size_t begin, std::size_t end) {
-  return {values.begin() + static_cast<std::ptrdiff_t>(begin), values.begin() + static_cast<std::ptrdiff_t>(end)};
-}
-
-template <typename Function>
-std::vector<double> map(const std::vector<double>& values, Function&& function) {
-  std::vector<double> out(values.size());
-  std::transform(values.begin(), values.end(), out.begin(), function);
-  return out;
-}
-
-std::vector<double> product(const std::vector<double>& a, const std::vector<double>& b) {
-  std::vector<double> out(a.size());
-  std::transform(a.begin(), a.end(), b.begin(), out.begin(), std::multiplies<>());
-  return out;
-}
-
-// Lags reach into the samples before `begin`: made on those that they reach, then cut.
-RegressorGroup lag_group(const std::string& source, const std::vector<double>& channel,
-                         const std::vector<std::size_t>& lags, std::size_t begin, std::size_t end) {
-  RegressorGroup group{source, {}};
-  const std::size_t most = lags.empty() ? 0 : *std::max_element(lags.begin(), lags.end());
-  const std::size_t from = begin > most ? begin - most : 0;
-  for (const std::vector<double>& column : lagged(slice(channel, from, end), lags)) {
-    group.columns.push_back(slice(column, begin - from, end - from));
-  }
-  return group;
-}
-
-void append(RegressorGroup& group, RegressorGroup more) {
-  for (std::vector<double>& column : more.columns) {
-    group.columns.push_back(std::move(column));
-  }
-}
 
 // Between samples by straight lines; the last value is held.
 void move_earlier(std::vector<double>& values, double samples) {
@@ -118,6 +71,16 @@ std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std:
 }  // namespace
 
 // Deviation: over 60 lines; one signal after the other is picked and mended, each once.
+std::vector<double> slope(const std::vector<double>& values, double period_s) {
+  std::vector<double> out(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t from = i > 5 ? i - 5 : 0;
+    const std::size_t to = std::min(values.size() - 1, i + 5);
+    out[i] = to > from ? (values[to] - values[from]) / (static_cast<double>(to - from) * period_s) : 0.0;
+  }
+  return out;
+}
+
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
                          double stick_earlier_s) {
   const Choice* choice =
@@ -191,76 +154,6 @@ AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, co
     out.data.valid[i] = wanted[i] != 0 ? used[i] : out.data.valid[i];
   }
   return out;
-}
-
-std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
-                                            std::size_t end) {
-  const auto lag = [&](double s) { return static_cast<std::size_t>(std::lround(s / log.period_s)); };
-  std::vector<std::size_t> many;
-  std::vector<std::size_t> few;
-  for (const double s : {0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0}) {
-    many.push_back(lag(s));
-  }
-  for (const double s : {0.0, 0.1, 0.2, 0.3, 0.5, 0.8}) {
-    few.push_back(lag(s));
-  }
-  const std::vector<double>& u = signals.data.stick;
-  const auto square = [](double v) { return v * std::abs(v); };
-  const auto even = [](double v) { return v * v; };
-  std::vector<RegressorGroup> out;
-  out.push_back(lag_group(signals.stick_name, u, many, begin, end));
-  RegressorGroup powers = lag_group(signals.stick_name + " powers", map(u, square), few, begin, end);
-  append(powers, lag_group("", map(u, even), few, begin, end));
-  append(powers, lag_group("", map(u, [](double v) { return v * v * v; }), few, begin, end));
-  out.push_back(std::move(powers));
-  out.push_back(lag_group(signals.stick_name + " * its rate", product(u, slope(u, log.period_s)), few, begin, end));
-  std::vector<double> time(u.size());
-  for (std::size_t i = 0; i < time.size(); ++i) {
-    time[i] = log.time_s(i) - 0.5 * (log.time_s(begin) + log.time_s(end));
-  }
-  RegressorGroup trend = lag_group("time", time, {0}, begin, end);
-  append(trend, lag_group("", map(time, even), {0}, begin, end));
-  out.push_back(std::move(trend));
-  out.push_back(lag_group(signals.stick_name + " * time", product(u, time), few, begin, end));
-  if (!signals.other_name.empty()) {
-    const std::vector<double>& other = signals.data.other;
-    RegressorGroup both = lag_group(signals.other_name, other, few, begin, end);
-    append(both, lag_group("", map(other, square), few, begin, end));
-    append(both, lag_group("", map(other, even), few, begin, end));
-    out.push_back(std::move(both));
-    out.push_back(lag_group(signals.stick_name + " * " + signals.other_name, product(u, other), few, begin, end));
-  }
-  for (const Signal signal : {Signal::kStickRoll, Signal::kStickPitch, Signal::kStickThrottle, Signal::kStickYaw}) {
-    const std::string name(logs::name_of(signal));
-    if (!has(log, signal) || name == signals.stick_name || name == signals.other_name) {
-      continue;
-    }
-    out.push_back(lag_group(name, log.of(signal), few, begin, end));
-    out.push_back(lag_group(signals.stick_name + " * " + name, product(u, log.of(signal)), few, begin, end));
-  }
-  for (const auto& [name, channel] : log.extra) {
-    double mean = 0.0;
-    for (const double value : channel) {
-      mean += value / static_cast<double>(channel.size());
-    }
-    const std::vector<double> centred = map(channel, [mean](double v) { return v - mean; });
-    RegressorGroup group = lag_group(name, centred, few, begin, end);
-    append(group, lag_group("", map(centred, even), {0}, begin, end));
-    out.push_back(std::move(group));
-    out.push_back(lag_group(signals.stick_name + " * " + name, product(u, centred), few, begin, end));
-  }
-  return out;
-}
-
-std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_t begin, std::size_t end) {
-  const double period_s = signals.data.period_s;
-  const auto lag = [&](double s) { return static_cast<std::size_t>(std::lround(s / period_s)); };
-  const std::vector<std::size_t> lags{lag(0.0), lag(0.15), lag(0.3), lag(0.6), lag(1.0)};
-  const auto size = [](double v) { return std::abs(v); };
-  const std::vector<double>& u = signals.data.stick;
-  RegressorGroup group = lag_group(signals.stick_name + " activity", map(u, size), lags, begin, end);
-  append(group, lag_group("", map(slope(u, period_s), size), lags, begin, end));
-  return {std::move(group)};
 }
 
 }  // namespace m100::lab::identify

@@ -6,7 +6,6 @@
 
 #include "host_tests/lab/identify/answer/result.h"
 #include "host_tests/lab/identify/axis/axis_blocks.h"
-#include "host_tests/lab/identify/remainder/residual_test.h"
 #include "host_tests/lab/logs/flight_log.h"
 
 namespace m100::lab::identify {
@@ -28,12 +27,7 @@ struct AxisSignals {
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
                          double stick_earlier_s = 0.0);
 
-/// What the residual of this axis may depend on, over the samples [begin, end) of the log: lags, powers and products of
-/// the sticks, time, and every extra channel. Only causes: a channel that the residual itself would move (rates,
-/// velocities) proves nothing.
-std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
-                                            std::size_t end);
-/// How busy the sticks were: may explain the residual's size.
-std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_t begin, std::size_t end);
+/// Central difference over +-5 samples: the noise of a position divided by ten sample periods.
+std::vector<double> slope(const std::vector<double>& values, double period_s);
 
 }  // namespace m100::lab::identify

@@ -255,7 +255,12 @@ void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) 
       continue;
     }
     for (std::size_t k = 0; k < group.columns.size(); ++k) {
-      group.columns[k].insert(group.columns[k].end(), same->columns[k].begin(), same->columns[k].end());
+      std::vector<double>& column = group.columns[k];
+      const std::vector<double> added = std::move(same->columns[k]);
+      if (added.size() > column.size() / 4) {
+        column.reserve(column.size() + added.size());  // a growing vector would take twice its size
+      }
+      column.insert(column.end(), added.begin(), added.end());
     }
     both.push_back(std::move(group));
   }
