@@ -112,6 +112,29 @@ TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
   EXPECT_EQ(verdict_of(result), "unexplained");
 }
 
+// The finding: a lead zero was found as it is (0.22 s), and left unexplained for a validation error 2.6 times that of
+// training. All of that stood in the first half second of its blocks, which began while the stick jumped.
+TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
+  PartsCompared parts{.ratio = 2.6 * 2.6,
+                      .beyond_start = 1.04 * 1.04,
+                      .probability = 1.0,
+                      .training_degrees = 100.0,
+                      .validation_degrees = 60.0};
+  IdentifyResult named = fine();
+  named.effects.emplace_back();
+  guard(parts, {}, named);
+  EXPECT_EQ(verdict_of(named), "explained");
+  EXPECT_GT(named.validation_over_training, 2.5);
+  IdentifyResult clean = fine();
+  guard(parts, {}, clean);
+  EXPECT_EQ(verdict_of(clean), "unexplained");
+  parts.beyond_start = 1.6 * 1.6;
+  IdentifyResult worse = fine();
+  worse.effects.emplace_back();
+  guard(parts, {}, worse);
+  EXPECT_EQ(verdict_of(worse), "unexplained");
+}
+
 // The finding: a position-mode flight with 48 % fit was "nothing_missing".
 TEST(Guard, RefusesACleanBillToAModelThatExplainsHalf) {
   IdentifyResult result = fine();

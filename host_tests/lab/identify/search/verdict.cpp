@@ -152,10 +152,15 @@ void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult
   const bool by_chance = named || parts.probability >= limits.least_probability;
   const double later_ratio = std::sqrt(parts.beyond_start);
   const bool little = later_ratio < limits.least_ratio;
-  if (rms_ratio > limits.most_ratio || !(by_chance || little)) {
+  // A clean bill is asked of the whole error; of a name, what is there once the starts of the blocks are forgotten: the
+  // stronger a lead zero is, the further off is the state that a block begins with, and the name is right all the same.
+  // A change on a wrong date shows there first.
+  const bool effects_alone = !result.effects.empty() && result.changes.empty();
+  const double most = effects_alone ? later_ratio : rms_ratio;
+  if (most > limits.most_ratio || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
     std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)",
-                  rms_ratio > limits.most_ratio ? rms_ratio : later_ratio, parts.probability);
+                  most > limits.most_ratio ? most : later_ratio, parts.probability);
     result.unexplained.emplace_back(text);
     if (alone) {
       result.findings.push_back(

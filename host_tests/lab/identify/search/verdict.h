@@ -40,9 +40,10 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 struct GuardLimits {
   double least_probability = 0.003;  ///< nominal, and asked only where nothing was named,
   double least_ratio = 1.1;          ///< of root mean squares: less is no other vehicle, however certain it is;
-  double most_ratio = 1.5;           ///< of root mean squares: more forbids a clean bill whatever the F test says
-  double least_fit_percent = 50.0;   ///< a model that explains half of what is seen is not the whole truth,
-  double floor_factor = 2.0;         ///< unless what is left is at the declared or measured floor
+  double most_ratio = 1.5;  ///< of root mean squares: more forbids a clean bill whatever the F test says; a name
+                            ///< only beyond the starts of the blocks
+  double least_fit_percent = 50.0;  ///< a model that explains half of what is seen is not the whole truth,
+  double floor_factor = 2.0;        ///< unless what is left is at the declared or measured floor
 };
 
 /// Adds to `unexplained` what the comparison of the two parts, of fit and of floor forbids to call complete. What
