@@ -9,8 +9,10 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "host_tests/lab/identify/search/criteria.h"
 #include "host_tests/lab/identify/search/selection.h"
 
 namespace m100::lab::identify {
@@ -110,6 +112,40 @@ TEST(Selection, FindsTwoEffectsThatHideEachOther) {
   std::sort(names.begin(), names.end());
   EXPECT_EQ(names, (std::vector<std::string>{"one", "other"}));
   EXPECT_LT(found.final_model.cv, 0.02 * found.declared.cv);
+}
+
+Judged judged(std::vector<std::vector<double>> errors, std::size_t parameters) {
+  Judged out;
+  out.fit.free_parameters = parameters;
+  for (const std::vector<double>& block : errors) {
+    out.cv_block.push_back(std::inner_product(block.begin(), block.end(), block.begin(), 0.0));
+    out.cv += out.cv_block.back();
+  }
+  out.fit.sum_of_squares = out.cv;
+  out.effective_samples = 200.0;
+  out.errors = std::move(errors);
+  return out;
+}
+
+// The finding: in a flight of the vehicle file's own plant a rate limit of 15 rad/s was named. It mended nothing but
+// the first samples of blocks that began while the stick jumped.
+TEST(Comparison, WhatMendsTheStartsOfBlocksAloneConvincesNobody) {
+  constexpr std::size_t kStart = 15;
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (const bool all_along : {false, true}) {
+    std::vector<std::vector<double>> without(kBlocks, std::vector<double>(kSamples));
+    std::vector<std::vector<double>> with = without;
+    for (std::size_t block = 0; block < kBlocks; ++block) {
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        with[block][i] = normal(random);
+        without[block][i] = with[block][i] * (all_along || i < kStart ? 2.0 : 1.0);
+      }
+    }
+    const Comparison comparison = compare(judged(without, 3), judged(with, 4), kBlocks * kSamples, kStart);
+    EXPECT_GT(comparison.cv_gain, 0.3);
+    EXPECT_EQ(convincing(comparison, {}), all_along);
+  }
 }
 
 }  // namespace

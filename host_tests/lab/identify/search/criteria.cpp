@@ -30,9 +30,19 @@ double paired_t(const std::vector<double>& without, const std::vector<double>& w
   return variance > 0.0 ? mean / std::sqrt(variance / n) : 0.0;
 }
 
+/// Sum of squares of what comes after the first `start` samples of each block; a block that is not longer counts whole.
+double beyond_starts(const std::vector<std::vector<double>>& blocks, std::size_t start) {
+  double sum = 0.0;
+  for (const std::vector<double>& block : blocks) {
+    const auto from = block.begin() + static_cast<std::ptrdiff_t>(block.size() > start ? start : 0);
+    sum = std::inner_product(from, block.end(), from, sum);
+  }
+  return sum;
+}
+
 }  // namespace
 
-Comparison compare(const Judged& without, const Judged& with, double samples) {
+Comparison compare(const Judged& without, const Judged& with, double samples, std::size_t start) {
   Comparison out;
   out.cv_gain = 1.0 - with.cv / without.cv;
   const double effective = with.effective_samples;
@@ -42,12 +52,13 @@ Comparison compare(const Judged& without, const Judged& with, double samples) {
   if (out.cv_gain > 0.0 && !with.errors.empty() && !without.errors.empty()) {
     const std::size_t more = with.fit.free_parameters, fewer = without.fit.free_parameters;
     out.delta_white = whitened_criterion(without.errors, with.errors, more > fewer ? more - fewer : 0);
+    out.gain_beyond_starts = 1.0 - beyond_starts(with.errors, start) / beyond_starts(without.errors, start);
   }
   return out;
 }
 
 bool convincing(const Comparison& comparison, const SelectionOptions& options) {
-  if (comparison.cv_gain <= options.minimum_cv_gain) {
+  if (comparison.cv_gain <= options.minimum_cv_gain || comparison.gain_beyond_starts <= options.minimum_cv_gain) {
     return false;
   }
   const double least_t = comparison.delta_bic > 0.0 ? options.minimum_t_white : options.minimum_t;

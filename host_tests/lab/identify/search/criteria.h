@@ -32,12 +32,16 @@ struct Comparison {
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
+  /// Share of the fit's error beyond the starts of the blocks that it removes. A block that begins while the stick jumps
+  /// begins in a wrong state, and what mends that (a rate limit, beside a lead zero) is nothing of the vehicle.
+  double gain_beyond_starts = 0.0;
 };
 
 /// Both criteria on the effective sample size of the better-explained residual: the one without the effect is coloured
 /// by the very effect that is asked about. `samples`: of all training blocks together. Precondition: both are
 /// cross-validated over the same blocks.
-Comparison compare(const Judged& without, const Judged& with, double samples);
+/// @param start  samples of each block in which its start shows
+Comparison compare(const Judged& without, const Judged& with, double samples, std::size_t start);
 
 /// Whether that is enough to believe the effect, its physical size apart.
 bool convincing(const Comparison& comparison, const SelectionOptions& options);

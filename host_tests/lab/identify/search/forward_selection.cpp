@@ -55,11 +55,11 @@ ForwardSelection::Tried ForwardSelection::judged_edit(const Judged& from, const 
     tried.judged.cv_block = from.cv_block;
     tried.judged.cv = from.cv * std::min(1.0, kept);
     tried.judged.effective_samples = from.effective_samples;
-    tried.comparison = compare(from, tried.judged, samples_);
+    tried.comparison = compare(from, tried.judged, samples_, options_.start_samples);
     return tried;
   }
   cross_validate(family_, tried.judged, options_.folds);
-  tried.comparison = compare(from, tried.judged, samples_);
+  tried.comparison = compare(from, tried.judged, samples_, options_.start_samples);
   tried.accepted = convincing(tried.comparison, options_) && family_.big_enough(tried.judged.fit, edit.name);
   return tried;
 }
@@ -185,8 +185,8 @@ std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, 
       if (!second.accepted) {
         continue;
       }
-      const Comparison beside = compare(judged_alone(b), second.judged, samples_);
-      const Comparison both = compare(from, second.judged, samples_);
+      const Comparison beside = compare(judged_alone(b), second.judged, samples_, options_.start_samples);
+      const Comparison both = compare(from, second.judged, samples_, options_.start_samples);
       if (convincing(beside, options_) && convincing(both, options_) && both.delta_bic > options_.strong_delta_bic &&
           family_.big_enough(second.judged.fit, tried[a].edit.name)) {
         out.push_back(Pair{&tried[a], std::move(second), beside});

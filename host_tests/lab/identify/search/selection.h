@@ -30,6 +30,7 @@ struct SelectionOptions {
   double split_gain = 0.15;         ///< a pair must be this much better than the one effect that stood in for it
   std::size_t pairs_up_to = 3;      ///< effects; with more, two in the place of one are not tried
   std::size_t folds = 5;
+  std::size_t start_samples = 0;  ///< of each block, in which the state shows that it was started from
   std::size_t maximum_effects = 5;
   std::function<void(const std::string&)> progress;  ///< called with one short line per round; may be empty
 };

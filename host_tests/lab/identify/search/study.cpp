@@ -242,6 +242,7 @@ class Conclusion {
 
 Selection choose(const Study& study, const Request& request, SelectionOptions options) {
   options.progress = request.progress;
+  options.start_samples = study.start_samples();
   Selection selection = select(study.family(), request.declared, options);
   withdraw_what_does_not_hold(study, selection);
   return selection;
