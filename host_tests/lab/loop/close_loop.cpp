@@ -117,6 +117,7 @@ class Loop {
       FlownLog next = fly_and_log(options_, seed + static_cast<std::uint64_t>(flight) * kAnother,
                                   (path.parent_path() / name).string());
       const double length_s = next.in_control.second - next.in_control.first;
+      const std::string why = next.descent.empty() ? "" : " (" + next.descent + ")";
       if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
         best = std::move(next);
       }
@@ -124,7 +125,7 @@ class Loop {
         break;
       }
       result_.decisions.push_back(
-          name + two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s) +
+          name + two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s) + why +
           (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights serves"));
     }
     return best;

@@ -117,6 +117,7 @@ FlownLog load_flown(const experiments::FlightResult& flight, const std::string& 
     }
   }
   FlownLog out;
+  out.descent = flight.descent;
   out.log = logs::load(*logs::open_ulog(path), logs::parse_column_map(own_columns() + kBeside, "(own columns)"));
   logs::FlightLog& log = out.log;
   out.in_control = in_control(log, taken(log, "state"));

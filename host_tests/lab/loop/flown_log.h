@@ -26,6 +26,7 @@ inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the
 struct FlownLog {
   logs::FlightLog log;
   identify::Range in_control;  ///< the longest stretch in which the sticks of the log flew the vehicle
+  std::string descent;         ///< why the ladder ended that, in words; empty where it did not
 };
 
 /// Writes the flight's ULog to a file and reads it back as a log of any origin, with what the autopilot received and
