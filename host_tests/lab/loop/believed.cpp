@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/answer/to_vehicle.h"
@@ -69,6 +70,21 @@ void set(model::Vehicle& vehicle, const std::string& channel, const std::string&
       axis.*number.member = value;
     }
   });
+}
+
+constexpr std::string_view kDeadZone = "dead_zone_counts";
+
+model::DeadZoneShape shape_of(const model::Vehicle& vehicle, const std::string& channel) {
+  return (vehicle.*axis_of(channel)).dead_zone_shape;
+}
+
+/// The number as it was believed; a dead zone's width with its shape, without which it is another law.
+void put_back(model::Vehicle& vehicle, const model::Vehicle& believed, const std::string& channel,
+              const identify::Refitted& one) {
+  set(vehicle, channel, one.parameter, one.believed);
+  if (one.parameter == kDeadZone) {
+    (vehicle.*axis_of(channel)).dead_zone_shape = shape_of(believed, channel);
+  }
 }
 
 double number_of(const model::Vehicle& vehicle, const std::string& channel, const std::string& key) {
@@ -139,12 +155,16 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
       continue;
     }
     model::Vehicle as_believed = found;
-    set(as_believed, channel, one.parameter, one.believed);
+    put_back(as_believed, believed, channel, one);
     const double worse = one_second(as_believed, flight, channel) / best - 1.0;
     one.matters = better && one.matters && worse > kMatters;
-    if (std::abs(worse) < kUndetermined) {
+    // Resamplings that all end at the edge of a number's range leave no interval, and that of a width is no interval of
+    // another shape's: sticks that jump over their dead zone tell nothing of it.
+    const bool no_interval = !(one.found.high > one.found.low) ||
+                             (one.parameter == kDeadZone && shape_of(found, channel) != shape_of(believed, channel));
+    if (std::abs(worse) < (no_interval ? kMatters : kUndetermined)) {
       one.found = {one.believed, std::min(one.found.low, one.believed), std::max(one.found.high, one.believed)};
-      set(found, channel, one.parameter, one.believed);
+      put_back(found, believed, channel, one);
     }
   }
   return out;

@@ -106,6 +106,11 @@ inline void expect_nothing_found(std::uint64_t seed) {
     for (const identify::Refitted& one : rows) {
       EXPECT_FALSE(one.matters) << "seed " << seed << ": " << channel << " " << one.parameter << " " << one.believed
                                 << " -> " << one.found.value;
+      // The sticks of yaw jump over their dead zone: its width is nowhere to be seen, and must not be called nought.
+      if (channel == "yaw_rate" && one.parameter == "dead_zone_counts") {
+        EXPECT_LE(one.found.low, one.believed) << "seed " << seed;
+        EXPECT_GE(one.found.high, one.believed) << "seed " << seed;
+      }
     }
   }
 }
