@@ -25,10 +25,6 @@ AREAS = (
     ("hal/cortex_m/", ("unit_hal_cortex_m",), ()),
     ("hal/", ("unit_hal",), ("unit_link",)),
 )
-# The order in which drawn mutants are judged: those of one part together, and first those whose tests need the fewest objects.
-CHEAP_FIRST = ("protocol/", "hal/", "firmware/core/", "firmware/companion/", "firmware/vrc/", "firmware/log/", "firmware/ref/",
-               "firmware/safety/", "firmware/est/", "firmware/app/", "firmware/link/", "firmware/mpc/", "firmware/model/",
-               "firmware/ctl/", "firmware/sysid/")
 # Tests that do not judge: they take seconds, and what they hold is not the part's code but gains and the numbers of a table.
 UNASKED = {"unit_mpc": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*:*EveryBit.*:"
                         "TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
@@ -48,8 +44,3 @@ def programs_for(file):
         if file.startswith(beginning):
             return first, then
     return None
-
-
-def cost(file):
-    """-> the part's place in CHEAP_FIRST."""
-    return next((at for at, beginning in enumerate(CHEAP_FIRST) if file.startswith(beginning)), len(CHEAP_FIRST))

@@ -48,7 +48,7 @@ class Bench:
         self.commands = {}
         for entry in json.loads((build / "compile_commands.json").read_text()):
             self.commands[re.search(r" -o (\S+)", entry["command"])[1]] = entry["command"]
-        self.reads, self.links, self.archives, self.ready = {}, {}, {}, set()
+        self.reads, self.paths, self.links, self.archives, self.ready = {}, {}, {}, {}, set()
         self.sound_file = home / "sound.json"
         self.level = ""
         self.usual_s = json.loads(self.sound_file.read_text()) if self.sound_file.is_file() else {}
@@ -76,7 +76,11 @@ class Bench:
         return self.archives[archive]
 
     def path(self, program):
-        return f"host_tests/{program.split('_')[0]}/{program}"
+        """Where the build puts the program: some stand in a folder of their own (host_tests/golden/flight/golden_flight)."""
+        if program not in self.paths:
+            said = [line.strip() for line in self._ninja("-t", "query", program).splitlines()]
+            self.paths[program] = next(word for word in said if pathlib.Path(word).name == program)
+        return self.paths[program]
 
     def link_of(self, program):
         if program not in self.links:
