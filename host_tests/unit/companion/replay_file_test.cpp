@@ -56,6 +56,16 @@ TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   }
 }
 
+TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {
+  for (const char* const last : {"255 1 1 1", "1 255 1 1", "1 1 255 1", "1 1 1 281474976710655"}) {
+    const std::string line = std::string("stream ") + last + "\n";
+    EXPECT_NE(text_of(parse_replay_memory("newest 5\n" + line, "f"), 0).find(line), std::string::npos) << line;
+  }
+  for (const char* const next : {"256 1 1 1", "1 256 1 1", "1 1 256 1", "1 1 1 281474976710656"}) {
+    EXPECT_THROW((void)parse_replay_memory(std::string("newest 5\nstream ") + next + "\n", "f"), UsageError) << next;
+  }
+}
+
 struct ReplayFileTest : ::testing::Test {
   const fs::path folder = fs::temp_directory_path() / ("m100_replay_file_" + std::to_string(getpid()));
   const std::string key = (folder / "key").string();

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "firmware/est/filter_parts.h"
 #include "firmware/model/default_vehicle.h"
 
 namespace m100::est {
@@ -29,6 +30,22 @@ TEST(AxisFilter, AcceleratesByTheTangentOfTheTilt) {
   EXPECT_GT(unit, 0.0);
   for (const double tilt_rad : {-0.65, -0.3, 0.1, 0.2, 0.35, 0.5, 0.65}) {
     EXPECT_NEAR(gained(tilt_rad) / unit, std::tan(tilt_rad), 2e-6) << tilt_rad;
+  }
+}
+
+// Numbers that a double holds exactly: 36 s is (0.75 m)^2, so 0.75 m are six sigmas. Each bound is still inside, and
+// the next number is not.
+TEST(InsideGate, EachBoundIsInsideAndTheNextNumberIsNot) {
+  constexpr double kSixSigmas_m = 0.75, kScaled = kSixSigmas_m * kSixSigmas_m / 36.0, kLarge = 100.0;
+  core::Arithmetic<double> a;
+  const auto next = [](double value) { return std::nextafter(value, 2.0 * value); };
+  for (const double sign : {-1.0, 1.0}) {
+    EXPECT_TRUE(inside_gate(a, sign * kSixSigmas_m, kScaled, 0, 0.0));
+    EXPECT_FALSE(inside_gate(a, sign * next(kSixSigmas_m), kScaled, 0, 0.0));
+    EXPECT_TRUE(inside_gate(a, sign * 0.875, kScaled, 0, 0.875)) << "what may have happened unseen";
+    EXPECT_FALSE(inside_gate(a, sign * next(0.875), kScaled, 0, 0.875));
+    EXPECT_TRUE(inside_gate(a, sign * kLargestInnovation_m, kLarge, 0, 0.0));
+    EXPECT_FALSE(inside_gate(a, sign * next(kLargestInnovation_m), kLarge, 0, 2.0)) << "whatever else is true";
   }
 }
 

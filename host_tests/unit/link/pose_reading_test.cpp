@@ -110,6 +110,22 @@ TEST(PoseReading, NumbersThatCannotBeAreRefusedAtTheBorder) {
   EXPECT_EQ(read(mavlink::Timesync{.tc1 = 1, .ts1 = 1}).status(), core::Status::kNotReady);
 }
 
+TEST(PoseReading, EachNumberIsTakenUpToItsLastAndRefusedFromTheNextOn) {
+  const AttPosMocap good{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}};
+  std::vector<AttPosMocap> last(6, good), next(6, good);
+  const auto beyond = [](float value) { return std::nextafter(value, 2.F * value); };
+  last[0].x = -1000.F, next[0].x = beyond(-1000.F);
+  last[1].y = 1000.F, next[1].y = beyond(1000.F);
+  last[2].z = 1000.F, next[2].z = beyond(1000.F);
+  last[3].z = -1000.F, next[3].z = beyond(-1000.F);
+  last[4].covariance[11] = 100.F, next[4].covariance[11] = beyond(100.F);
+  last[5].time_usec = std::uint64_t{1} << 53U, next[5].time_usec = (std::uint64_t{1} << 53U) + 1;
+  for (std::size_t i = 0; i < last.size(); ++i) {
+    EXPECT_TRUE(read(last[i])) << i;
+    EXPECT_EQ(read(next[i]).status(), core::Status::kOutOfRange) << i;
+  }
+}
+
 TEST(PoseReading, VariancesAreThoseOfTheDiagonal) {
   AttPosMocap message{.time_usec = 5, .q = {1.F, 0.F, 0.F, 0.F}};
   message.covariance[0] = 0.25F;
