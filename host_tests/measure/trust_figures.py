@@ -28,7 +28,7 @@ def mutants(place):
     counts = json.loads(note.read_text())
     judged = counts["noticed"] + counts["alive"]
     by = ", by the tests of their own part alone" if counts["part"] else ""
-    left = f"; {counts['not_judged']} of the draw are not judged yet" if counts["not_judged"] else ""
+    left = f"; the {counts['not_judged']} that were drawn after these are not judged yet" if counts["not_judged"] else ""
     return {"trust.mutants": Figure(f"{counts['noticed']} of {judged} ({100 * counts['noticed'] / judged:.0f} %){by}; drawn from "
                                     f"{counts['of']} with seed {counts['seed']}; besides, {counts['equivalent']} cannot be noticed "
                                     f"and {counts['not_compiled']} do not compile{left}", 0.02)}
