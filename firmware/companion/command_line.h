@@ -69,6 +69,18 @@ inline void add_examples(CLI::App& app, std::span<const Example> examples, const
   }
 }
 
+/// An option that is given names something: `--course "$COURSE"` of a shell that knows no COURSE would hover instead,
+/// and an empty
+/// `--key-file` would fly unencrypted. To be called when all subcommands have their options.
+inline void refuse_empty_words(CLI::App& app) {
+  for (CLI::Option* const option : app.get_options()) {
+    option->check([](const std::string& word) { return std::string(word.empty() ? "is given, but empty" : ""); }, "");
+  }
+  for (CLI::App* const command : app.get_subcommands({})) {
+    refuse_empty_words(*command);
+  }
+}
+
 /// The first word of a command line that looks like an option and is none of its subcommand's; empty: there is none.
 /// CLI11 complains about an option that is missing before one that it does not know, which may be the same, misspelt.
 inline std::string unknown_option(const CLI::App& app, std::span<char* const> words) {

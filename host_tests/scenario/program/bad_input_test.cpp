@@ -52,6 +52,16 @@ TEST_F(BadInput, OfTheCommandLineIsNamed) {
   expect_refused({"replay", "x", "--scalar", "half"}, "--scalar");
 }
 
+// What a shell makes of a variable that it does not know: without the course the aircraft would hover, without the key
+// file fly unencrypted, and `check` would find a flight file good that it was not given.
+TEST_F(BadInput, AnEmptyWordIsNoName) {
+  expect_refused({"check", "--vehicle", vehicle.string(), "--gains", table.string(), "--flight", ""}, "--flight");
+  expect_refused({"check", "--vehicle", "", "--gains", table.string()}, "--vehicle");
+  expect_refused({"fly", "--dry-run", "--port", "x", "--course", ""}, "--course");
+  expect_refused({"fly", "--dry-run", "--port", "x", "--key-file", ""}, "--key-file");
+  expect_refused({"replay", ""}, "log");
+}
+
 TEST_F(BadInput, OfAPortSaysWhetherItIsMissingOrNoPort) {
   const std::string missing = (folder / "none").string();
   expect_refused({"fly", "--dry-run", "--port", missing}, missing + ": no such serial port");
