@@ -22,6 +22,18 @@ AREAS = (
     ("firmware/app/", ("unit_measure", "unit_order_line", "golden_flight"), FLIGHTS),
     ("firmware/companion/files/", ("unit_vehicle_file", "golden_model", "unit_flight_file", "unit_replay_file", "unit_toml_text"),
      ("scenario_faults",)),
+    ("firmware/companion/room/", ("unit_room",), ("scenario_faults",)),
+    ("firmware/companion/fly/keeper", ("unit_keeper",), ()),
+    ("firmware/companion/fly/live", ("unit_live",), ()),
+    ("firmware/companion/fly/start_place", ("unit_start_place",), ()),
+    ("firmware/companion/fly/autopilot_task", ("scenario_faults",), ()),
+    ("firmware/companion/fly/hand_back", ("scenario_faults",), ()),
+    ("firmware/companion/fly/pilotage", ("scenario_faults",), ()),
+    ("firmware/companion/fly/words", ("scenario_faults",), ()),
+    ("firmware/companion/record/clock_fit", ("unit_recorder",), ()),
+    ("firmware/companion/record/recorder", ("unit_recorder",), ()),
+    ("firmware/companion/doctor/frames_check", ("unit_frames_check",), ()),
+    ("firmware/companion/probe/probe_verdict", ("unit_probe",), ()),
     ("hal/cortex_m/", ("unit_hal_cortex_m",), ()),
     ("hal/", ("unit_hal",), ("unit_link",)),
 )
@@ -29,16 +41,16 @@ AREAS = (
 UNASKED = {"unit_mpc": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*:*EveryBit.*:"
                         "TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
            "property_mpc": "SetpointLaw.*"}
-# Not drawn: what only the installed programs run (scenario.program and scenario.sticks judge those, for minutes each), what
-# runs on the image only, and generated numbers.
-LEFT_OUT = ("firmware/companion/", "firmware/app/image/", "firmware/mpc/generated/", "firmware/link/farewell",
+# Not drawn: what no area above names, which is what only the installed program m100 runs (scenario.program and scenario.sticks
+# judge it, for minutes each); what runs on the image only; and generated numbers.
+LEFT_OUT = ("firmware/app/image/", "firmware/mpc/generated/", "firmware/link/farewell",
             "hal/cortex_m/exceptions", "hal/cortex_m/mps2", "hal/cortex_m/semihosting", "hal/cortex_m/stack_paint",
             "hal/cortex_m/startup", "hal/linux/watchdog")
 
 
 def programs_for(file):
     """-> (first, then) or None where no program of the list judges the file."""
-    if file.startswith(LEFT_OUT) and not file.startswith("firmware/companion/files/"):
+    if file.startswith(LEFT_OUT):
         return None
     for beginning, first, then in AREAS:
         if file.startswith(beginning):
