@@ -75,6 +75,11 @@ class Bench:
             self.archives[archive] = tuple(word for word in found[:found.index("outputs:")] if word.endswith(".o"))
         return self.archives[archive]
 
+    def object_of(self, file):
+        """-> the object of a source in its library, or None: it is a header."""
+        mine = [made for made, command in self.commands.items() if command.endswith(f" -c {self.root / file}")]
+        return next((made for made in mine if not made.startswith("host_tests/")), None)
+
     def path(self, program):
         """Where the build puts the program: some stand in a folder of their own (host_tests/golden/flight/golden_flight)."""
         if program not in self.paths:

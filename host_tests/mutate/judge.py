@@ -70,6 +70,11 @@ def verdict_on(machine, mutant, part_only):
     said = []
     shutil.rmtree(machine.out, ignore_errors=True)
     machine.level = " -O1" if mutant.file.endswith(".h") else ""
+    made = machine.object_of(mutant.file)
+    if made is not None:
+        with Planted(machine.root, mutant):  # before a program is built that need not judge it
+            if machine.compiled(made) is None:
+                return NOT_COMPILED
     for stage, programs in enumerate(stages_for(mutant.file, part_only)):
         for program in programs:
             machine.make_ready(program)
