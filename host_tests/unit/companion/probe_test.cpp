@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string_view>
 #include <vector>
 
 #include "firmware/companion/probe/probe_verdict.h"
@@ -83,6 +85,16 @@ TEST(Probe, EveryVerdictButTheGoodOneHasARemedy) {
     EXPECT_FALSE(remedy(verdict).empty()) << name(verdict);
   }
   EXPECT_TRUE(remedy(Verdict::kAutopilot).empty());
+}
+
+TEST(Probe, EveryVerdictHasANameOfItsOwn) {
+  std::set<std::string_view> names;
+  for (unsigned verdict = 0; verdict <= static_cast<unsigned>(Verdict::kCannotOpen); ++verdict) {
+    names.insert(name(static_cast<Verdict>(verdict)));
+  }
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(Verdict::kCannotOpen) + 1);
+  EXPECT_EQ(names.count("") + names.count("unknown"), 0U);
+  EXPECT_EQ(name(Verdict::kOverrun), "overrun") << "scripts read it";
 }
 
 TEST(Probe, TellsTheFirmwareByTheLayoutOfItsTelemetry) {

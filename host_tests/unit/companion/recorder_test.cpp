@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace m100::companion {
 namespace {
 
@@ -32,6 +34,32 @@ TEST(RecorderTest, AStreamThatComesUntilTheEndHasNone) {
   came.end(at(1012));
   EXPECT_EQ(came.gaps, 0U);
   EXPECT_EQ(came.longest_gap, milliseconds(12));
+}
+
+// A gap is longer than 50 ms, and than three and a half intervals: of 20 ms, 70.
+TEST(RecorderTest, AGapIsLongerThanBothItsBounds) {
+  Recorder::Came fast = hundred_hertz_until(1000);
+  fast.end(at(1050));
+  EXPECT_EQ(fast.gaps, 0U) << "50 ms are none";
+  fast = hundred_hertz_until(1000);
+  fast.end(at(1051));
+  EXPECT_EQ(fast.gaps, 1U);
+  for (const auto& [end_ms, gaps] : {std::pair{1069, 0U}, std::pair{1071, 1U}}) {
+    Recorder::Came slow;
+    for (int time_ms = 0; time_ms <= 1000; time_ms += 20) {
+      slow.note(at(time_ms));
+    }
+    slow.end(at(end_ms));
+    EXPECT_EQ(slow.gaps, gaps) << end_ms;
+  }
+}
+
+TEST(RecorderTest, NobodyKnowsTheIntervalOfNineSamples) {
+  for (const int samples : {9, 10}) {
+    Recorder::Came came = hundred_hertz_until(10 * (samples - 1));
+    came.end(at(5000));
+    EXPECT_EQ(came.gaps, samples == 9 ? 0U : 1U);
+  }
 }
 
 TEST(RecorderTest, AStreamThatNeverCameHasNoGap) {
