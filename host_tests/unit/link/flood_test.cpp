@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a tick reads of a port in which more waits than one batch holds: as after a stall, or of a device that never
+// stops.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "firmware/link/serial_link.h"
+
+namespace m100::link {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// So many bytes wait in it, none of which begins a frame.
+class Flood final : public hal::Uart {
+ public:
+  explicit Flood(std::size_t waiting) : waiting_(waiting) {}
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const std::size_t count = std::min(destination.size(), waiting_);
+    std::fill_n(destination.begin(), count, std::byte{0x55});
+    waiting_ -= count;
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override { return source.size(); }
+  std::size_t waiting() const { return waiting_; }
+
+ private:
+  std::size_t waiting_;
+};
+
+// Catches one that reads a batch a tick: after a stall it would fly on old telemetry for as many ticks as batches wait.
+TEST(Flood, OfSomeBatchesIsReadInOneTick) {
+  Flood uart(3 * SerialLink::kBatchBytes);
+  SerialLink link(uart, {});
+  (void)link.receive(core::TimePoint(milliseconds(10)));
+  EXPECT_EQ(uart.waiting(), 0U);
+  EXPECT_EQ(link.health().bytes_received, 3 * SerialLink::kBatchBytes);
+}
+
+// Catches one that reads for as long as there is something: the tick would never end.
+TEST(Flood, WithoutAnEndTakesNoMoreThanItsShareOfATick) {
+  constexpr std::size_t kShare = SerialLink::kBatchesPerTick * SerialLink::kBatchBytes;
+  Flood uart(3 * kShare);
+  SerialLink link(uart, {});
+  (void)link.receive(core::TimePoint(milliseconds(10)));
+  EXPECT_EQ(uart.waiting(), 2 * kShare);
+  (void)link.receive(core::TimePoint(milliseconds(20)));
+  EXPECT_EQ(uart.waiting(), kShare);
+}
+
+TEST(CommandsDue, AreNoneWithoutControl) {
+  Flood uart(0);
+  SerialLink link(uart, {});
+  for (int tick = 1; tick < 100; ++tick) {
+    const core::TimePoint now(milliseconds(10 * tick));
+    (void)link.receive(now);
+    EXPECT_FALSE(link.due(now)) << tick;
+    EXPECT_EQ(link.send(vrc::Sticks{}, now), core::Status::kRefused);
+  }
+}
+
+}  // namespace
+}  // namespace m100::link
