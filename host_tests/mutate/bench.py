@@ -20,7 +20,7 @@ from mutate import areas
 # A test program may take so many times the processor time that it takes on the sound code, and this more: what takes longer hangs.
 TIMES, MORE_S = 10.0, 20.0
 # A test that waits for something that never comes takes no processor time. Only for that: how busy the machine is decides nothing.
-WAITS_S = 900
+WAITS_S = 300
 # The programs behind the part's own do not judge a header for which more objects of theirs would have to be compiled.
 MOST_OBJECTS = 4
 NEAREST = 3  # test files of a header's mutant that are built and run before the others
