@@ -64,7 +64,7 @@ class Layer {
     }
     end_run();
     if (spot.word == "limits") {
-      set_limits(words, spot);
+      read_limits(words, spot, limits_, named_);
       return;
     }
     constexpr std::array kPieces{Entry{"step", &Layer::step},     Entry{"quintic", &Layer::quintic},
@@ -161,34 +161,6 @@ class Layer {
       ++count;
     }
     return course_.append_polynomial(axes, seconds_of(duration_s, spot));
-  }
-
-  void set_limits(const Words& words, const Spot& spot) {
-    struct Limit {
-      std::string_view key;
-      double ref::SpeedLimits::*member;
-      double unit;
-    };
-    constexpr std::array kLimits{Limit{"speed_m_s", &ref::SpeedLimits::speed_m_s, 1.0},
-                                 Limit{"acceleration_m_s2", &ref::SpeedLimits::acceleration_m_s2, 1.0},
-                                 Limit{"tilt_deg", &ref::SpeedLimits::tilt_rad, kDegree_rad},
-                                 Limit{"yaw_rate_deg_s", &ref::SpeedLimits::yaw_rate_rad_s, kDegree_rad}};
-    if (words.size() < 3 || words.size() % 2 == 0) {
-      spot.fail("needs pairs of a limit and a number");
-    }
-    for (std::size_t i = 1; i < words.size(); i += 2) {
-      const auto* const limit =
-          std::find_if(kLimits.begin(), kLimits.end(), [&](const Limit& row) { return row.key == words[i]; });
-      if (limit == kLimits.end()) {
-        spot.fail("'" + words[i] + "' is no limit: speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s are");
-      }
-      const double value = number(words[i + 1], spot);
-      const double most = limit->key == "tilt_deg" ? 60.0 : 100.0;
-      if (value < 0.1 || value > most) {
-        spot.fail(words[i] + " = " + words[i + 1] + " is outside [0.1, " + (most == 60.0 ? "60" : "100") + "]");
-      }
-      limits_.*limit->member = named_.*limit->member = value * limit->unit;
-    }
   }
 
   void begin_table(const Words& names, const Spot& spot) {

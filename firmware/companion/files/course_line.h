@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -78,6 +81,38 @@ inline std::vector<double> numbers(const std::vector<std::string>& words, std::s
     out.push_back(number(words[i], spot));
   }
   return out;
+}
+
+/// A line with limits: pairs of a limit and its number.
+/// @param limits what is flown by. @param named what such lines said.
+inline void read_limits(const std::vector<std::string>& words, const Spot& spot, ref::SpeedLimits& limits,
+                        ref::SpeedLimits& named) {
+  constexpr double kDegree_rad = std::numbers::pi / 180.0;
+  struct Limit {
+    std::string_view key;
+    double ref::SpeedLimits::*member;
+    double unit;
+  };
+  constexpr std::array kLimits{Limit{"speed_m_s", &ref::SpeedLimits::speed_m_s, 1.0},
+                               Limit{"acceleration_m_s2", &ref::SpeedLimits::acceleration_m_s2, 1.0},
+                               Limit{"tilt_deg", &ref::SpeedLimits::tilt_rad, kDegree_rad},
+                               Limit{"yaw_rate_deg_s", &ref::SpeedLimits::yaw_rate_rad_s, kDegree_rad}};
+  if (words.size() < 3 || words.size() % 2 == 0) {
+    spot.fail("needs pairs of a limit and a number");
+  }
+  for (std::size_t i = 1; i < words.size(); i += 2) {
+    const auto* const limit =
+        std::find_if(kLimits.begin(), kLimits.end(), [&](const Limit& row) { return row.key == words[i]; });
+    if (limit == kLimits.end()) {
+      spot.fail("'" + words[i] + "' is no limit: speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s are");
+    }
+    const double value = number(words[i + 1], spot);
+    const double most = limit->key == "tilt_deg" ? 60.0 : 100.0;
+    if (value < 0.1 || value > most) {
+      spot.fail(words[i] + " = " + words[i + 1] + " is outside [0.1, " + (most == 60.0 ? "60" : "100") + "]");
+    }
+    limits.*limit->member = named.*limit->member = value * limit->unit;
+  }
 }
 
 }  // namespace m100::companion
