@@ -8,31 +8,14 @@
 #include "firmware/core/assert.h"
 #include "protocol/bytes.h"
 #include "protocol/crc_kernels.h"
+#include "protocol/header_places.h"
 
 namespace m100::protocol {
 namespace {
 
+using namespace header_places;
+
 constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // a header needs one byte more than is kept of a delivered frame
-
-constexpr std::ptrdiff_t kHeader = kHeaderBytes;
-constexpr auto kStartNumber = std::to_integer<unsigned>(kStartByte);
-
-/// Eight bytes at a time: bit 7 of each byte of the result tells whether that byte of the word is zero.
-constexpr std::uint64_t kLowBits = 0x7F7F7F7F7F7F7F7FU;
-constexpr std::uint64_t zero_bytes(std::uint64_t word) { return ~(((word & kLowBits) + kLowBits) | word | kLowBits); }
-constexpr std::uint64_t kOnes = 0x0101010101010101U;
-constexpr std::uint64_t kNotFirst = ~std::uint64_t{0xFF};
-constexpr std::uint64_t kStartBytes = kOnes * std::to_integer<std::uint64_t>(kStartByte);
-constexpr std::ptrdiff_t kWord = 8;
-/// Where a word of places is judged, the last of them must leave room for a header.
-constexpr std::ptrdiff_t kRoomForWord = kWord - 1 + kHeader;
-/// The last of the three bytes of a header that are always zero.
-constexpr std::ptrdiff_t kLastZero = 7;
-
-const std::byte* find_start_byte(const std::byte* at, const std::byte* last) {
-  const void* const start = std::memchr(at, std::to_integer<int>(kStartByte), static_cast<std::size_t>(last - at));
-  return start != nullptr ? static_cast<const std::byte*>(start) : last;
-}
 
 std::size_t length_of(const std::byte* at) { return load<std::uint16_t>(at + 1) & kMaxFrameBytes; }
 
@@ -45,13 +28,6 @@ FrameHeader read_header(const std::byte* at) {
           .encryption = static_cast<std::uint8_t>(cipher >> 5U),
           .padding_bytes = static_cast<std::uint8_t>(cipher & 0x1FU),
           .sequence = load<std::uint16_t>(at + 8)};
-}
-
-/// Of the first eight bytes of a header: the start byte, and VER, RES0, RES1 all zero.
-constexpr std::uint64_t kFixedBits = 0xFFFFFF00C0FC00FFU;
-
-bool fixed_bits_hold(const std::byte* at) {
-  return (load<std::uint64_t>(at) & kFixedBits) == std::to_integer<std::uint64_t>(kStartByte);
 }
 
 /// Two good headers a byte apart: the second has the bytes of the first without its start byte, so its CRC16 is the
