@@ -202,7 +202,7 @@ Outcome analyse(const Case& asked) {
     request.validate = {{30.0, 44.0}};
     request.log = &log;
     request.validation_log = &log;
-    request.bootstrap_draws = 0;
+    request.refits = 0;
     const identify::IdentifyResult result =
         request.axis == "translation" ? identify::identify_translation(request) : identify::identify_axis(request);
     for (const identify::EffectResult& effect : result.effects) {

@@ -25,7 +25,7 @@ struct Cost {
   double megabytes = 0.0;
 };
 
-/// Makes a log with a hidden dead zone; with `analyse`, finds it: all candidates, 200 bootstrap draws.
+/// Makes a log with a hidden dead zone; with `analyse`, finds it: all candidates, intervals.
 void work(double minutes, bool analyse) {
   FlightPlan plan;
   plan.axis = "roll";
@@ -66,7 +66,7 @@ double seconds(const rusage& used) {
 
 void write_page(const std::string& file, const std::vector<Cost>& costs) {
   plot::Page page("identify: processor time and memory against the length of the log");
-  page.paragraph("One stick axis, all candidates, 200 bootstrap draws, a hidden dead zone to be found; one core.");
+  page.paragraph("One stick axis, all candidates, intervals, a hidden dead zone to be found; one core.");
   plot::Figure time{.title = "Processor time", .x_label = "log [min]", .y_label = "time [s]"};
   plot::Figure memory{.title = "Largest memory of the process", .x_label = "log [min]", .y_label = "memory [MB]"};
   time.lines.push_back({.name = "", .x = {}, .y = {}});

@@ -42,8 +42,7 @@ struct IdentifyOptions {
       json, report, forecast;
   double noise_floor = 0.0;
   double wind_from_first_s = 0.0;
-  std::size_t draws = 200;
-  std::uint64_t seed = 1;
+  std::size_t refits = 40;
 };
 
 logs::FlightLog load_all(const IdentifyOptions& options) {
@@ -222,8 +221,7 @@ void run(const IdentifyOptions& options) {
   request.validation_log = other ? &*other : &log;
   request.noise_floor = options.noise_floor;
   request.wind_from_first_s = wind_from_first(options);
-  request.bootstrap_draws = options.draws;
-  request.seed = options.seed;
+  request.refits = options.refits;
   ask_for_ranges(options, log, other ? &*other : nullptr, request);
   identify::refuse_data_used_twice(request);
   const bool terminal = isatty(STDERR_FILENO) == 1;
@@ -304,8 +302,9 @@ void add_identify(CLI::App& lab) {
                   "JSON of m100-lab excite: what the flight was to tell apart, compared with what was found");
   app->add_option("--json", options->json, "result as JSON");
   app->add_option("--report", options->report, "folder for the HTML report");
-  app->add_option("--draws", options->draws, "bootstrap draws")->check(CLI::Range(0, 10000));
-  app->add_option("--seed", options->seed, "of the bootstrap")->check(whole_number());
+  app->add_option("--refits,--draws", options->refits,
+                  "fits with a part of the blocks left out, for the intervals: at most 40; 0: no intervals")
+      ->check(CLI::Range(0, 10000));
   app->callback([options] { run(*options); });
 }
 

@@ -26,8 +26,7 @@ struct Request {
   std::vector<Range> asked{};  ///< of `log`, where a study of a part of it keeps what was asked at first; see asked_of
   double noise_floor = 0.0;    ///< declared; 0: none
   double wind_from_first_s = 0.0;  ///< translation: each flight's wind is that of its first seconds; 0: it is fitted
-  std::size_t bootstrap_draws = 200;
-  std::uint64_t seed = 1;
+  std::size_t refits = 40;         ///< for the intervals, at most; 0: no intervals
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
 };
 

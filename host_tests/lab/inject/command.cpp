@@ -83,7 +83,7 @@ void run(const InjectOptions& options) {
     }
     request.train = {{number("--train", ends[0]), number("--train", ends[1])}};
     request.validate = request.train;  // nothing is judged here
-    request.bootstrap_draws = 0;
+    request.refits = 0;
     fitted = identify::identify_axis(request).declared;
   }
   const logs::FlightLog out = hidden::inject(log, options.axis, fitted, effects);

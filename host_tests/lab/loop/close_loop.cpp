@@ -141,7 +141,7 @@ class Loop {
     request.validation_log = &second.log;
     request.train = {flown(first)};
     request.validate = {flown(second)};
-    request.bootstrap_draws = 40;
+    request.refits = 40;
     try {
       identify::IdentifyResult found =
           translation ? identify::identify_translation(request) : identify::identify_axis(request);

@@ -201,14 +201,14 @@ Adversary adversary(const std::string& kind, std::uint64_t seed) {
   return out;
 }
 
-lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t draws) {
+lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t refits) {
   lab::identify::Request request;
   request.axis = truth.axis;
   request.declared = truth.declared;
   request.train = truth.train;
   request.validate = truth.validate;
   request.log = request.validation_log = &truth.log;
-  request.bootstrap_draws = draws;
+  request.refits = refits;
   return lab::identify::identify_axis(request);
 }
 

@@ -49,6 +49,6 @@ enum class Answer { kRight, kUndecided, kWrongName, kFalseClean, kRefusedHealthy
 Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result);
 
 /// Asks identify as the adversary says.
-lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t draws = 0);
+lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t refits = 0);
 
 }  // namespace m100::host_tests

@@ -100,7 +100,7 @@ Tally run(const std::string& kind, const Options& options) {
     ++tally.logs;
     try {
       const std::clock_t started = std::clock();
-      const auto result = ask(truth, options.strangers ? 200 : 0);
+      const auto result = ask(truth, options.strangers ? 40 : 0);
       const double cost_s = static_cast<double>(std::clock() - started) / CLOCKS_PER_SEC;
       tally.cost_s.push_back(cost_s * 60.0 / (static_cast<double>(truth.log.size) * truth.log.period_s));
       const Answer answer = judge(truth, result);

@@ -84,7 +84,7 @@ lab::identify::IdentifyResult identified(const std::string& name, const std::str
   request.train = {{kPowerOn_s + 3.0, kPowerOn_s + 30.0}};
   request.validate = {{kPowerOn_s + 30.0, kPowerOn_s + 44.0}};
   request.log = request.validation_log = &log;
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   return lab::identify::identify_axis(request);
 }
 

@@ -82,7 +82,7 @@ TEST_P(Promise, WhatIsForecastAsEnoughIsFoundAndNamed) {
     request.train = {{0.5, 0.65 * last_s}};
     request.validate = {{0.65 * last_s, last_s}};
     request.log = request.validation_log = &log;
-    request.bootstrap_draws = 0;
+    request.refits = 0;
     const identify::IdentifyResult found = identify_axis(request);
     std::string names;
     for (const identify::EffectResult& effect : found.effects) {

@@ -14,7 +14,8 @@ namespace {
 
 using lab::identify::IdentifyResult;
 
-IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::string>& declared, std::size_t draws = 0) {
+IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::string>& declared,
+                        std::size_t refits = 0) {
   const lab::logs::FlightLog log = vehicle.fly();
   lab::identify::Request request;
   request.axis = "roll";
@@ -22,7 +23,7 @@ IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::str
   request.train = {{3.0, 30.0}};
   request.validate = {{30.0, 44.0}};
   request.log = request.validation_log = &log;
-  request.bootstrap_draws = draws;
+  request.refits = refits;
   return lab::identify::identify_axis(request);
 }
 

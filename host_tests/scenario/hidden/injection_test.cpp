@@ -36,7 +36,7 @@ IdentifyResult analyse(const logs::FlightLog& log, const std::string& axis, cons
   request.validation_log = &log;
   request.train = {{12.0, 38.0}};
   request.validate = {{38.0, 55.5}};
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   return identify::identify_axis(request);
 }
 

@@ -108,7 +108,7 @@ def option_offences(lab, m100, folder):
     part = file_of(folder, "a.json", "{}")
     for words, says in [
             ([*identify, "--noise-floor", "nan"], "--noise-floor"), ([*identify, "--noise-floor", "-1"], "--noise-floor"),
-            ([*identify, "--seed", "-1"], "--seed"), (["campaign", world, "--seed", "-3"], "--seed"),
+            ([*identify, "--refits", "-1"], "--refits"), (["campaign", world, "--seed", "-3"], "--seed"),
             (["experiments", "--seed", "-3"], "--seed"), (["loop", "--plant", world, "--out", "x", "--seed", "-1"], "--seed"),
             ([*identify, "--validate-columns", columns], "--validate-columns"),
             (["campaign", "--merge", part, part, "--seed", "4"], "--seed"),

@@ -32,7 +32,7 @@ IdentifyResult ask(const FlightLog& log, const std::string& axis = "roll", const
   request.validate = {{30.0, 44.0}};
   request.log = &log;
   request.validation_log = other != nullptr ? other : &log;
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   return identify_axis(request);
 }
 

@@ -33,7 +33,7 @@ Request about(const logs::FlightLog& log, std::vector<std::string> declared) {
   request.axis = "translation";
   request.declared = std::move(declared);
   request.log = request.validation_log = &log;
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   return request;
 }
 

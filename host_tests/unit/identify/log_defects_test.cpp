@@ -37,7 +37,7 @@ IdentifyResult ask(const FlightLog& log) {
   request.train = {{3.0, 30.0}};
   request.validate = {{30.0, 44.0}};
   request.log = request.validation_log = &log;
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   return identify_axis(request);
 }
 

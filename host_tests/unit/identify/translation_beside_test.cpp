@@ -28,14 +28,14 @@ FlightLog flight(std::uint64_t seed) {
   return hidden::fly(plan);
 }
 
-IdentifyResult ask(const FlightLog& log, std::size_t draws = 0) {
+IdentifyResult ask(const FlightLog& log, std::size_t refits = 0) {
   Request request;
   request.axis = "translation";
   request.declared = {"rigid_body"};
   request.train = {{3.0, 30.0}};
   request.validate = {{30.0, 44.0}};
   request.log = request.validation_log = &log;
-  request.bootstrap_draws = draws;
+  request.refits = refits;
   return identify_translation(request);
 }
 

@@ -58,7 +58,7 @@ TEST(WithdrawnGuess, IsNoCleanBill) {
   selection.steps.back().name = "linear_drag";
   Request request;
   request.axis = "translation";
-  request.bootstrap_draws = 0;
+  request.refits = 0;
   const IdentifyResult result = conclude(Shadow{}, request, selection, {});
   EXPECT_TRUE(result.effects.empty());
   ASSERT_EQ(result.unexplained.size(), 1U);

@@ -229,7 +229,7 @@ void other_figures(plot::Page& page, const IdentifyResult& r) {
     page.figure(plot::svg(chart), "Green: taken; blue: would pass every test; grey: fails one.");
   }
   if (!r.final_intervals.empty()) {
-    plot::IntervalChart chart{.title = "Parameters of the final model, 95 % block bootstrap", .rows = {}};
+    plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife", .rows = {}};
     for (const NamedInterval& p : r.final_intervals) {
       chart.rows.push_back(
           {.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});

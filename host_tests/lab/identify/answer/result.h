@@ -11,7 +11,7 @@ namespace m100::lab::identify {
 // The answer of `m100-lab identify`, for the stick axes and for translation alike: one field for each key of its JSON,
 // plus the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2 (translation).
 
-/// A number and its 95 % block-bootstrap interval.
+/// A number and its 95 % block-jackknife interval.
 struct Interval {
   double value = 0.0;
   double low = 0.0;

@@ -35,7 +35,7 @@ class Family {
 
   virtual std::size_t block_count() const = 0;
   virtual std::size_t samples_in(std::size_t block) const = 0;
-  /// Fits to the blocks whose weight is positive (an integer weight counts a block several times: bootstrap).
+  /// Fits to the blocks whose weight is positive (an integer weight counts a block several times).
   /// Without `warm`: from several starts. With `warm` of the same structure: from there, few iterations. With `warm` of
   /// another structure: what both have in common from there, what is new from several starts.
   virtual Fit fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const = 0;

@@ -9,7 +9,7 @@
 
 #include "host_tests/lab/identify/log_ranges.h"
 #include "host_tests/lab/identify/remainder/residual_test.h"
-#include "host_tests/lab/identify/search/bootstrap.h"
+#include "host_tests/lab/identify/search/jackknife.h"
 #include "host_tests/lab/identify/search/verdict.h"
 #include "host_tests/lab/input_error.h"
 
@@ -68,7 +68,7 @@ class Conclusion {
     const Fit& final_fit = selection_.final_model.fit;
     result_.declared = model_result(selection_.declared.fit);
     result_.final_model = model_result(final_fit);
-    tell(request_, "intervals by block bootstrap");
+    tell(request_, "intervals by leaving out blocks");
     intervals(final_fit);
     effects(final_fit);
     study_.annotate(selection_, result_);
@@ -157,8 +157,8 @@ class Conclusion {
   }
 
   void intervals(const Fit& fit) {
-    const std::vector<Interval> spread = bootstrap(
-        family_, fit, [&](const Fit& one) { return study_.coordinates(one); }, request_.bootstrap_draws, request_.seed);
+    const std::vector<Interval> spread = jackknife(
+        family_, fit, [&](const Fit& one) { return study_.coordinates(one); }, request_.refits);
     for (std::size_t k = 0; k < spread.size(); ++k) {
       const double a = study_.reported(fit, k, spread[k].low);
       const double b = study_.reported(fit, k, spread[k].high);

@@ -61,7 +61,7 @@ class Study {
   };
   /// In the order of the structure; as many for every fit of the same structure.
   virtual std::vector<Parameter> parameters(const Fit& fit) const = 0;
-  /// The numbers whose spread the bootstrap looks at: one for each of parameters(), in which that one is monotone.
+  /// The numbers whose spread the jackknife looks at: one for each of parameters(), in which that one is monotone.
   virtual std::vector<double> coordinates(const Fit& fit) const = 0;
   /// The reported number `parameter` of the fit if its coordinate were `coordinate`.
   virtual double reported(const Fit& fit, std::size_t parameter, double coordinate) const = 0;
@@ -89,7 +89,7 @@ struct Beside {
 };
 
 /// Tests what is left, gives intervals and the verdict (verdict.h). Precondition: the selection is of this study.
-/// Cost: one warm fit for each of the request's bootstrap draws, and the residual test.
+/// Cost: one warm fit for each group of blocks left out, and the residual test.
 IdentifyResult conclude(const Study& study, const Request& request, Selection selection, Beside beside);
 
 /// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `knows`
