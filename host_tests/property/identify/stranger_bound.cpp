@@ -83,7 +83,7 @@ std::vector<Free> free_of(const StrangerTraits& start, const std::vector<std::st
 
 double evidence_of(const std::vector<double>& truth, const std::vector<std::size_t>& rows, const StrangerSticks& sticks,
                    StrangerTraits believed, const std::vector<std::string>& declared, const StrangerNoise& noise) {
-  constexpr int kSteps = 12;
+  constexpr int kSteps = 20;
   const Believed model(truth, rows, sticks, noise);
   const std::vector<Free> free = free_of(believed, declared);
   const auto count = static_cast<Eigen::Index>(free.size());
@@ -99,26 +99,34 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
       slopes.col(k) = (left - model.difference(moved, offset)) / free[static_cast<std::size_t>(k)].step;
     }
     slopes.col(count) = one;
-    Eigen::MatrixXd normal = slopes.transpose() * slopes;
-    normal.diagonal() *= 1.0 + 1e-9;
-    const Column move = normal.ldlt().solve(slopes.transpose() * left);
-    double gained = 0.0;
-    for (double part = 1.0; part > 0.05 && gained <= 0.0; part *= 0.4) {
+    const Eigen::MatrixXd normal = slopes.transpose() * slopes;
+    // Damped as well as it goes: a stick that is flown at two deflections alone tells no gain from a dead zone, and the
+    // undamped step runs away along what the two have in common.
+    StrangerTraits best = believed;
+    double best_offset = offset;
+    double least_yet = least;
+    for (const double damping : {1e-9, 1e-4, 1e-2, 1.0, 100.0}) {
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() *= 1.0 + damping;
+      const Column move = damped.ldlt().solve(slopes.transpose() * left);
       StrangerTraits tried = believed;
       for (Eigen::Index k = 0; k < count; ++k) {
         const Free& one_of = free[static_cast<std::size_t>(k)];
-        tried.*one_of.member = std::max(one_of.low, tried.*one_of.member + part * move(k));
+        tried.*one_of.member = std::max(one_of.low, tried.*one_of.member + move(k));
       }
-      const double moved_offset = offset + part * move(count);
-      const Column now = model.difference(tried, moved_offset);
-      gained = least - now.squaredNorm();
-      if (gained > 0.0) {
-        believed = tried;
-        offset = moved_offset;
-        left = now;
-        least -= gained;
+      const double moved_offset = offset + move(count);
+      const double power = model.difference(tried, moved_offset).squaredNorm();
+      if (power < least_yet) {
+        best = tried;
+        best_offset = moved_offset;
+        least_yet = power;
       }
     }
+    const double gained = least - least_yet;
+    believed = best;
+    offset = best_offset;
+    least = least_yet;
+    left = model.difference(believed, offset);
     if (gained < 0.01) {
       break;
     }
