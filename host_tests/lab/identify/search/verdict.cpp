@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numeric>
 
 namespace m100::lab::identify {
@@ -68,6 +69,27 @@ double mean_square(const std::vector<std::vector<double>>& blocks) {
   return sum / std::max(1.0, samples);
 }
 
+/// Independent squares that a block is worth, by how far the blocks' mean squares differ: a mean of n squares of one
+/// Gaussian series has a variance of two over n times its own square. Air that comes in gusts is worth fewer than its
+/// autocorrelation says, and so is an error that grows from the start of each block.
+/// @returns infinity where too few blocks say it, or where they differ less than chance lets them.
+double squares_in_a_block(const std::vector<std::vector<double>>& blocks) {
+  constexpr std::size_t kEnough = 8;
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const std::vector<double>& block : blocks) {
+    const double power = std::inner_product(block.begin(), block.end(), block.begin(), 0.0) /
+                         std::max(1.0, static_cast<double>(block.size()));
+    sum += power;
+    squares += power * power;
+  }
+  const double n = static_cast<double>(blocks.size());
+  const double variance = (squares - sum * sum / std::max(1.0, n)) / std::max(1.0, n - 1.0);
+  const double mean = sum / std::max(1.0, n);
+  return blocks.size() >= kEnough && variance > 0.0 ? 2.0 * mean * mean / variance
+                                                    : std::numeric_limits<double>::infinity();
+}
+
 /// Continued fraction of the incomplete beta function, by the modified Lentz algorithm.
 double beta_fraction(double x, double a, double b) {
   constexpr double kTiny = 1e-300;
@@ -117,8 +139,14 @@ double f_tail(double ratio, double numerator_degrees, double denominator_degrees
 PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
                             const std::vector<std::vector<double>>& validation, std::size_t parameters,
                             std::size_t start) {
-  const Power seen = power_of(beyond(training, start));
-  const Power unseen = power_of(beyond(validation, start));
+  const std::vector<std::vector<double>> fitted = beyond(training, start);
+  const std::vector<std::vector<double>> fresh = beyond(validation, start);
+  Power seen = power_of(fitted);
+  Power unseen = power_of(fresh);
+  // By the training part alone: what is wrong with the validation part must not excuse itself.
+  const double in_a_block = squares_in_a_block(fitted);
+  seen.degrees = std::max(1.0, std::min(seen.degrees, in_a_block * static_cast<double>(fitted.size())));
+  unseen.degrees = std::max(1.0, std::min(unseen.degrees, in_a_block * static_cast<double>(fresh.size())));
   PartsCompared out;
   out.validation_degrees = unseen.degrees;
   out.training_degrees = std::max(1.0, seen.degrees - static_cast<double>(parameters));

@@ -21,7 +21,9 @@ struct PartsCompared {
 
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
 /// both signs of the lag to the first value below 0.05), the number of independent squares that a coloured Gaussian
-/// series is worth. Errors stand block by block; blocks are correlated within, not across.
+/// series is worth; and no more than the training part's blocks show by how far their mean squares differ, where there
+/// are eight or more: air in gusts is worth less. Errors stand block by block; blocks are correlated within, not
+/// across.
 ///
 /// A block that begins where the stick has just jumped begins in a wrong state, because no smoothing of a measurement
 /// follows a kink: its first half second can hold a third of the power of thirty blocks. That is one accident and not
