@@ -108,8 +108,8 @@ class AxisInquiry {
       return;
     }
     RowReadings readings = readings_of(study_->training().signals.data, study_->free_ranges());
-    const std::optional<AxisTrace> trace =
-        trace_of(std::move(readings.runs), study_->axis_family(), chosen_.final_model.fit);
+    const std::optional<AxisTrace> trace = trace_of(std::move(readings.runs), study_->training().signals.data,
+                                                    study_->axis_family(), chosen_.final_model.fit);
     if (!trace) {
       return;
     }
@@ -198,9 +198,14 @@ class AxisInquiry {
   /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on
   /// one side of the date, and the change must stand under it.
   void ask_for_a_change() {
-    const FreeRun run = study_->free_run();
+    FreeRun run = study_->free_run();
+    weigh_by_what_is_known({&run, 1}, study_->training().signals.data,
+                           study_->axis_family().model(chosen_.final_model.fit));
     const AxisChange first = change_under(run, chosen_);
     if (!first.found) {
+      if (first.likely && chosen_.steps.empty()) {
+        doubt(first.change, "that is not certain enough to be named, and too likely for a clean bill");
+      }
       return;
     }
     for (const Request& side : sides_of(request_, first.change)) {
@@ -224,8 +229,8 @@ class AxisInquiry {
     }
   }
 
-  /// @returns false for what slow rows of the stick leave open, which is said. What came and went is said beside the
-  /// change.
+  /// @returns false for what slow rows of the stick leave open, which is said, or make. What came and went is said
+  /// beside the change.
   bool believe(const AxisChange& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = study_->training().signals.data;
     const std::vector<Range> ranges = study_->free_ranges();
@@ -238,15 +243,18 @@ class AxisInquiry {
       beside_.unexplained.emplace_back(text.data());
       return true;
     }
-    const bool stands = stands_between_rows(data, ranges, family, fit, change);
-    if (!stands) {
-      std::array<char, 160> text{};
-      std::snprintf(text.data(), text.size(),
-                    "something may have changed at %.1f s (%s would fit): the stick's rows are too slow to tell",
-                    change.change.at_s, change.change.name.c_str());
-      beside_.unexplained.emplace_back(text.data());
+    const double ratio = ratio_between_rows(data, ranges, family, fit, change);
+    if (ratio >= kChangeIsChance && ratio < kChangeIsCertain) {
+      doubt(change.change, "the stick's rows are too slow to tell");
     }
-    return stands;
+    return ratio >= kChangeIsCertain;
+  }
+
+  void doubt(const Change& change, const char* why) {
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(), "something may have changed at %.1f s (%s would fit): %s", change.at_s,
+                  change.name.c_str(), why);
+    beside_.unexplained.emplace_back(text.data());
   }
 
   /// One side of a change; null where it has too little that can be used: the stick rests there, or gaps cut it up.

@@ -97,6 +97,13 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error, con
   return out;
 }
 
+/// From which size on a change means something. A delay that only seems to change has the beat of two clocks in it, up
+/// to half a row of the stick, and what the fit adds by chance: two standard errors.
+double least_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
+  const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
+  return delay ? std::max(candidate.least, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()) : candidate.least;
+}
+
 struct Tried {
   const Candidate* candidate;
   ScanHit hit;
@@ -188,7 +195,7 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
     std::vector<std::pair<double, double>> powers;  // date, whitened power
     for (double date_s = from_s; date_s <= to_s; date_s += step_s) {
       Rows white = error_at(date_s);
-      whiten(filter, run.segments(), white);
+      run.make_white(filter, white);
       powers.emplace_back(date_s, white.squaredNorm());
     }
     const auto best = *std::min_element(powers.begin(), powers.end(),
@@ -220,7 +227,7 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
 /// likelier than it is: a likelihood ratio counts in the variance of the side that is least known.
 double calm_share(const FreeRun& run, const Tried& tried) {
   Rows white = run.error(tried.fit.before, tried.fit.after, tried.hit.at_s).array() - tried.fit.offset;
-  whiten(autoregression(white, run.segments()), run.segments(), white);
+  run.make_white(autoregression(white, run.segments()), white);
   std::array<double, 2> power{};
   std::array<double, 2> count{};
   for (std::size_t row = 0; row < run.size(); ++row) {
@@ -262,7 +269,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   // The structure fits the whole run as well as it can before anything is said to change.
   const WhitenedFit steady = fit_whitened(run, family.model(fit), knobs);
   const StickAxis& axis = steady.before;
-  ScanRows rows{run.time_s(), run.segments(), {}, {}};
+  ScanRows rows{run.time_s(), run.segments(), {}, {}, run.weights()};
   const Rows error = run.error(axis);
   rows.residual = -error;
   const Columns own = slopes(run, axis, error, knobs);
@@ -286,7 +293,10 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   // Under its own autoregression the unbroken residual hides a step: the scan's ratio is the one that counts for it.
   const double ratio = calm_share(run, *best) * std::max(steady.score - best->fit.score, best->hit.likelihood_ratio);
   const double size = best->fit.after.*best->candidate->knob.member - best->fit.before.*best->candidate->knob.member;
-  if (ratio < kThreshold || std::abs(size) < best->candidate->least) {
+  const bool little = std::abs(size) < least_of(*best->candidate, best->fit, family.stick_row_s());
+  if (ratio < kThreshold || little) {
+    out.likely = ratio >= kChangeIsLikely && !little;
+    out.change = described(*best);
     return out;
   }
   std::vector<std::string> rivals;

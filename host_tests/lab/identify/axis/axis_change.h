@@ -12,12 +12,17 @@ namespace m100::lab::identify {
 /// Everything that a structure has, to be fitted again to whitened free runs.
 std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit);
 
-/// Likelihood ratio from which on a change is named.
+/// Likelihood ratio from which on a change is named,
 inline constexpr double kChangeIsCertain = 30.0;
+/// from which on it is no clean bill (24 left no false change in 480 healthy logs of another trial), and
+inline constexpr double kChangeIsLikely = 24.0;
+/// below which it is chance: the supremum over dates of five parameters exceeds it in one healthy log of a hundred.
+inline constexpr double kChangeIsChance = 16.0;
 
 /// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct AxisChange {
   bool found = false;
+  bool likely = false;  ///< not found, because it is less certain; `change` is described
   Change change;
   double score = 0.0;  ///< of the model with the change, refitted (see WhitenedFit)
   Knob knob;           ///< what changed

@@ -11,17 +11,17 @@
 
 namespace m100::lab::identify {
 
-bool stands_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
-                         const Fit& fit, const AxisChange& change) {
+double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                          const Fit& fit, const AxisChange& change) {
+  double least = std::numeric_limits<double>::infinity();
   if (!slow_rows(data)) {
-    return true;
+    return least;
   }
   RowReadings readings = readings_of(data, ranges);
-  weigh_by_what_is_known(readings.runs, family.model(fit));
+  weigh_by_what_is_known(readings.runs, data, family.model(fit));
   const std::vector<Knob> knobs = knobs_of(family, fit);
   const Break jump{change.knob, change.change.at_s,
                    change.after.*change.knob.member - change.before.*change.knob.member};
-  double least = std::numeric_limits<double>::infinity();
   for (const FreeRun& run : readings.runs) {
     const WhitenedFit with = fit_whitened(run, change.before, knobs, &jump);
     const WhitenedFit without = fit_whitened(run, family.model(fit), knobs);
@@ -39,7 +39,7 @@ bool stands_between_rows(const AxisData& data, const std::vector<Range>& ranges,
     }
     least = std::min(least, ratio);
   }
-  return least >= kChangeIsCertain;
+  return least;
 }
 
 std::optional<Change> another_change(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
@@ -62,7 +62,9 @@ std::optional<Change> another_change(const AxisData& data, const std::vector<Ran
       continue;
     }
     const Fit own = family.moved_to(fit, *model);
-    const AxisChange second = change_of(FreeRun(data, kept), family, own);
+    FreeRun side_run(data, kept);
+    weigh_by_what_is_known({&side_run, 1}, data, family.model(own));
+    const AxisChange second = change_of(side_run, family, own);
     if (second.found && second.change.likelihood_ratio > kAsMuch * change.change.likelihood_ratio) {
       return second.change;
     }

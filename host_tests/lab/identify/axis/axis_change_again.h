@@ -9,11 +9,12 @@
 
 namespace m100::lab::identify {
 
-/// Whether a change is as certain under every reading of a log with slow rows (row_readings.h), the innovations weighed
-/// by what is known of them. Where it is not, the row that fell between two steps of the stick may have made it: it has
-/// no name, and it is no clean bill either.
-bool stands_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
-                         const Fit& fit, const AxisChange& change);
+/// Likelihood ratio of a change under that reading of a log with slow rows (row_readings.h) that speaks least for it,
+/// the innovations weighed by what is known of them; infinity where the rows are not slow. Below kChangeIsCertain the
+/// row that fell between two steps of the stick may have made it: it has no name, and no clean bill is due either,
+/// unless it is below what chance reaches.
+double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                          const Fit& fit, const AxisChange& change);
 
 /// A vehicle that became another one and stayed it is steady on both sides of the date. What comes and goes, a mode of
 /// the autopilot for a while, is two changes, of which each alone has any name that fits.

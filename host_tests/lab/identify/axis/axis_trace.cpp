@@ -20,6 +20,18 @@ struct Fitted {
   WhitenedFit white;
 };
 
+/// The fit's own numbers, and the delay free down to a row below nought: a row shows what the stick was since the row
+/// before, so a response without delay may begin up to a row early. More than that is for the clock to say.
+std::vector<Knob> knobs_within_a_row(const AxisFamily& family, const Fit& fit) {
+  std::vector<Knob> out = knobs_of(family, fit);
+  for (Knob& knob : out) {
+    if (knob.member == &model::StickAxis::transport_delay_s) {
+      knob.low = std::min(knob.low, -std::max(family.period_s(), family.stick_row_s()));
+    }
+  }
+  return out;
+}
+
 /// Walks on from where a fit's last step still gained: numbers that trade against each other end in long valleys.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
@@ -27,7 +39,7 @@ Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   Fitted out{start, {}};
   out.white.score = std::numeric_limits<double>::infinity();
   for (int round = 0; round < kRounds; ++round) {
-    WhitenedFit next = fit_whitened(run, family.model(out.fit), knobs_of(family, out.fit));
+    WhitenedFit next = fit_whitened(run, family.model(out.fit), knobs_within_a_row(family, out.fit));
     const double gained = out.white.score - next.score;
     if (gained > 0.0) {
       out.fit = family.moved_to(out.fit, next.before);
@@ -71,7 +83,7 @@ class Search {
     double asked = 0.0;
     for (const Fitted& shape : shapes_) {
       const FreeRun& log = readings_.front();
-      const LeftOver left(log, shape.white, knobs_of(family_, shape.fit));
+      const LeftOver left(log, shape.white, knobs_within_a_row(family_, shape.fit));
       for (const Family::Edit& edit : family_.edits(shape.fit.structure)) {
         for (const Fit& start : family_.starts_with(edit, shape.fit)) {
           asked += 1.0;
@@ -110,7 +122,8 @@ class Search {
     for (const Fitted& other : shapes_) {
       ratio = std::min(ratio, other.white.score - with.white.score);
     }
-    if (ratio < least || (out_ && ratio < out_->likelihood_ratio + price) || !family_.big_enough(with.fit, name)) {
+    if (ratio < least || (out_ && ratio < out_->likelihood_ratio + price) || !family_.big_enough(with.fit, name) ||
+        sharpens_the_rows(with.fit)) {
       return;
     }
     // The numbers beside the effect help the fits without it as well: a valley that they were still walking down is no
@@ -128,6 +141,13 @@ class Search {
     }
   }
 
+  /// A straight line between two rows, and a stick that was held over one, smooth what the hand did by (w T)^2 / 12 and
+  /// / 24; a lead zero gives (w t)^2 / 2 back: up to half a row it mends the reading of the log.
+  bool sharpens_the_rows(const Fit& fit) const {
+    const double zero_s = family_.model(fit).lead_zero_s;
+    return readings_.size() > 1 && zero_s > 0.0 && zero_s < 0.5 * family_.stick_row_s();
+  }
+
   std::span<const FreeRun> readings_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
@@ -137,13 +157,14 @@ class Search {
 
 }  // namespace
 
-std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisFamily& family, const Fit& fit) {
+std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisData& data, const AxisFamily& family,
+                                  const Fit& fit) {
   constexpr std::size_t kLeastRows = 200;  // 10 s
   if (readings.front().size() < kLeastRows) {
     return std::nullopt;
   }
   if (readings.size() > 1) {
-    weigh_by_what_is_known(readings, family.model(fit));
+    weigh_by_what_is_known(readings, data, family.model(fit));
   }
   return Search(readings, family, fit).run();
 }

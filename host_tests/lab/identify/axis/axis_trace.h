@@ -27,6 +27,7 @@ struct AxisTrace {
 /// @param readings  of the log: as it is first; then with the stick otherwise between its rows, where that is not
 ///   known. What is certain is so in each of them, and rows in which they differ count less. Precondition: at least
 ///   one.
-std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisFamily& family, const Fit& fit);
+std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisData& data, const AxisFamily& family,
+                                  const Fit& fit);
 
 }  // namespace m100::lab::identify

@@ -26,6 +26,7 @@ class FreeRun {
   const std::vector<Segment>& segments() const { return segments_; }
   /// Innovations of some rows count less than those of others. @param weights  one for each row; empty: all alike
   void weigh(Rows weights) { weights_ = std::move(weights); }
+  const Rows& weights() const { return weights_; }
   /// Innovations of rows under an autoregression, weighed.
   void make_white(const Ar& filter, Eigen::Ref<Rows> values) const;
   /// n ln(mean square of the weighed innovations of an error under its own autoregression).

@@ -2,7 +2,10 @@
 #include "host_tests/lab/identify/axis/row_readings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
+#include "firmware/sysid/axis_dynamics.h"
 #include "host_tests/lab/identify/axis/axis_remainder.h"
 #include "host_tests/lab/identify/remainder/whitening.h"
 
@@ -20,25 +23,94 @@ RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges) 
   return out;
 }
 
-void weigh_by_what_is_known(std::span<FreeRun> readings, const model::StickAxis& model) {
-  const Rows error = readings.front().error(model);
-  Rows unknown = Rows::Zero(error.size());
-  for (const FreeRun& reading : readings) {
-    unknown = unknown.cwiseMax((reading.error(model) - error).cwiseAbs());
+namespace {
+
+/// Means over FreeRun::kMean_s of the response to one count for one sample, whitened: how a stick that moved earlier or
+/// later than read shows in the innovations.
+std::vector<double> innovations_of_a_moment(const AxisData& data, const model::StickAxis& model, const Ar& filter) {
+  constexpr double kLasts_s = 1.5;
+  const auto mean = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(FreeRun::kMean_s / data.period_s)));
+  const auto means = static_cast<std::size_t>(std::lround(kLasts_s / FreeRun::kMean_s));
+  sysid::AxisDynamics<double> dynamics(model, data.period_s);
+  dynamics.start(0.0, 0.0);
+  const auto delay = static_cast<std::size_t>(std::lround(std::max(0.0, model.transport_delay_s) / data.period_s));
+  const double lead = model.lead_zero_s / data.period_s;
+  std::vector<double> out(means, 0.0);
+  for (std::size_t i = 0; i < means * mean; ++i) {
+    out[i / mean] += dynamics.value() / static_cast<double>(mean);
+    const double now = i == delay ? 1.0 + lead : i == delay + 1 ? -lead : 0.0;
+    dynamics.step(model.scale_per_count * now);
   }
+  for (std::size_t k = means; k-- > 0;) {
+    for (std::size_t lag = 1; lag <= std::min<std::size_t>(k, kArOrder); ++lag) {
+      out[k] -= filter(static_cast<Eigen::Index>(lag) - 1) * out[k - lag];
+    }
+  }
+  return out;
+}
+
+/// Variance of each innovation where every way of the stick between two rows was made at one moment of the row, all
+/// moments alike: the way times the row, squared, over twelve.
+Rows variance_of_moments(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  const auto mean = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(FreeRun::kMean_s / data.period_s)));
+  std::vector<double> areas(data.stick.size() / mean + 1, 0.0);
+  for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
+    const double area = (data.stick[i + row] - data.stick[i]) * static_cast<double>(row);
+    areas[(i + row / 2) / mean] += area * area / 12.0;
+  }
+  const std::vector<double> kernel = innovations_of_a_moment(data, model, filter);
+  Rows out = Rows::Zero(static_cast<Eigen::Index>(run.size()));
+  for (std::size_t k = 0; k < run.size(); ++k) {
+    const auto at = static_cast<std::size_t>(std::max(0.0, (run.time_s()[k] - data.start_s) / data.period_s)) / mean;
+    for (std::size_t lag = 0; lag < kernel.size() && lag <= at; ++lag) {
+      out(static_cast<Eigen::Index>(k)) += areas[at - lag] * kernel[lag] * kernel[lag];
+    }
+  }
+  return out;
+}
+
+/// How much of that variance there is beside the air's, by maximum likelihood: a hand that moves smoothly leaves
+/// nothing open though its rows are slow. At most a moment at either end of the row, three times a moment anywhere.
+double share_of_moments(const Rows& white, const Rows& moments, double power) {
+  constexpr double kMost = 3.0;
+  constexpr int kSteps = 24;
+  double best = 0.0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int step = 0; step <= kSteps; ++step) {
+    const double share = step == 0 ? 0.0 : kMost * std::pow(0.75, kSteps - step);
+    // The air's own power goes down as more is owed to the rows: a few rounds of the fixed point.
+    double air = power;
+    for (int round = 0; round < 4; ++round) {
+      air = (white.array().square() / (1.0 + share * moments.array() / air)).mean();
+    }
+    const double cost =
+        (white.array().square() / (air + share * moments.array()) + (air + share * moments.array()).log()).sum();
+    best = cost < least ? share / air : best;
+    least = std::min(least, cost);
+  }
+  return best;
+}
+
+}  // namespace
+
+void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, const model::StickAxis& model) {
+  if (!slow_rows(data)) {
+    return;
+  }
+  const Rows error = readings.front().error(model);
   const std::vector<Segment>& segments = readings.front().segments();
   const Ar filter = autoregression(error, segments);
   Rows white = error;
   whiten(filter, segments, white);
   const double power = white.squaredNorm() / std::max(1.0, whitened_rows(segments));
-  // What is not known of a row is another thing in the next one: powers add.
-  Rows doubt = unknown.array().square();
-  whiten(-filter.cwiseAbs2(), segments, doubt);
-  if (power > 0.0) {
-    const Rows weights = (1.0 + doubt.array() / power).rsqrt();
-    for (FreeRun& reading : readings) {
-      reading.weigh(weights);
-    }
+  if (!(power > 0.0)) {
+    return;
+  }
+  const Rows moments = variance_of_moments(readings.front(), data, model, filter);
+  const Rows weights = (1.0 + share_of_moments(white, moments, power) * moments.array()).rsqrt();
+  for (FreeRun& reading : readings) {
+    reading.weigh(weights);
   }
 }
 

@@ -21,6 +21,6 @@ struct RowReadings {
 RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges);
 
 /// Where the readings of a model differ, the innovations of all of them count as that much less certain.
-void weigh_by_what_is_known(std::span<FreeRun> readings, const model::StickAxis& model);
+void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, const model::StickAxis& model);
 
 }  // namespace m100::lab::identify

@@ -89,6 +89,13 @@ class Scan {
     }
   }
 
+  void make_white(Eigen::Ref<Rows> values) const {
+    whiten(filter_, rows_.segments, values);
+    if (rows_.weights.size() == values.size()) {
+      values.array() *= rows_.weights.array();
+    }
+  }
+
   /// Whitens everything by the autoregression of the residual that the best fit with a break at `date_s` leaves.
   void filter_for(double date_s) {
     const Eigen::Index p = rows_.base.cols();
@@ -104,14 +111,14 @@ class Scan {
     const Rows left = rows_.residual - all * solve(all.transpose() * all, all.transpose() * rows_.residual);
     filter_ = autoregression(left, rows_.segments);
     white_residual_ = rows_.residual;
-    whiten(filter_, rows_.segments, white_residual_);
+    make_white(white_residual_);
     white_base_ = rows_.base;
     for (Eigen::Index c = 0; c < p; ++c) {
-      whiten(filter_, rows_.segments, white_base_.col(c));
+      make_white(white_base_.col(c));
     }
     white_columns_ = columns_;
     for (Eigen::Index c = 0; c < k; ++c) {
-      whiten(filter_, rows_.segments, white_columns_.col(c));
+      make_white(white_columns_.col(c));
     }
     Columns normal = white_base_.transpose() * white_base_;
     make_regular(normal);
@@ -185,6 +192,7 @@ class Scan {
         for (Eigen::Index lag = 1; row - lag >= cut; ++lag) {
           now -= filter_(lag - 1) * columns_.row(row - lag);
         }
+        now *= rows_.weights.size() > row ? rows_.weights(row) : 1.0;
         const Eigen::RowVectorXd counted = white_columns_.row(row);
         own += now.transpose() * now - counted.transpose() * counted;
         with_base += (now - counted).transpose() * white_base_.row(row);

@@ -16,6 +16,7 @@ struct ScanRows {
   std::vector<Segment> segments;
   Rows residual;
   Columns base;  ///< sensitivities of the parameters that the model has: what they can explain is no change
+  Rows weights;  ///< of the innovations, one for each row; empty: all alike
 };
 
 /// The best date of a change of one parameter (or of two together).
