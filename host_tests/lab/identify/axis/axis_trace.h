@@ -25,8 +25,9 @@ struct AxisTrace {
 /// something; where the model jumps at its dead zone's edge, beside the zone without the jump as well. Cost: a
 /// simulation for each beginning, a few fits.
 /// @param readings  of the log: as it is first; then with the stick otherwise between its rows, where that is not
-///   known. What is certain is so in each of them, and rows in which they differ count less. Precondition: at least
+///   known. What is certain is so in each of them, and rows after a stick that moved count less. Precondition: at least
 ///   one.
+/// @param data  of the first reading
 std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisData& data, const AxisFamily& family,
                                   const Fit& fit);
 

@@ -20,7 +20,9 @@ struct RowReadings {
 /// The data must outlive the readings.
 RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges);
 
-/// Where the readings of a model differ, the innovations of all of them count as that much less certain.
+/// Weighs the innovations of all readings by what slow rows of the stick leave open: each way between two rows may have
+/// been made at any moment of the row, which gives the rows after it a variance; how much of it there is beside the
+/// air's is estimated by maximum likelihood. Nothing where the rows are not slow. Precondition: the first is of `data`.
 void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, const model::StickAxis& model);
 
 }  // namespace m100::lab::identify
