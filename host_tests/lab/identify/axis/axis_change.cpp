@@ -260,8 +260,8 @@ double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& 
 
 AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   AxisChange out;
-  constexpr std::size_t kLeastRows = 200;  // 10 s
-  if (run.size() < kLeastRows) {
+  constexpr double kLeast_s = 10.0;
+  if (run.seconds() < kLeast_s) {
     return out;
   }
   const std::vector<Knob> knobs = knobs_of(family, fit);

@@ -45,8 +45,8 @@ ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit
   constexpr double kClearDelay_s = 0.015;
   const bool has_zero = found.lead_zero_s > 0.0;
   const double net_s = has_zero ? 0.0 : found.transport_delay_s;
-  constexpr std::size_t kLeastRows = 100;
-  if (net_s > std::max(period_s, kClearDelay_s) || run.size() < kLeastRows) {
+  constexpr double kLeast_s = 5.0;
+  if (net_s > std::max(period_s, kClearDelay_s) || run.seconds() < kLeast_s) {
     return out;
   }
   const StickAxis start = second_order(found);

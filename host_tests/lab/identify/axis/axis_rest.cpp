@@ -38,7 +38,7 @@ bool stands(const AxisStudy& study, const Request& request, const Fit& fit, doub
       samples += counts ? 1.0 : 0.0;
     }
   }
-  if (samples * data.period_s < kLeast_s || flown_rows < kLeast_s / FreeRun::kMean_s) {
+  if (samples * data.period_s < kLeast_s || flown_rows < kLeast_s / run.mean_s()) {
     return false;
   }
   const double rest = squares / samples - (sum / samples) * (sum / samples);

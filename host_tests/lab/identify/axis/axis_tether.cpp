@@ -60,11 +60,11 @@ AxisData tied(AxisData data, const std::vector<double>& way, const Edge& edge) {
 
 std::optional<AxisTether> tether_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                     const Fit& fit) {
-  constexpr std::size_t kLeastRows = 200;  // 10 s
+  constexpr double kLeast_s = 10.0;
   const FreeRun run(data, ranges);
   const std::vector<double> way = way_of(data);
   std::vector<double> flown = inside(data, ranges, way);
-  if (run.size() < kLeastRows || flown.empty()) {
+  if (run.seconds() < kLeast_s || flown.empty()) {
     return std::nullopt;
   }
   std::vector<Knob> knobs = knobs_of(family, fit);

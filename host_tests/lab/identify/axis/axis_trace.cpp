@@ -159,8 +159,8 @@ class Search {
 
 std::optional<AxisTrace> trace_of(std::vector<FreeRun> readings, const AxisData& data, const AxisFamily& family,
                                   const Fit& fit) {
-  constexpr std::size_t kLeastRows = 200;  // 10 s
-  if (readings.front().size() < kLeastRows) {
+  constexpr double kLeast_s = 10.0;
+  if (readings.front().seconds() < kLeast_s) {
     return std::nullopt;
   }
   if (readings.size() > 1) {

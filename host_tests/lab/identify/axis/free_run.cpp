@@ -36,7 +36,8 @@ std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
 
 FreeRun::FreeRun(const AxisData& data, const std::vector<Range>& ranges)
     : data_(data),
-      mean_(std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(kMean_s / data.period_s)))),
+      mean_(std::max<std::size_t>(
+          1, static_cast<std::size_t>(std::lround(std::max(kLeastMean_s, data.row_s) / data.period_s)))),
       settle_(static_cast<std::size_t>(std::lround(kSettle_s / data.period_s))) {
   const double whole_s = static_cast<double>(data.measured.size() + 1) * data.period_s;
   const auto past = static_cast<std::size_t>(std::lround(AxisBlocks::kPast_s / data.period_s));

@@ -11,11 +11,13 @@
 
 namespace m100::lab::identify {
 
-/// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms. What
-/// blocks of 2.5 s hide shows here: clocks that disagree by a hundredth of a second, and a vehicle that changes.
+/// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms, or over a
+/// row of the log where that is more: between two rows nothing was measured, and a mean of a straight line between them
+/// would count as evidence of its own. What blocks of 2.5 s hide shows here: clocks that disagree by a hundredth of a
+/// second, and a vehicle that changes.
 class FreeRun {
  public:
-  static constexpr double kMean_s = 0.05;
+  static constexpr double kLeastMean_s = 0.05;
   static constexpr double kSettle_s = 1.0;  ///< a free run forgets its start within this time
 
   /// Ranges may overlap or touch: they are joined. The data must outlive the run.
@@ -31,7 +33,9 @@ class FreeRun {
   void make_white(const Ar& filter, Eigen::Ref<Rows> values) const;
   /// n ln(mean square of the weighed innovations of an error under its own autoregression).
   double score(const Rows& error) const;
-  double minutes() const { return static_cast<double>(size()) * kMean_s / 60.0; }
+  std::size_t mean() const { return mean_; }  ///< samples in a row
+  double mean_s() const { return static_cast<double>(mean_) * data_.period_s; }
+  double seconds() const { return static_cast<double>(size()) * mean_s(); }
 
   /// Simulated less measured. A transport delay below zero takes the stick from the future.
   Rows error(const model::StickAxis& axis) const { return error(axis, axis, 1e300); }

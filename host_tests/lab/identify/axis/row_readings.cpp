@@ -25,12 +25,12 @@ RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges) 
 
 namespace {
 
-/// Means over FreeRun::kMean_s of the response to one count for one sample, whitened: how a stick that moved earlier or
+/// Means over `mean` samples of the response to one count for one sample, whitened: how a stick that moved earlier or
 /// later than read shows in the innovations.
-std::vector<double> innovations_of_a_moment(const AxisData& data, const model::StickAxis& model, const Ar& filter) {
+std::vector<double> innovations_of_a_moment(const AxisData& data, std::size_t mean, const model::StickAxis& model,
+                                            const Ar& filter) {
   constexpr double kLasts_s = 1.5;
-  const auto mean = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(FreeRun::kMean_s / data.period_s)));
-  const auto means = static_cast<std::size_t>(std::lround(kLasts_s / FreeRun::kMean_s));
+  const auto means = static_cast<std::size_t>(std::lround(kLasts_s / data.period_s)) / mean;
   sysid::AxisDynamics<double> dynamics(model, data.period_s);
   dynamics.start(0.0, 0.0);
   const auto delay = static_cast<std::size_t>(std::lround(std::max(0.0, model.transport_delay_s) / data.period_s));
@@ -53,13 +53,13 @@ std::vector<double> innovations_of_a_moment(const AxisData& data, const model::S
 /// moments alike: the way times the row, squared, over twelve.
 Rows variance_of_moments(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
   const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
-  const auto mean = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(FreeRun::kMean_s / data.period_s)));
+  const std::size_t mean = run.mean();
   std::vector<double> areas(data.stick.size() / mean + 1, 0.0);
   for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
     const double area = (data.stick[i + row] - data.stick[i]) * static_cast<double>(row);
     areas[(i + row / 2) / mean] += area * area / 12.0;
   }
-  const std::vector<double> kernel = innovations_of_a_moment(data, model, filter);
+  const std::vector<double> kernel = innovations_of_a_moment(data, mean, model, filter);
   Rows out = Rows::Zero(static_cast<Eigen::Index>(run.size()));
   for (std::size_t k = 0; k < run.size(); ++k) {
     const auto at = static_cast<std::size_t>(std::max(0.0, (run.time_s()[k] - data.start_s) / data.period_s)) / mean;
