@@ -76,9 +76,7 @@ std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
     out.push_back({{"damping", &StickAxis::damping_ratio, 0.03 * z, 0.1 * z, 10.0 * z}, 0.15 * z, ""});
   }
   // When between two rows a stick moved is not known: half a row of delay may be the beat of two clocks.
-  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6},
-                 std::max(0.008, 0.5 * family.stick_row_s()),
-                 "_s"});
+  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6}, 0.008, "_s"});
   out.push_back({{"dead_zone", &StickAxis::dead_zone_counts, 4.0 * counts, 0.0, 0.7 * stick}, 4.0 * counts, "_counts"});
   out.push_back({{"trim_offset", &StickAxis::trim_counts, 4.0 * counts, -stick, stick}, 4.0 * counts, "_counts"});
   return out;
@@ -97,7 +95,7 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error, con
   return out;
 }
 
-/// From which size on a change means something. A delay that only seems to change has the beat of two clocks in it, up
+/// From which size on a change has a name. A delay that only seems to change has the beat of two clocks in it, up
 /// to half a row of the stick, and what the fit adds by chance: two standard errors.
 double least_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
@@ -295,7 +293,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   const double size = best->fit.after.*best->candidate->knob.member - best->fit.before.*best->candidate->knob.member;
   const bool little = std::abs(size) < least_of(*best->candidate, best->fit, family.stick_row_s());
   if (ratio < kThreshold || little) {
-    out.likely = ratio >= kChangeIsLikely && !little;
+    out.likely = ratio >= kChangeIsLikely && std::abs(size) >= best->candidate->least;
     out.change = described(*best);
     return out;
   }
