@@ -50,6 +50,7 @@ class AxisInquiry {
       }
     }
     ask_for_trims();
+    ask_between_rows();
     ask_for_traces();
     IdentifyResult result = conclude(*study_, study_->request(), std::move(chosen_), std::move(beside_));
     result.elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -97,6 +98,26 @@ class AxisInquiry {
         std::find(request_.declared.begin(), request_.declared.end(), kTrim) != request_.declared.end();
     if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
       beside_.unexplained.emplace_back("neutral points that differ from flight to flight; declare trim_offset");
+    }
+  }
+
+  /// What was named must be so however the stick moved between slow rows, by what selection asks of whitened residuals
+  /// at the least; else it is said, unnamed.
+  void ask_between_rows() {
+    const double least = SelectionOptions{}.least_delta_white;
+    const AxisFamily& family = study_->axis_family();
+    const Fit& fit = chosen_.final_model.fit;
+    std::vector<std::string> open;
+    for (const Step& step : chosen_.steps) {
+      const double price = std::log(static_cast<double>(study_->free_run().size()));
+      if (ratio_between_rows(study_->training().signals.data, study_->free_ranges(), family, fit, step.name) <
+          least + price) {
+        open.push_back(step.name);
+      }
+    }
+    for (const std::string& name : open) {
+      beside_.unexplained.push_back(name + " would fit, but the stick's rows are too slow to tell");
+      forget(name);
     }
   }
 

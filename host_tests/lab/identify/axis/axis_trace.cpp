@@ -20,18 +20,6 @@ struct Fitted {
   WhitenedFit white;
 };
 
-/// The fit's own numbers, and the delay free down to a row below nought: a row shows what the stick was since the row
-/// before, so a response without delay may begin up to a row early. More than that is for the clock to say.
-std::vector<Knob> knobs_within_a_row(const AxisFamily& family, const Fit& fit) {
-  std::vector<Knob> out = knobs_of(family, fit);
-  for (Knob& knob : out) {
-    if (knob.member == &model::StickAxis::transport_delay_s) {
-      knob.low = std::min(knob.low, -std::max(family.period_s(), family.stick_row_s()));
-    }
-  }
-  return out;
-}
-
 /// Walks on from where a fit's last step still gained: numbers that trade against each other end in long valleys.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;

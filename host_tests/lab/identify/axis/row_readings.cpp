@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "firmware/sysid/axis_dynamics.h"
+#include "host_tests/lab/identify/axis/axis_change.h"
 #include "host_tests/lab/identify/axis/axis_remainder.h"
 #include "host_tests/lab/identify/remainder/whitening.h"
 
@@ -94,6 +95,16 @@ double share_of_moments(const Rows& white, const Rows& moments, double power) {
 
 }  // namespace
 
+std::vector<Knob> knobs_within_a_row(const AxisFamily& family, const Fit& fit) {
+  std::vector<Knob> out = knobs_of(family, fit);
+  for (Knob& knob : out) {
+    if (knob.member == &model::StickAxis::transport_delay_s) {
+      knob.low = std::min(knob.low, -std::max(family.period_s(), family.stick_row_s()));
+    }
+  }
+  return out;
+}
+
 void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, const model::StickAxis& model) {
   if (!slow_rows(data)) {
     return;
@@ -112,6 +123,27 @@ void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, c
   for (FreeRun& reading : readings) {
     reading.weigh(weights);
   }
+}
+
+double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                          const Fit& fit, const std::string& effect) {
+  double least = std::numeric_limits<double>::infinity();
+  const Structure reduced = family.without(fit.structure, effect);
+  if (!slow_rows(data) || reduced == fit.structure) {
+    return least;
+  }
+  RowReadings readings = readings_of(data, ranges);
+  weigh_by_what_is_known(readings.runs, data, family.model(fit));
+  const Fit plain = family.fit(reduced, std::vector<int>(family.block_count(), 1), &fit);
+  for (const FreeRun& run : readings.runs) {
+    const WhitenedFit with = fit_whitened(run, family.model(fit), knobs_within_a_row(family, fit));
+    double without = std::numeric_limits<double>::infinity();
+    for (const Fit& start : {plain, family.moved_to(plain, with.before)}) {
+      without = std::min(without, fit_whitened(run, family.model(start), knobs_within_a_row(family, start)).score);
+    }
+    least = std::min(least, without - with.score);
+  }
+  return least;
 }
 
 }  // namespace m100::lab::identify
