@@ -224,7 +224,9 @@ class AxisInquiry {
                            study_->axis_family().model(chosen_.final_model.fit));
     const AxisChange first = change_under(run, chosen_);
     if (!first.found) {
-      if (first.likely && chosen_.steps.empty()) {
+      if (first.likely && chosen_.steps.empty() &&
+          ratio_between_rows(study_->training().signals.data, study_->free_ranges(), study_->axis_family(),
+                             chosen_.final_model.fit, first) >= kChangeIsChance) {
         doubt(first.change, "that is not certain enough to be named, and too likely for a clean bill");
       }
       return;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "host_tests/lab/identify/axis/axis_remainder.h"
 #include "host_tests/lab/identify/axis/axis_structure.h"
 #include "host_tests/lab/identify/remainder/change_scan.h"
 
@@ -100,6 +101,38 @@ Columns slopes(const FreeRun& run, const StickAxis& axis, const Rows& error, con
 double least_of(const Candidate& candidate, const WhitenedFit& fit, double stick_row_s) {
   const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
   return delay ? std::max(candidate.least, 0.5 * stick_row_s + 2.0 * fit.sigmas.back()) : candidate.least;
+}
+
+/// Standard error of a difference of delays before and after a date where every way of a stick with slow rows was made
+/// at one moment of its row, all moments alike: a row over the root of twelve, by the effective number of ways on
+/// either side. A few jumps of a stick leave more open than a hand that moves all the time.
+double error_of_moments_s(const AxisData& data, double date_s) {
+  if (!slow_rows(data)) {
+    return 0.0;
+  }
+  const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
+  std::array<double, 2> squares{};
+  std::array<double, 2> fourths{};
+  for (std::size_t i = 0; i + row < data.stick.size(); i += row) {
+    const double way = data.stick[i + row] - data.stick[i];
+    const std::size_t side = data.time_s(i) > date_s ? 1 : 0;
+    squares[side] += way * way;
+    fourths[side] += way * way * way * way;
+  }
+  double variance = 0.0;
+  for (std::size_t side = 0; side < 2; ++side) {
+    variance += fourths[side] / std::max(1e-300, squares[side] * squares[side]);
+  }
+  return data.stick_row_s * std::sqrt(variance / 12.0);
+}
+
+/// From which size on a change is doubted though it has no name: three standard errors, because of all dates the
+/// likeliest was taken.
+double least_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
+  constexpr double kErrors = 3.0;
+  const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
+  const double error_s = std::hypot(fit.sigmas.back(), error_of_moments_s(data, date_s));
+  return delay ? std::max(candidate.least, kErrors * error_s) : candidate.least;
 }
 
 struct Tried {
@@ -250,6 +283,14 @@ Change described(const Tried& tried) {
   return out;
 }
 
+void take(const Tried& tried, AxisChange& out) {
+  out.score = tried.fit.score;
+  out.change = described(tried);
+  out.knob = tried.candidate->knob;
+  out.before = tried.fit.before;
+  out.after = tried.fit.after;
+}
+
 }  // namespace
 
 double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
@@ -293,8 +334,9 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   const double size = best->fit.after.*best->candidate->knob.member - best->fit.before.*best->candidate->knob.member;
   const bool little = std::abs(size) < least_of(*best->candidate, best->fit, family.stick_row_s());
   if (ratio < kThreshold || little) {
-    out.likely = ratio >= kChangeIsLikely && std::abs(size) >= best->candidate->least;
-    out.change = described(*best);
+    out.likely = ratio >= kChangeIsLikely &&
+                 std::abs(size) >= least_doubted(*best->candidate, best->fit, run.data(), best->hit.at_s);
+    take(*best, out);
     return out;
   }
   std::vector<std::string> rivals;
@@ -305,13 +347,9 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
   }
   date_again(run, knobs, std::max(family.period_s(), family.stick_row_s()), *best);
   out.found = true;
-  out.score = best->fit.score;
-  out.change = described(*best);
+  take(*best, out);
   out.change.rivals = rivals;
   out.change.likelihood_ratio = ratio;
-  out.knob = best->candidate->knob;
-  out.before = best->fit.before;
-  out.after = best->fit.after;
   return out;
 }
 

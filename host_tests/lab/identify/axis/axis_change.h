@@ -22,10 +22,10 @@ inline constexpr double kChangeIsChance = 16.0;
 /// What became another in mid-flight: gain, frequency, damping, transport_delay, dead_zone or trim_offset.
 struct AxisChange {
   bool found = false;
-  bool likely = false;  ///< not found, because it is less certain; `change` is described
+  bool likely = false;  ///< not found, because it is less certain or smaller; all else is there, its date is the scan's
   Change change;
-  double score = 0.0;  ///< of the model with the change, refitted (see WhitenedFit)
-  Knob knob;           ///< what changed
+  double score = 0.0;       ///< of the model with the change, refitted (see WhitenedFit)
+  Knob knob;                ///< what changed
   model::StickAxis before, after;
 };
 

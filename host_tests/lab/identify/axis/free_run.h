@@ -23,6 +23,7 @@ class FreeRun {
   /// Ranges may overlap or touch: they are joined. The data must outlive the run.
   FreeRun(const AxisData& data, const std::vector<Range>& ranges);
 
+  const AxisData& data() const { return data_; }
   std::size_t size() const { return time_s_.size(); }  ///< rows, one for each mean
   const std::vector<double>& time_s() const { return time_s_; }
   const std::vector<Segment>& segments() const { return segments_; }
