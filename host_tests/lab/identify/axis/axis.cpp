@@ -237,7 +237,8 @@ class AxisInquiry {
         continue;
       }
       Selection chosen = choose(*calm, side, {});
-      const AxisChange change = change_of(run, calm->axis_family(), chosen.final_model.fit);
+      AxisChange change = change_of(run, calm->axis_family(), chosen.final_model.fit);
+      add_the_other_tale(first, run, change);
       if (!change.found || !believe(change, calm->axis_family(), chosen.final_model.fit)) {
         return;
       }
@@ -249,6 +250,16 @@ class AxisInquiry {
     }
     if (believe(first, study_->axis_family(), chosen_.final_model.fit)) {
       take(first.change);
+    }
+  }
+
+  /// An effect that only one side shows and another change beside it tell of the same log as the first change alone:
+  /// where they hardly pay the price of their numbers, neither name is certain.
+  static void add_the_other_tale(const AxisChange& first, const FreeRun& run, AxisChange& change) {
+    const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
+    const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
+    if (change.found && change.change.name != first.change.name && first.score < change.score + price + kNameMargin) {
+      change.change.rivals.push_back(first.change.name);
     }
   }
 

@@ -18,7 +18,6 @@ namespace {
 constexpr double kThreshold = kChangeIsCertain;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
-constexpr double kNameMargin = 6.0;
 
 /// A parameter that may change, and from which size on that means something.
 struct Candidate {
@@ -304,6 +303,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
     return out;
   }
   const std::vector<Knob> knobs = knobs_of(family, fit);
+  out.numbers = knobs.size();
   std::vector<Candidate> candidates = candidates_of(family, fit);
   // The structure fits the whole run as well as it can before anything is said to change.
   const WhitenedFit steady = fit_whitened(run, family.model(fit), knobs);

@@ -25,6 +25,7 @@ struct AxisChange {
   bool likely = false;  ///< not found, because it is less certain or smaller; all else is there, its date is the scan's
   Change change;
   double score = 0.0;       ///< of the model with the change, refitted (see WhitenedFit)
+  std::size_t numbers = 0;  ///< that were free beside the change
   Knob knob;                ///< what changed
   model::StickAxis before, after;
 };
@@ -36,6 +37,9 @@ struct AxisChange {
 /// counted in the variance of the noisier side of the date.
 /// Precondition: the fit is of `family`. Cost: one scan for each candidate, some 1000 simulations where one is found.
 AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+
+/// From which likelihood ratio on one name is preferred to another.
+inline constexpr double kNameMargin = 6.0;
 
 /// Score of the fit's structure refitted over the same rows with nothing that changes: for comparison with
 /// AxisChange::score.
