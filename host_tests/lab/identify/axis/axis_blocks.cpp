@@ -146,7 +146,14 @@ const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, st
     model::StickLaw<double> law(axis, data.period_s);
     const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
     out.resize(around.end - around.past);
+    // A stick that is held asks for the same command again, unless the command goes on by itself.
+    const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
     for (std::size_t i = around.past; i < around.end; ++i) {
+      if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
+          (!has_other || data.other[i] == data.other[i - 1])) {
+        out[i - around.past] = out[i - around.past - 1];
+        continue;
+      }
       const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
       out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
     }
