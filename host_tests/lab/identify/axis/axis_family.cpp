@@ -162,20 +162,35 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
     same.free_parameters = 0;
     return run(std::move(same), weights, 6);
   }
-  const std::vector<Fit> starts = starts_of(structure, warm);
-  Fit best;
-  for (const Fit& start : starts) {
-    const Fit tried = run(start, weights, starts.size() > 1 ? 5 : 0);
-    if (best.parameters.empty() || cost(tried) < cost(best)) {
-      best = tried;
-    }
-  }
-  best = run(best, weights, 25);
+  Fit best = run(best_of(starts_of(structure, warm), weights), weights, 25);
   if (has(structure, "dead_zone") && (warm == nullptr || !has(warm->structure, "dead_zone"))) {
     const Fit jump = with_jump(best, weights);
     return cost(jump) < cost(best) ? jump : best;
   }
   return best;
+}
+
+Fit AxisFamily::best_of(std::vector<Fit> starts, std::span<const int> weights) const {
+  constexpr std::size_t kMany = 12;
+  constexpr std::size_t kKept = 4;  // one in so many
+  constexpr int kFirst = 2;
+  constexpr int kAll = 5;
+  if (starts.size() == 1) {
+    return starts.front();
+  }
+  const bool many = starts.size() > kMany;
+  for (Fit& start : starts) {
+    start = run(std::move(start), weights, many ? kFirst : kAll);
+  }
+  const auto cheaper = [](const Fit& a, const Fit& b) { return cost(a) < cost(b); };
+  if (many) {
+    std::stable_sort(starts.begin(), starts.end(), cheaper);
+    starts.resize(starts.size() / kKept);
+    for (Fit& start : starts) {
+      start = run(std::move(start), weights, kAll - kFirst);
+    }
+  }
+  return *std::min_element(starts.begin(), starts.end(), cheaper);
 }
 
 std::vector<Fit> AxisFamily::starts_of(const Structure& structure, const Fit* warm) {

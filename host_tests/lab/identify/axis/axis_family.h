@@ -53,6 +53,9 @@ class AxisFamily final : public Family {
   /// Where a fit of `structure` begins: what is known from `warm` stays; every effect that is new is started from each
   /// of its starts and variants.
   static std::vector<Fit> starts_of(const Structure& structure, const Fit* warm);
+  /// The start from which a few iterations come farthest; of many starts only those that lead after two go on.
+  /// Precondition: there is one.
+  Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
   static bool at_an_edge(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool means_something(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
