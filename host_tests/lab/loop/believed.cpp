@@ -162,7 +162,8 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
     // another shape's: sticks that jump over their dead zone tell nothing of it.
     const bool no_interval = !(one.found.high > one.found.low) ||
                              (one.parameter == kDeadZone && shape_of(found, channel) != shape_of(believed, channel));
-    if (std::abs(worse) < (no_interval ? kMatters : kUndetermined)) {
+    const bool speaks = no_interval ? better && worse > kMatters : std::abs(worse) >= kUndetermined;
+    if (!speaks) {
       one.found = {one.believed, std::min(one.found.low, one.believed), std::max(one.found.high, one.believed)};
       put_back(found, believed, channel, one);
     }
