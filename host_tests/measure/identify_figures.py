@@ -89,5 +89,15 @@ def injected(place):
     return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
 
 
-SOURCES = [Source(("identify.strangers",), strangers, quick=False),
+def hour(place):
+    """What an hour of one axis takes: memory, and time against what a minute of a short log takes."""
+    printed = place.run(place.program("host_tests/lab/hidden/identify_scaling", ("host-release",)), "--minutes", "4,60")
+    rows = [[float(word) for word in line.split()[:4]] for line in printed.splitlines()[1:]]
+    short, long = rows[0], rows[-1]
+    return {"identify.hour": Figure(f"{long[3]:.0f} MB, and {long[2] / short[2]:.1f} times the processor time a minute "
+                                    f"that four minutes take")}
+
+
+SOURCES = [Source(("identify.hour",), hour, quick=False),
+           Source(("identify.strangers",), strangers, quick=False),
            Source(("identify.injected",), injected, quick=False)]

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "host_tests/lab/identify/axis/axis_regressors.h"
 #include "host_tests/lab/identify/remainder/residual_share.h"
@@ -30,8 +31,9 @@ Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
 }
 
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
-/// @param first_flight  number of the log's first flight, so that two logs have no number in common
-void append_free_run(const AxisPart& part, const model::StickAxis& model, std::size_t first_flight,
+/// @param first_flight  number of the log's first flight, so that two logs have no number in common; none: all is one
+///   flight
+void append_free_run(const AxisPart& part, const model::StickAxis& model, std::optional<std::size_t> first_flight,
                      ResidualInput& input) {
   const AxisData& data = part.signals.data;
   const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
@@ -42,8 +44,10 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
     const AxisBlocks whole(data, {run}, range.second - range.first + 2.0 * kSettle_s);
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
-    const std::vector<double> unknown =
-        unknown_between_rows(data, {run}, model, range.second - range.first + 2.0 * kSettle_s);
+    std::vector<double> unknown;
+    if (slow_rows(data)) {
+      unknown = unknown_between_rows(data, {run}, model, range.second - range.first + 2.0 * kSettle_s);
+    }
     auto from = error.begin();
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const std::size_t samples = whole[number].end - whole[number].begin;
@@ -51,16 +55,24 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::s
       if (samples >= settle + length / 2) {  // a block is cut short by the end of its run as well
         const std::size_t begin = whole[number].begin + settle;
         const std::size_t end = whole[number].end;
+        for (std::vector<double>* each : {&residual, &input.time_s}) {
+          each->reserve(each->size() + end - begin);  // a growing vector would take up to twice its size
+        }
         for (std::size_t i = begin; i < end; ++i) {
           if ((i - begin) % length == 0) {
             input.block_begin.push_back(residual.size() + i - begin);
           }
           input.time_s.push_back(data.time_s(i));
-          input.flight.push_back(first_flight + flight_of(data, i));
+          if (first_flight) {
+            input.flight.push_back(*first_flight + flight_of(data, i));
+          }
         }
         residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
-        const auto known = unknown.begin() + (from - error.begin());
-        input.unknown.insert(input.unknown.end(), known + static_cast<std::ptrdiff_t>(settle), known + (to - from));
+        if (!unknown.empty()) {
+          const auto known = unknown.begin() + (from - error.begin());
+          input.unknown.resize(residual.size() - (end - begin));  // nothing is unknown of a part in fast rows
+          input.unknown.insert(input.unknown.end(), known + static_cast<std::ptrdiff_t>(settle), known + (to - from));
+        }
         const Thinned rows = thin_run(data.period_s, length, end - begin);
         merge(input.groups, axis_regressors(part.log, part.signals, begin, end, rows));
         merge(input.activity, axis_activity(part.signals, begin, end, rows));
@@ -117,9 +129,18 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
   input.row_s = std::max(training.signals.data.row_s, training.signals.data.stick_row_s);
   input.residuals.resize(1);
   input.noise_floor = request.noise_floor;
-  append_free_run(training, model, 0, input);
+  const std::vector<std::size_t>& flights = training.signals.data.flights;
   const bool one_log = &validation.log == &training.log;
-  append_free_run(validation, model, one_log ? 0 : training.signals.data.flights.size() + 1, input);
+  if (one_log && flights.size() <= 1) {
+    append_free_run(training, model, std::nullopt, input);
+    append_free_run(validation, model, std::nullopt, input);
+  } else {
+    append_free_run(training, model, 0, input);
+    append_free_run(validation, model, one_log ? 0 : flights.size() + 1, input);
+  }
+  if (!input.unknown.empty()) {
+    input.unknown.resize(input.residuals[0].size());
+  }
   return test_residual(input, ResidualOptions{}).unexplained;
 }
 
