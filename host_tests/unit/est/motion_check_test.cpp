@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -145,6 +146,27 @@ TEST_F(MotionCheckTest, IsSilentOverGaps) {
     return Seen{p + Vector2(wrong_m, 0.0), v + Vector2(wrong_m_s, 0.0), phase_s < 0.14 || !gap};
   };
   EXPECT_EQ(fly(100.0, travels, gaps), 100.0);
+}
+
+// Would catch one that bridges a gap of before over what comes behind: the path that was looked at no longer counts.
+TEST_F(MotionCheckTest, ARestartForgetsTheGapBefore) {
+  MotionCheck<double> fresh;
+  MotionCheck<double> restarted;
+  for (int tick = 0; tick < 600; ++tick) {  // the scales take turns: a multiple of three
+    restarted.update({.force_m_s2 = travels(0.01 * tick), .place_m = {9.0, 9.0}, .speed_m_s = {1.0, 0.0}}, tick < 570,
+                     kTick_s);
+  }
+  restarted.restart();
+  EXPECT_EQ(restarted.evidence(), 0.0);
+  double most = 0.0;
+  for (int tick = 0; tick < 300; ++tick) {
+    const MotionCheck<double>::Motion stands{.force_m_s2 = travels(0.01 * tick)};
+    fresh.update(stands, true, kTick_s);
+    restarted.update(stands, true, kTick_s);
+    ASSERT_EQ(restarted.evidence(), fresh.evidence()) << tick;
+    most = std::max(most, fresh.evidence());
+  }
+  EXPECT_GE(most, 1.0) << "else the two agree about nothing";
 }
 
 // The height of a body that stands, while the aircraft's own wanders by 5 cm/s as in the measured logs. Catches a sum
