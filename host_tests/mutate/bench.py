@@ -81,7 +81,7 @@ class Bench:
         return next((made for made in mine if not made.startswith("host_tests/")), None)
 
     def path(self, program):
-        """Where the build puts the program: some stand in a folder of their own (host_tests/golden/flight/golden_flight)."""
+        """Where the build puts the program: some stand in a folder of their own, as golden_flight does."""
         if program not in self.paths:
             said = [line.strip() for line in self._ninja("-t", "query", program).splitlines()]
             self.paths[program] = next(word for word in said if pathlib.Path(word).name == program)
