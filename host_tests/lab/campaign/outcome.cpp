@@ -64,25 +64,29 @@ bool below_coast(const TracePoint& point) {
 /// What a hand-over in motion does is still our doing.
 constexpr double kAftermath_s = 2.0;
 
+void note_what_happened(const TracePoint& point, Outcome& out) {
+  const auto rung = static_cast<Rung>(point.rung);
+  out.coasted = out.coasted || rung == Rung::kCoast;
+  out.released = out.released || rung == Rung::kRelease || rung == Rung::kSilent;
+  out.worst_tilt_deg = std::max(out.worst_tilt_deg, tilt_deg(point));
+  if (point.nees >= 0.0 && out.why.empty()) {
+    out.nees_sum += point.nees;
+    ++out.nees_count;
+  }
+}
+
 /// The first thing that went wrong; everything that happened while we commanded and shortly after.
 void judge(const FlightResult& flight, const companion::FlightFile& file, Outcome& out) {
   double silent_since_s = -1.0;
   for (const TracePoint& point : flight.trace) {
-    const auto rung = static_cast<Rung>(point.rung);
-    if (rung == Rung::kSilent && silent_since_s < 0.0) {
+    if (static_cast<Rung>(point.rung) == Rung::kSilent && silent_since_s < 0.0) {
       silent_since_s = point.t_s;
       out.handed_over_m_s = std::hypot(point.velocity_m_s[0], point.velocity_m_s[1]);
     }
     if (silent_since_s >= 0.0 && point.t_s > silent_since_s + kAftermath_s) {
       break;
     }
-    out.coasted = out.coasted || rung == Rung::kCoast;
-    out.released = out.released || rung == Rung::kRelease || rung == Rung::kSilent;
-    out.worst_tilt_deg = std::max(out.worst_tilt_deg, tilt_deg(point));
-    if (point.nees >= 0.0 && out.why.empty()) {
-      out.nees_sum += point.nees;
-      ++out.nees_count;
-    }
+    note_what_happened(point, out);
     const std::string side = breach(point, flight, file);
     out.breached = out.breached || !side.empty();
     if (out.why.empty() && (below_coast(point) || !side.empty())) {

@@ -157,40 +157,58 @@ TEST(Sessions, EveryRequestEndsOnce) {
   }
 }
 
+/// A client that asks again and again, and a server half of whose answers are lost.
+class ForgetfulLine {
+ public:
+  explicit ForgetfulLine(unsigned seed) : random_(seed), client_(static_cast<std::uint16_t>(random_())) {}
+
+  void step(core::TimePoint now) {
+    for (const Bytes& bytes : written(now)) {
+      to_server_.consume(bytes, [&](const FrameView& frame) { serve(frame, now); });
+    }
+  }
+
+ private:
+  std::vector<Bytes> written(core::TimePoint now) {
+    std::vector<Bytes> all;
+    if (const auto sent = client_.request(ids::kTask, Bytes(2), {milliseconds(50), 5}, now); sent) {
+      all.emplace_back(sent->bytes.begin(), sent->bytes.end());
+    }
+    for (auto due = client_.poll(now); due; due = client_.poll(now)) {
+      all.emplace_back(due->frame.bytes.begin(), due->frame.bytes.end());
+    }
+    return all;
+  }
+  void serve(const FrameView& frame, core::TimePoint now) {
+    const auto reception = server_.accept(frame.header);
+    std::span<const std::byte> answer = reception.bytes;
+    if (reception.verdict == AnswerSessions::Verdict::kExecute) {
+      ASSERT_EQ(++executed_[(std::uint32_t{frame.header.session} << 16U) + frame.header.sequence], 1);
+      answer = server_.answer(frame.header, encode_ack(2))->bytes;
+    }
+    if (random_() % 2 == 0) {
+      FrameParser to_client;
+      to_client.consume(answer, [&](const FrameView& ack) {
+        CipherScratch scratch;
+        (void)client_.accept(*open(ack, nullptr, scratch), now);
+      });
+    }
+  }
+
+  std::mt19937 random_;
+  RequestSessions client_;
+  AnswerSessions server_;
+  FrameParser to_server_;
+  std::map<std::uint32_t, int> executed_;
+};
+
 // On a line that keeps the order (no frame overtakes a later one of its session), nothing is executed twice.
 TEST(Sessions, NothingIsExecutedTwice) {
   for (unsigned seed = 0; seed < 200; ++seed) {
-    std::mt19937 random(seed);
-    RequestSessions client(static_cast<std::uint16_t>(random()));
-    AnswerSessions server;
-    std::map<std::uint32_t, int> executed;
+    ForgetfulLine line(seed);
     core::TimePoint now{};
-    FrameParser to_server;
     for (int step = 0; step < 500; ++step, now += milliseconds(30)) {
-      std::vector<Bytes> written;
-      if (const auto sent = client.request(ids::kTask, Bytes(2), {milliseconds(50), 5}, now); sent) {
-        written.emplace_back(sent->bytes.begin(), sent->bytes.end());
-      }
-      for (auto due = client.poll(now); due; due = client.poll(now)) {
-        written.emplace_back(due->frame.bytes.begin(), due->frame.bytes.end());
-      }
-      for (const Bytes& bytes : written) {
-        to_server.consume(bytes, [&](const FrameView& frame) {
-          const auto reception = server.accept(frame.header);
-          std::span<const std::byte> answer = reception.bytes;
-          if (reception.verdict == AnswerSessions::Verdict::kExecute) {
-            ASSERT_EQ(++executed[(std::uint32_t{frame.header.session} << 16U) + frame.header.sequence], 1);
-            answer = server.answer(frame.header, encode_ack(2))->bytes;
-          }
-          if (random() % 2 == 0) {  // half of all answers are lost
-            FrameParser to_client;
-            to_client.consume(answer, [&](const FrameView& ack) {
-              CipherScratch scratch;
-              (void)client.accept(*open(ack, nullptr, scratch), now);
-            });
-          }
-        });
-      }
+      line.step(now);
     }
   }
 }

@@ -73,13 +73,17 @@ class Reader {
         }
       }
     }
-    const toml::table* const sensors = section("sensors");
+    if (const toml::table* const sensors = section("sensors"); sensors != nullptr) {
+      old_pose_keys(*sensors, table, into);
+    }
+  }
+  void old_pose_keys(const toml::table& sensors, const toml::table* pose, PoseNumbers& into) {
     for (const OldName& name : kOldPoseKeys) {
-      const toml::node* const node = sensors == nullptr ? nullptr : sensors->get(name.old);
+      const toml::node* const node = sensors.get(name.old);
       if (node == nullptr) {
         continue;
       }
-      if (table != nullptr && table->contains(name.key)) {
+      if (pose != nullptr && pose->contains(name.key)) {
         fail(*node, "sensors." + std::string(name.old), "is given as pose." + std::string(name.key) + " too");
       }
       number<PoseNumbers>("pose", name.key, *node, kPoseKeys, into, "sensors." + std::string(name.old));
@@ -234,15 +238,23 @@ class Reader {
     return out;
   }
 
+  /// A key of an axis in its own section, or by its full name in that of another, quoted or as tables in tables.
+  static const toml::node* node_of(const toml::table& table, const std::string& axis, const std::string& key) {
+    if (const toml::node* const own = table.get(key); own != nullptr) {
+      return own;
+    }
+    const std::string full = axis + "." + key;
+    const toml::node* const quoted = table.get(full);
+    return quoted != nullptr ? quoted : table.at_path(full).node();
+  }
+
   /// What an axis needs to move at all. The error stands at the key that takes it away. @param table the axis's
   /// section, or [change] with the axis's keys by their full names.
   void expect_an_order(const std::string& name, const toml::table& table, const model::StickAxis& axis) const {
     const auto refuse = [&](const std::string& key, const std::string& what, bool even_if_absent) {
-      const std::string full = name + "." + key;
-      const toml::node* const own = table.get(key) != nullptr ? table.get(key) : table.get(full);
-      const toml::node* const node = own != nullptr ? own : table.at_path(full).node();
+      const toml::node* const node = node_of(table, name, key);
       if (node != nullptr ? node->value<double>().has_value() : even_if_absent) {
-        fail(node != nullptr ? *node : static_cast<const toml::node&>(table), full, what);
+        fail(node != nullptr ? *node : static_cast<const toml::node&>(table), name + "." + key, what);
       }
     };
     if (!axis.is_identified()) {

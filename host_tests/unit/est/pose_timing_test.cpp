@@ -158,46 +158,57 @@ class Swing {
   /// The state of the timing after so many seconds.
   PoseTimingReport<T> fly(double seconds) {
     PoseTiming<T> timing;
-    std::normal_distribution<> noise;
     int next = 0;
-    std::deque<std::pair<double, core::Pose<T>>> way;
     for (int tick = 1; tick <= static_cast<int>(100.0 * seconds); ++tick) {
       const double now_s = 0.01 * tick;
       for (; source.captured_s(next) <= now_s; ++next) {
-        const double captured_s = source.captured_s(next);
-        core::Pose<T> pose;
-        pose.captured = stamp(captured_s + stamped_late_s);
-        pose.position_w_m.x() = static_cast<T>(position_m(captured_s) + 0.001 * noise(source.random));
-        pose.position_w_m.y() = static_cast<T>(0.001 * noise(source.random));
-        double arrives_s = captured_s + source.way_s() + (captured_s >= later_from_s ? later_s : 0.0);
-        const bool paused = arrives_s >= pause_at_s && arrives_s < pause_at_s + pause_s;
-        arrives_s = std::max(paused ? pause_at_s + pause_s : arrives_s, arrived_s_);
-        arrived_s_ = arrives_s + (pause_s > 0.0 ? kLine_s : 0.0);
-        way.emplace_back(arrives_s, pose);
+        send(source.captured_s(next));
       }
       Measurement<T> measured;
       measured.now = at(now_s);
-      for (; !way.empty() && way.front().first <= now_s; way.pop_front()) {
-        measured.pose = way.front().second;
-        measured.pose.is_new = true;
-        measured.pose.arrived = at(way.front().first);
-        measured.pose.offset = offset;
-      }
-      measured.attitude.is_new = true;
-      measured.attitude.age = core::Duration(std::llround(attitude_age_s * 1e6));
-      const double then_s = now_s - attitude_age_s - attitude_later_s;
-      const double acceleration = -pulsation_rad_s * pulsation_rad_s * position_m(then_s);
-      const double drag_m_s2 = -drag_per_s * speed_m_s(then_s);
-      measured.attitude.pitch_rad = static_cast<T>(std::atan((acceleration - drag_m_s2) / 9.8066));
-      measured.push.is_known = feels_drag;
-      measured.push.now_w_m_s2.x() = static_cast<T>(drag_m_s2);
+      receive(now_s, measured);
+      feel(now_s, measured);
       timing.update(measured, T(0));
     }
     return timing.report();
   }
 
  private:
+  /// Puts the pose of that time on its way.
+  void send(double captured_s) {
+    core::Pose<T> pose;
+    pose.captured = stamp(captured_s + stamped_late_s);
+    pose.position_w_m.x() = static_cast<T>(position_m(captured_s) + 0.001 * noise_(source.random));
+    pose.position_w_m.y() = static_cast<T>(0.001 * noise_(source.random));
+    double arrives_s = captured_s + source.way_s() + (captured_s >= later_from_s ? later_s : 0.0);
+    const bool paused = arrives_s >= pause_at_s && arrives_s < pause_at_s + pause_s;
+    arrives_s = std::max(paused ? pause_at_s + pause_s : arrives_s, arrived_s_);
+    arrived_s_ = arrives_s + (pause_s > 0.0 ? kLine_s : 0.0);
+    way_.emplace_back(arrives_s, pose);
+  }
+  void receive(double now_s, Measurement<T>& measured) {
+    for (; !way_.empty() && way_.front().first <= now_s; way_.pop_front()) {
+      measured.pose = way_.front().second;
+      measured.pose.is_new = true;
+      measured.pose.arrived = at(way_.front().first);
+      measured.pose.offset = offset;
+    }
+  }
+  /// The attitude that makes it swing, and the drag beside it.
+  void feel(double now_s, Measurement<T>& measured) const {
+    measured.attitude.is_new = true;
+    measured.attitude.age = core::Duration(std::llround(attitude_age_s * 1e6));
+    const double then_s = now_s - attitude_age_s - attitude_later_s;
+    const double acceleration = -pulsation_rad_s * pulsation_rad_s * position_m(then_s);
+    const double drag_m_s2 = -drag_per_s * speed_m_s(then_s);
+    measured.attitude.pitch_rad = static_cast<T>(std::atan((acceleration - drag_m_s2) / 9.8066));
+    measured.push.is_known = feels_drag;
+    measured.push.now_w_m_s2.x() = static_cast<T>(drag_m_s2);
+  }
+
   static constexpr double kLine_s = 480.0 / 115200.0;  // 48 bytes
+  std::normal_distribution<> noise_;
+  std::deque<std::pair<double, core::Pose<T>>> way_;
   double arrived_s_ = 0.0;
   double position_m(double s) const { return amplitude_m * std::sin(pulsation_rad_s * s); }
   double speed_m_s(double s) const { return pulsation_rad_s * amplitude_m * std::cos(pulsation_rad_s * s); }
