@@ -82,6 +82,49 @@ TEST(Injection, AFitThatEndedAtAnEdgeIsNoStartForWhatIsMissing) {
   EXPECT_TRUE(has(found_in(result), "trim_offset")) << result.verdict;
 }
 
+struct Case {
+  Hidden hidden;
+  Names allowed;
+};
+
+/// Each effect at medium size on this axis of the flight.
+std::vector<Case> medium_effects(const logs::FlightLog& flight, const std::string& axis) {
+  const auto& y = flight.of(axis == "roll" ? logs::Signal::kAttitudeRoll : logs::Signal::kAttitudePitch);
+  std::vector<double> rate(y.size(), 0.0);
+  for (std::size_t k = 1; k < y.size(); ++k) {
+    rate[k] = (y[k] - y[k - 1]) / flight.period_s;
+  }
+  return {{{{"transport_delay", 0.1}}, {"transport_delay", "lead_zero"}},
+          {{{"saturation", 0.7 * usual_largest(y)}}, {"saturation", "tilt_limit"}},
+          {{{"rate_limit", 0.5 * usual_largest(rate)}}, {"rate_limit"}},
+          {{{"gain_asymmetry", 1.25}}, {"gain_asymmetry"}},
+          {{{"gain_asymmetry", 0.8}}, {"gain_asymmetry"}},
+          {{{"trim_offset", 40.0}}, {"trim_offset"}},
+          {{{"stick_curve", 1.35}}, {"stick_curve"}},
+          {{{"backlash", 18.0}}, {"backlash"}},
+          {{{"gain_drift", -0.28}}, {"gain_drift"}},
+          {{{"cross_axis", 0.17}}, {"cross_axis"}}};
+}
+
+/// Is what was added named, in `result`, and seen in its number where the flight has some of it already?
+bool is_named(const Case& added, const IdentifyResult& plain, const IdentifyResult& result) {
+  const Names found = found_in(result);
+  if (std::none_of(added.allowed.begin(), added.allowed.end(), [&](const auto& name) { return has(found, name); })) {
+    return false;
+  }
+  // The flight has a lead zero with a delay of its own; what was added must be seen in the number.
+  return added.hidden.count("transport_delay") == 0 ||
+         delay_in(result) > delay_in(plain) + 0.6 * added.hidden.at("transport_delay");
+}
+
+std::string in_one_line(const Names& names) {
+  std::string line;
+  for (const std::string& name : names) {
+    line += " " + name;
+  }
+  return line;
+}
+
 // Effects added to the measured residual of the real flight, air and autopilot included. Goal: 90 % at medium size.
 TEST(Injection, IntoTheMeasuredFlightIsNamed) {
   RecordProperty("promise", "R13");
@@ -93,42 +136,18 @@ TEST(Injection, IntoTheMeasuredFlightIsNamed) {
     const Names declared{"second_order", "dead_zone"};
     const IdentifyResult plain = analyse(flight, axis, declared);
     const Names before = found_in(plain);
-    const auto& y = flight.of(axis == "roll" ? logs::Signal::kAttitudeRoll : logs::Signal::kAttitudePitch);
-    std::vector<double> rate(y.size(), 0.0);
-    for (std::size_t k = 1; k < y.size(); ++k) {
-      rate[k] = (y[k] - y[k - 1]) / flight.period_s;
-    }
-    const std::vector<std::pair<Hidden, Names>> cases{
-        {{{"transport_delay", 0.1}}, {"transport_delay", "lead_zero"}},
-        {{{"saturation", 0.7 * usual_largest(y)}}, {"saturation", "tilt_limit"}},
-        {{{"rate_limit", 0.5 * usual_largest(rate)}}, {"rate_limit"}},
-        {{{"gain_asymmetry", 1.25}}, {"gain_asymmetry"}},
-        {{{"gain_asymmetry", 0.8}}, {"gain_asymmetry"}},
-        {{{"trim_offset", 40.0}}, {"trim_offset"}},
-        {{{"stick_curve", 1.35}}, {"stick_curve"}},
-        {{{"backlash", 18.0}}, {"backlash"}},
-        {{{"gain_drift", -0.28}}, {"gain_drift"}},
-        {{{"cross_axis", 0.17}}, {"cross_axis"}}};
-    for (const auto& [hidden, allowed] : cases) {
-      const IdentifyResult result = analyse(inject(flight, axis, plain.declared, hidden), axis, declared);
+    for (const Case& added : medium_effects(flight, axis)) {
+      const IdentifyResult result = analyse(inject(flight, axis, plain.declared, added.hidden), axis, declared);
       const Names found = found_in(result);
-      bool named = std::any_of(allowed.begin(), allowed.end(), [&](const auto& name) { return has(found, name); });
-      if (hidden.count("transport_delay") > 0) {
-        // The flight has a lead zero with a delay of its own; what was added must be seen in the number.
-        named = named && delay_in(result) > delay_in(plain) + 0.6 * hidden.at("transport_delay");
-      }
-      const bool nothing_else = std::all_of(found.begin(), found.end(),
-                                            [&](const auto& name) { return has(allowed, name) || has(before, name); });
+      const bool named = is_named(added, plain, result);
+      const bool nothing_else = std::all_of(
+          found.begin(), found.end(), [&](const auto& name) { return has(added.allowed, name) || has(before, name); });
       ++count;
       right += named && nothing_else ? 1 : 0;
-      std::string all;
-      for (const std::string& name : found) {
-        all += " " + name;
-      }
-      std::printf("%s %s: %s;%s\n", axis.c_str(), hidden.begin()->first.c_str(),
-                  named && nothing_else ? "named" : "WRONG", all.c_str());
+      std::printf("%s %s: %s;%s\n", axis.c_str(), added.hidden.begin()->first.c_str(),
+                  named && nothing_else ? "named" : "WRONG", in_one_line(found).c_str());
       if (named) {
-        EXPECT_LT(result.final_model.validation_rmse, result.declared.validation_rmse) << hidden.begin()->first;
+        EXPECT_LT(result.final_model.validation_rmse, result.declared.validation_rmse) << added.hidden.begin()->first;
       }
     }
   }

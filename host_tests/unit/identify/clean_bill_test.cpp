@@ -213,31 +213,39 @@ struct Line {
 
 class ResidualLine : public ::testing::TestWithParam<Line> {
  protected:
-  /// What a model leaves of air of 4 mrad and a sensor of 2 mrad, in the order of the parts.
-  static ResidualInput remainder(double sine_rad, const Line& line, std::uint64_t seed) {
+  /// Air of 4 mrad, a sensor of 2 mrad and a sine, in the order of time.
+  static std::vector<double> flown(double sine_rad, const Line& line, std::uint64_t seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
     const double keep = std::exp(-0.01 / 0.4);
     double air = 0.004 * normal(random);
-    ResidualInput input;
-    input.residuals.resize(1);
     std::vector<double> all;
     for (double t_s = 0.0; t_s < line.length_s; t_s += 0.01) {
       const double phase = line.two_logs && t_s >= 0.5 * line.length_s ? 2.6 : 0.0;
       all.push_back(air + 0.002 * normal(random) + sine_rad * std::sin(2.0 * std::numbers::pi * line.hz * t_s + phase));
       air = keep * air + 0.004 * std::sqrt(1.0 - keep * keep) * normal(random);
     }
+    return all;
+  }
+  static void append_row(ResidualInput& input, double residual, double time_s, bool of_second_log) {
+    if (input.residuals[0].size() % 250 == 0) {
+      input.block_begin.push_back(input.residuals[0].size());
+    }
+    input.time_s.push_back(time_s);
+    input.flight.push_back(of_second_log ? 1 : 0);
+    input.residuals[0].push_back(residual);
+  }
+  /// What a model leaves of that flight, in the order of the parts.
+  static ResidualInput remainder(double sine_rad, const Line& line, std::uint64_t seed) {
+    const std::vector<double> all = flown(sine_rad, line, seed);
+    ResidualInput input;
+    input.residuals.resize(1);
     const auto length = static_cast<std::size_t>(std::lround(line.piece_s / 0.01));
     for (const std::size_t turn : {0U, 1U}) {
       for (std::size_t k = 0; k < all.size(); ++k) {
+        const bool second = line.two_logs && 2 * k >= all.size();
         if (k / length % 2 == turn) {
-          if (input.residuals[0].size() % 250 == 0) {
-            input.block_begin.push_back(input.residuals[0].size());
-          }
-          const bool second = line.two_logs && 2 * k >= all.size();
-          input.time_s.push_back(0.01 * static_cast<double>(second ? k - all.size() / 2 : k));
-          input.flight.push_back(second ? 1 : 0);
-          input.residuals[0].push_back(all[k]);
+          append_row(input, all[k], 0.01 * static_cast<double>(second ? k - all.size() / 2 : k), second);
         }
       }
     }
