@@ -81,6 +81,29 @@ struct Course {
   double way_m;  ///< the aircraft must get this far from its start
 };
 
+/// How far an aircraft under control is from its start: the whole way, and the error while it is judged.
+class Way {
+ public:
+  Way(const Course& course, core::Vector<double, 3> start_w_m) : course_(course), start_w_m_(std::move(start_w_m)) {}
+
+  void note(const core::Vector<double, 3>& position_w_m, double since_control_s, Flight& flight) {
+    const double away_m = (position_w_m - start_w_m_).norm();
+    flight.largest_way_m = std::max(flight.largest_way_m, away_m);
+    if (since_control_s >= course_.judged_from_s && since_control_s < course_.duration_s) {
+      sum_m2_ += away_m * away_m;
+      flight.worst_m = std::max(flight.worst_m, away_m);
+      ++judged_;
+    }
+  }
+  double rms_m() const { return judged_ > 0 ? std::sqrt(sum_m2_ / judged_) : 1e9; }
+
+ private:
+  const Course& course_;
+  core::Vector<double, 3> start_w_m_;
+  double sum_m2_ = 0.0;
+  int judged_ = 0;
+};
+
 /// Time of control, then the course, then release. The reference is not known here; hovering is judged against the
 /// start, the others by how far they went and by their return to it.
 Flight fly(const Course& course) {
@@ -88,9 +111,7 @@ Flight fly(const Course& course) {
   World world(measured_plant(), {.seed = kSeed});
   Twin twin(course.name);
   EmulatedBoard board(image_path(), std::string("lockstep ") + course.name);
-  const core::Vector<double, 3> start = world.vehicle().state().position_w_m;
-  double sum_m2 = 0.0;
-  int judged = 0;
+  Way way(course, world.vehicle().state().position_w_m);
   double since_control_s = -1.0;
   bool ordered = false;
   for (int tick = 0; tick < static_cast<int>((course.duration_s + 34.0) * 100.0); ++tick) {
@@ -117,18 +138,12 @@ Flight fly(const Course& course) {
       continue;
     }
     since_control_s += 0.01;
-    const double away_m = (world.vehicle().state().position_w_m - start).norm();
-    flight.largest_way_m = std::max(flight.largest_way_m, away_m);
-    if (since_control_s >= course.judged_from_s && since_control_s < course.duration_s) {
-      sum_m2 += away_m * away_m;
-      flight.worst_m = std::max(flight.worst_m, away_m);
-      ++judged;
-    }
+    way.note(world.vehicle().state().position_w_m, since_control_s, flight);
     if (since_control_s > course.duration_s + 2.0) {
       break;
     }
   }
-  flight.rms_m = judged > 0 ? std::sqrt(sum_m2 / judged) : 1e9;
+  flight.rms_m = way.rms_m();
   flight.handed_over = flight.controlled && !world.autopilot().client_in_control();
   flight.exit_status = board.end();
   return flight;

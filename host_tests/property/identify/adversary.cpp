@@ -212,14 +212,24 @@ lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t refits) {
   return lab::identify::identify_axis(request);
 }
 
+namespace {
+
+Answer judge_of_healthy(const std::string& verdict) {
+  if (verdict == "nothing_missing") {
+    return Answer::kRight;
+  }
+  return verdict == "unexplained" ? Answer::kRefusedHealthy : Answer::kWrongName;
+}
+
+}  // namespace
+
 Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result) {
-  const bool clean = result.verdict == "nothing_missing";
   if (truth.healthy) {
-    return clean ? Answer::kRight : result.verdict == "unexplained" ? Answer::kRefusedHealthy : Answer::kWrongName;
+    return judge_of_healthy(result.verdict);
   }
   const bool said = std::any_of(result.findings.begin(), result.findings.end(),
                                 [&](const auto& finding) { return finding.what == truth.finding && finding.certain; });
-  if (clean) {
+  if (result.verdict == "nothing_missing") {
     return truth.usable && (said || truth.finding == "note") ? Answer::kRight : Answer::kFalseClean;
   }
   const bool named = truth.effect.empty() ? said : !result.effects.empty();

@@ -40,6 +40,16 @@ inline std::string sentence(const std::string& name, const char* what, double sh
   return text.data();
 }
 
+/// The share of intervals that kReached states for the axis of this parameter; 1 where it states none.
+inline double reached_by(const std::string& name) {
+  for (const Reached& axis : kReached) {
+    if (name.starts_with(std::string(axis.name) + " ")) {
+      return axis.share;
+    }
+  }
+  return 1.0;
+}
+
 /// Sentences about what is not as stated; none: all is.
 /// @param counts by "axis parameter"
 inline std::vector<std::string> not_as_stated(const std::map<std::string, Coverage>& counts) {
@@ -53,10 +63,7 @@ inline std::vector<std::string> not_as_stated(const std::map<std::string, Covera
       continue;
     }
     const double covered = static_cast<double>(count.covered) / count.answered;
-    double reached = 1.0;
-    for (const Reached& axis : kReached) {
-      reached = name.starts_with(std::string(axis.name) + " ") ? axis.share : reached;
-    }
+    const double reached = reached_by(name);
     if (covered < reached - chance(reached, count.answered)) {
       out.push_back(sentence(name, "the truth", covered, reached - chance(reached, count.answered)));
     }

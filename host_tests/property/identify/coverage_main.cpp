@@ -128,6 +128,20 @@ int report(const Counts& counts, int others, const std::string& file) {
   return offences.empty() ? 0 : 1;
 }
 
+/// @returns how many of the logs of this number were refused, or answered with another structure.
+int others_of(std::uint64_t number, Counts& counts) {
+  int others = 0;
+  for (const Known& known : {roll(number), translation(2 * number), translation(2 * number + 1)}) {
+    try {
+      others += ask(known, counts) ? 0 : 1;
+    } catch (const std::exception& refused) {
+      std::printf("%s, seed %llu: %s\n", known.axis.c_str(), static_cast<unsigned long long>(number), refused.what());
+      ++others;
+    }
+  }
+  return others;
+}
+
 }  // namespace
 
 int main(int count, char** words) {
@@ -145,15 +159,7 @@ int main(int count, char** words) {
   Counts counts;
   int others = 0;
   for (int k = 0; k < logs; ++k) {
-    const std::uint64_t number = seed + static_cast<std::uint64_t>(k);
-    for (const Known& known : {roll(number), translation(2 * number), translation(2 * number + 1)}) {
-      try {
-        others += ask(known, counts) ? 0 : 1;
-      } catch (const std::exception& refused) {
-        std::printf("%s, seed %llu: %s\n", known.axis.c_str(), static_cast<unsigned long long>(number), refused.what());
-        ++others;
-      }
-    }
+    others += others_of(seed + static_cast<std::uint64_t>(k), counts);
   }
   const int outside = report(counts, others, file);
   return judge ? outside : 0;

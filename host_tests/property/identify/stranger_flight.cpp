@@ -44,15 +44,40 @@ struct Flown {
   std::vector<double> clean, air;
 };
 
+/// What the sticks say at each step: the hands move all the time, a stick is sent at its own rate.
+class SentSticks {
+ public:
+  SentSticks(const StrangerFlight& flight, StrangerChance& chance)
+      : every_s_(flight.stick_s),
+        own_(flight.hand, flight.reach, flight.feedback, chance),
+        other_(StrangerHand::kPilot, 100.0, 0.0, chance) {}
+
+  void append(double t_s, double seen, StrangerSticks& sticks) {
+    const double wanted = own_.next(t_s, seen);
+    const double beside = other_.next(t_s, 0.0);
+    if (t_s >= next_s_) {
+      stick_ = std::round(wanted);
+      second_ = std::round(beside);
+      next_s_ += every_s_;
+    }
+    sticks.own.push_back(stick_);
+    sticks.other.push_back(second_);
+  }
+
+ private:
+  double every_s_;
+  StrangerPilot own_, other_;
+  double stick_ = 0.0, second_ = 0.0, next_s_ = 0.0;
+};
+
 Flown simulate(const StrangerFlight& flight, StrangerChance& chance) {
   const auto steps = static_cast<std::size_t>(flight.duration_s / kStrangerStep_s);
   Flown out;
-  StrangerPilot own(flight.hand, flight.reach, flight.feedback, chance);
-  StrangerPilot other(StrangerHand::kPilot, 100.0, 0.0, chance);
+  SentSticks hands(flight, chance);
   StrangerVehicle vehicle(flight.before);
   const double keep = std::exp(-kStrangerStep_s / flight.noise.air_s);
   double air = flight.noise.air * chance.normal();
-  double own_mode = 0.0, stick = 0.0, second = 0.0, next_stick_s = 0.0, seen = 0.0;
+  double own_mode = 0.0, seen = 0.0;
   bool changed = false;
   for (std::size_t k = 0; k < steps; ++k) {
     const double t_s = static_cast<double>(k) * kStrangerStep_s;
@@ -60,20 +85,12 @@ Flown simulate(const StrangerFlight& flight, StrangerChance& chance) {
       vehicle.become(flight.after);
       changed = true;
     }
-    const double wanted = own.next(t_s, seen);
-    const double beside = other.next(t_s, 0.0);
-    if (t_s >= next_stick_s) {
-      stick = std::round(wanted);
-      second = std::round(beside);
-      next_stick_s += flight.stick_s;
-    }
-    out.sticks.own.push_back(stick);
-    out.sticks.other.push_back(second);
-    if (t_s >= flight.rest_from_s && t_s < flight.rest_to_s) {
+    hands.append(t_s, seen, out.sticks);
+    const bool rests = t_s >= flight.rest_from_s && t_s < flight.rest_to_s;
+    if (rests) {
       vehicle.stop();
     }
     double clean = vehicle.step(out.sticks, k);
-    const bool rests = t_s >= flight.rest_from_s && t_s < flight.rest_to_s;
     if (t_s >= flight.own_from_s && t_s < flight.own_to_s) {
       own_mode += (flight.before.gain * 100.0 * std::sin(0.9 * t_s) - own_mode) * kStrangerStep_s / 0.2;
       clean = own_mode;

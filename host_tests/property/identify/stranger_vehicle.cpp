@@ -80,22 +80,29 @@ StrangerPilot::StrangerPilot(StrangerHand hand, double reach, double feedback, S
   }
 }
 
+void StrangerPilot::go_on_with_doublet(double t_s) {
+  if (half_ == 0.0) {
+    half_ = chance_.between(0.15, 0.9);
+    target_ = first_ = chance_.sign() * reach_ * chance_.between(0.6, 1.6);
+    next_s_ = t_s + half_;
+  } else if (first_ != 0.0) {  // the other half
+    target_ = -first_;
+    next_s_ = t_s + half_;
+    first_ = 0.0;
+  } else {  // a rest
+    target_ = 0.0;
+    next_s_ = t_s + chance_.between(0.3, 1.5);
+    half_ = 0.0;
+  }
+}
+
 double StrangerPilot::target_of(double t_s) {
   if (t_s < next_s_) {
     return target_;
   }
   switch (hand_) {
     case StrangerHand::kDoublets:
-      if (half_ > 0.0) {  // the other half, then a rest
-        target_ = first_ != 0.0 ? -first_ : 0.0;
-        next_s_ = t_s + (first_ != 0.0 ? half_ : chance_.between(0.3, 1.5));
-        half_ = first_ != 0.0 ? half_ : 0.0;
-        first_ = 0.0;
-      } else {
-        half_ = chance_.between(0.15, 0.9);
-        target_ = first_ = chance_.sign() * reach_ * chance_.between(0.6, 1.6);
-        next_s_ = t_s + half_;
-      }
+      go_on_with_doublet(t_s);
       break;
     case StrangerHand::kBangBang:
       target_ = (target_ > 0.0 ? -1.0 : 1.0) * reach_;

@@ -96,6 +96,7 @@ class StrangerPilot {
 
  private:
   double target_of(double t_s);
+  void go_on_with_doublet(double t_s);
 
   StrangerHand hand_;
   double reach_;
