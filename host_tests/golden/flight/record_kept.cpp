@@ -126,6 +126,26 @@ sim::Plant plant_of(const Story& story) {
   return plant;
 }
 
+/// What the operator does in this tick: nothing until all is ready, then control, then what the story says.
+class Operator {
+ public:
+  explicit Operator(const Story& story) : story_(story) {}
+
+  bool goes_on() const { return since_ < static_cast<int>(story_.seconds * 100.0); }
+  int since() const { return since_; }  ///< ticks since control was asked for; -1: not yet
+  std::uint32_t order(sim::World& world, bool ready) {
+    if (since_ < 0) {
+      since_ = ready ? 0 : -1;
+      return ready ? 1U : 0U;
+    }
+    return story_.happen(world, ++since_);
+  }
+
+ private:
+  const Story& story_;
+  int since_ = -1;
+};
+
 bool record(const golden::KeptFlight& kept, const Story& story, const std::filesystem::path& path) {
   std::ofstream file(path, std::ios::binary);
   sim::World world(plant_of(story), {.seed = 20171122, .autopilot = {.pilot_holds_place = true}});
@@ -139,13 +159,11 @@ bool record(const golden::KeptFlight& kept, const Story& story, const std::files
   const auto controller = std::make_unique<app::FlightController<double>>(
       mpc::generated::kVehicle, tables, golden::config_of(kept), autopilot, pose, course, nullptr);
   const auto tick = std::make_unique<golden::TapeTick>();
-  int since = -1;
-  for (bool flew = false; since < static_cast<int>(story.seconds * 100.0);) {
-    world.advance(core::kTickPeriod + std::chrono::milliseconds(since >= 0 && since == story.stalls_at ? 50 : 0));
-    const bool ready = controller->link().authority().stage == safety::Stage::kReady;
-    const bool begins = ready && since < 0;
-    since += begins || since >= 0 ? 1 : 0;
-    const std::uint32_t order = begins ? 1U : since >= 0 ? story.happen(world, since) : 0U;
+  Operator man(story);
+  for (bool flew = false; man.goes_on();) {
+    world.advance(core::kTickPeriod +
+                  std::chrono::milliseconds(man.since() >= 0 && man.since() == story.stalls_at ? 50 : 0));
+    const std::uint32_t order = man.order(world, controller->link().authority().stage == safety::Stage::kReady);
     tick->head = {.now_us = static_cast<std::uint32_t>(world.now().time_since_epoch().count()),
                   .autopilot_bytes = golden::take(world.autopilot_uart(), tick->autopilot),
                   .pose_bytes = golden::take(world.pose_uart(), tick->pose),
@@ -161,7 +179,7 @@ bool record(const golden::KeptFlight& kept, const Story& story, const std::files
     static_cast<void>(controller->tick(world.now()));
     if (!flew && controller->grant().rung == safety::Rung::kNominal) {
       flew = true;
-      std::printf("%-10s control after %.2f s", kept.name, since / 100.0);
+      std::printf("%-10s control after %.2f s", kept.name, man.since() / 100.0);
     }
   }
   std::printf("; ends %s, %s\n", std::string(safety::name(controller->supervisor().descent().cause)).c_str(),
