@@ -19,12 +19,14 @@ double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges
   }
   RowReadings readings = readings_of(data, ranges);
   weigh_by_what_is_known(readings.runs, data, family.model(fit));
-  const std::vector<Knob> knobs = knobs_of(family, fit);
+  const std::vector<Knob> knobs = knobs_within_a_row(family, fit);  // a stick held at its last row is late
   const Break jump{change.knob, change.change.at_s,
                    change.after.*change.knob.member - change.before.*change.knob.member};
   for (const FreeRun& run : readings.runs) {
-    const WhitenedFit with = fit_whitened(run, change.before, knobs, &jump);
     const WhitenedFit without = fit_whitened(run, family.model(fit), knobs);
+    WhitenedFit with = fit_whitened(run, change.before, knobs, &jump);
+    WhitenedFit from_without = fit_whitened(run, without.before, knobs, &jump);
+    with = from_without.score < with.score ? std::move(from_without) : std::move(with);
     const WhitenedFit from_with = fit_whitened(run, with.before, knobs);
     double ratio = std::min(without.score, from_with.score) - with.score;
     if (change.knob.member == &model::StickAxis::trim_counts) {  // its own autoregression hides a step from no break
