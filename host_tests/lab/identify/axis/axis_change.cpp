@@ -125,13 +125,15 @@ double error_of_moments_s(const AxisData& data, double date_s) {
   return data.stick_row_s * std::sqrt(variance / 12.0);
 }
 
-/// From which size on a change is doubted though it has no name: three standard errors, because of all dates the
-/// likeliest was taken.
+/// From which size on a change is doubted though it has no name. A delay below 15 ms is no effect, whatever its
+/// statistics: the lag of motors and what a loop feeds back shift the delay of healthy logs by up to 12 ms, likelier by
+/// 50 and more.
 double least_doubted(const Candidate& candidate, const WhitenedFit& fit, const AxisData& data, double date_s) {
-  constexpr double kErrors = 3.0;
+  constexpr double kLeast_s = 0.015;
+  constexpr double kErrors = 2.0;
   const bool delay = candidate.knob.member == &StickAxis::transport_delay_s;
   const double error_s = std::hypot(fit.sigmas.back(), error_of_moments_s(data, date_s));
-  return delay ? std::max(candidate.least, kErrors * error_s) : candidate.least;
+  return delay ? std::max(kLeast_s, kErrors * error_s) : candidate.least;
 }
 
 struct Tried {
