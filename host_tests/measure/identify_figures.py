@@ -57,6 +57,21 @@ def with_effect(place, axis, structure, effect, size):
         return json.loads(answer.read_text())
 
 
+def by_itself(place, axis, structure, effect, parameter):
+    """-> what the flight as it is has of the effect, fitted beside all else that it has"""
+    with tempfile.TemporaryDirectory() as folder:
+        answer = pathlib.Path(folder) / "answer.json"
+        _, log, ranges = MEASURED[axis]
+        place.run(place.program(LAB), "identify", "--log", place.measured_log(log), "--columns", MAP, "--axis", axis,
+                  "--declare", ",".join([*structure, effect]), *ranges, "--refits", 0, "--json", answer)
+        return json.loads(answer.read_text())["declared"]["parameters"][parameter]
+
+
+def together(effect, added, own):
+    """-> the size that an added effect has beside the flight's own: ratios and exponents multiply"""
+    return added * own if effect in ("gain_asymmetry", "stick_curve") else added + own
+
+
 def names_it(found, effect):
     alike = [group for group in found["not_separable"] if effect in group]
     named = [one["name"] for one in found["effects"]]
@@ -65,8 +80,8 @@ def names_it(found, effect):
 
 def injected(place):
     """Each effect that a measured flight does not have, added to it at medium size."""
-    rows = [["flight", "effect", "added", "named", "found, 95 %", "verdict"]]
-    right, inside, numbers = 0, 0, 0
+    rows = [["flight", "effect", "added", "with the flight's own", "named", "found, 95 %", "verdict"]]
+    right, inside, inside_with_own, numbers = 0, 0, 0, 0
     for axis in MEASURED:
         structure = untouched(place, axis)["final"]["structure"]
         for effect, size in SIZES.items():
@@ -76,16 +91,20 @@ def injected(place):
             found = with_effect(place, axis, structure, effect, size)
             named = [one["name"] for one in found["effects"]]
             right += names_it(found, effect)
-            interval = ""
+            interval, with_own = "", ""
             for one in found["effects"]:
                 if one["name"] == effect:
-                    number = next(iter(one["parameters"].values()))
+                    parameter, number = next(iter(one["parameters"].items()))
+                    whole = together(effect, size, by_itself(place, axis, structure, effect, parameter))
                     numbers += 1
                     inside += number["low"] <= size <= number["high"]
+                    inside_with_own += number["low"] <= whole <= number["high"]
+                    with_own = f"{whole:.3g}"
                     interval = f"{number['value']:.3g} [{number['low']:.3g}, {number['high']:.3g}]"
-            rows.append([axis, effect.replace("_", " "), f"{size:g}", ", ".join(named).replace("_", " "), interval,
-                         found["verdict"].replace("_", " ")])
-    shares = f"{right} of {len(rows) - 1} named right, {inside} of {numbers} sizes inside their intervals"
+            rows.append([axis, effect.replace("_", " "), f"{size:g}", with_own, ", ".join(named).replace("_", " "),
+                         interval, found["verdict"].replace("_", " ")])
+    shares = (f"{right} of {len(rows) - 1} named right, {inside} of {numbers} sizes inside their intervals, "
+              f"{inside_with_own} of {numbers} together with what the flight has by itself")
     return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
 
 
