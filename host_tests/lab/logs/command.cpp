@@ -81,6 +81,21 @@ void write_text(const std::string& file, const std::string& option, const std::s
   }
 }
 
+/// What to do with a log whose names nobody knows: a map in four lines, with a column of this very file in it.
+void tell_how_to_map(const std::vector<logs::TopicSummary>& topics) {
+  const logs::TopicSummary* const first = topics.empty() || topics.front().fields.empty() ? nullptr : &topics.front();
+  const std::string column =
+      first == nullptr ? "t_s" : (first->name.empty() ? "" : first->name + ".") + first->fields.front();
+  std::printf(
+      "No map is proposed: the names are not known here. A map of your own names the columns, for example:\n"
+      "  time = { column = \"%s\", scale = 1e-6 }                        # what makes seconds of it\n"
+      "  [signals]\n"
+      "  stick_roll = { column = \"...\", offset = -1500 }               # counts from neutral\n"
+      "  attitude_roll = { column = \"...\", scale = 0.017453292519943 }  # radians of degrees\n"
+      "m100-lab reference prints every signal that a map may have.\n",
+      printable(column).c_str());
+}
+
 void run(const LogsOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
@@ -106,7 +121,7 @@ void run(const LogsOptions& options) {
     write_text(options.json, "--json", out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   }
   if (!proposal) {
-    std::printf("No map is proposed: the names are not known here.\n");
+    tell_how_to_map(topics);
     if (!options.map.empty()) {
       throw CLI::RuntimeError(kAnswerIsNo);
     }
