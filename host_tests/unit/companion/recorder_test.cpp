@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What m100 record says of a stream: a gap is one also where it never ends.
+// What m100 record says of a stream: a gap is one also where it never ends, and a rate is by the autopilot's clock.
 #include "firmware/companion/record/recorder.h"
 
 #include <gtest/gtest.h>
 
 #include <utility>
+#include <vector>
+
+#include "protocol/frame_encoder.h"
+#include "protocol/session.h"
 
 namespace m100::companion {
 namespace {
@@ -60,6 +64,40 @@ TEST(RecorderTest, NobodyKnowsTheIntervalOfNineSamples) {
     came.end(at(5000));
     EXPECT_EQ(came.gaps, samples == 9 ? 0U : 1U);
   }
+}
+
+/// Telemetry that the autopilot made at this time of its own, which is a number of its ticks of 2.5 ms.
+void take_package(Recorder& recorder, int made_ms, core::TimePoint arrived) {
+  protocol::Telemetry telemetry;
+  telemetry.items = protocol::kAllTelemetryItems;
+  telemetry.time.ticks = static_cast<std::uint32_t>(made_ms * 2 / 5);
+  std::array<std::byte, 256> space;
+  const core::Expected<std::span<const std::byte>> frame = protocol::encode_frame(
+      {.session = protocol::kUnansweredSession, .is_ack = false, .encrypted = false, .sequence = 1},
+      &protocol::ids::kTelemetry, encode(telemetry), space);
+  ASSERT_TRUE(frame);
+  recorder.take(*frame, arrived);
+}
+
+// A program that was kept waiting reads several packages at once, up to 400 ms late: a rate by our own clock would
+// hold gaps and bunches that the autopilot never made.
+TEST(RecorderTest, ARateIsByTheAutopilotsClockHoweverLateAPackageIsRead) {
+  std::vector<std::byte> storage(1U << 20U);
+  log::Ring ring(storage);
+  log::UlogWriter log(ring);
+  Recorder recorder(log, 230400, nullptr);
+  ASSERT_EQ(recorder.begin(at(0), {}), core::Status::kOk);
+  constexpr int kInterval_ms = 20, kWait_ms = 400, kPackages = 100;
+  for (int package = 0; package < kPackages; ++package) {
+    const int made_ms = kInterval_ms * package;
+    const bool is_read_late = (made_ms / kWait_ms) % 2 == 1;
+    take_package(recorder, made_ms, at(is_read_late ? (made_ms / kWait_ms + 1) * kWait_ms : made_ms));
+  }
+  const Recorder::Came& came = recorder.came(Recorder::kAttitude);
+  EXPECT_EQ(came.samples, kPackages);
+  EXPECT_NEAR(came.rate_hz(), 1000.0 / kInterval_ms, 0.02) << "200 ppm of drift are allowed, and twice that held";
+  EXPECT_EQ(came.gaps, 0U);
+  EXPECT_EQ(recorder.restarts(), 0U);
 }
 
 TEST(RecorderTest, AStreamThatNeverCameHasNoGap) {
