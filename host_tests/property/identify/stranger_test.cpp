@@ -49,7 +49,13 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"ZeroOrClockInSlowRows", "clock, net -20 to -60 ms", 9103},
         Case{"DelayThatChangesInSlowRows", "delay grows 20 to 80 ms", 9701},
         Case{"GainOnAWrongDate", "gain changes 10 to 35 %", 8101},
-        Case{"GainThatLooksLikeDrift", "gain changes 10 to 35 %", 7003}, Case{"Tether", "tether in climb", 7002}),
+        Case{"GainThatLooksLikeDrift", "gain changes 10 to 35 %", 7003}, Case{"Tether", "tether in climb", 7002},
+        Case{"DelayHiddenBySlowRows", "delay grows 20 to 80 ms", 16007},
+        Case{"DelayThatGrowsInHolds", "delay grows 20 to 80 ms", 18009},
+        Case{"DeadZoneThatGrowsInSlowRows", "dead zone grows 10 to 25 counts", 18001},
+        Case{"DeadZoneThatGrowsInClimb", "dead zone grows 10 to 25 counts", 16008},
+        Case{"DoubletsInSlowRows", "healthy, sharp sticks", 17006},
+        Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}),
     [](const auto& one) { return one.param.name; });
 
 // Catches a judge that excuses false clean bills: what is hidden and large must count as visible, and what is not there
