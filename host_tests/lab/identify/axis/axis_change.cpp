@@ -165,7 +165,9 @@ WhitenedFit fit_turned_round(const FreeRun& run, const StickAxis& axis, const st
         start.damping_ratio = 0.7;
       }
       WhitenedFit fit = fit_whitened(run, start, knobs, &turn);
-      best = fit.score < best.score ? std::move(fit) : std::move(best);
+      if (fit.score < best.score) {
+        best = std::move(fit);
+      }
     }
   }
   return best;

@@ -26,7 +26,9 @@ double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges
     const WhitenedFit without = fit_whitened(run, family.model(fit), knobs);
     WhitenedFit with = fit_whitened(run, change.before, knobs, &jump);
     WhitenedFit from_without = fit_whitened(run, without.before, knobs, &jump);
-    with = from_without.score < with.score ? std::move(from_without) : std::move(with);
+    if (from_without.score < with.score) {
+      with = std::move(from_without);
+    }
     const WhitenedFit from_with = fit_whitened(run, with.before, knobs);
     double ratio = std::min(without.score, from_with.score) - with.score;
     if (change.knob.member == &model::StickAxis::trim_counts) {  // its own autoregression hides a step from no break
