@@ -198,6 +198,9 @@ std::string missing(const identify::IdentifyResult& one) {
       out += ", " + with_interval(parameter.name, parameter.interval);
     }
   }
+  if (out.empty() && !one.unexplained.empty()) {
+    return "something without a name";
+  }
   return out.empty() ? "nothing" : out;
 }
 
