@@ -70,7 +70,6 @@ std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std:
 
 }  // namespace
 
-// Deviation: over 60 lines; one signal after the other is picked and mended, each once.
 std::vector<double> slope(const std::vector<double>& values, double period_s) {
   std::vector<double> out(values.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -81,6 +80,7 @@ std::vector<double> slope(const std::vector<double>& values, double period_s) {
   return out;
 }
 
+// Deviation: over 60 lines; one signal after the other is picked and mended, each once.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
                          double stick_earlier_s) {
   const Choice* choice =

@@ -32,8 +32,8 @@ struct Comparison {
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
-  /// Share of the fit's error beyond the starts of the blocks that it removes. A block that begins while the stick jumps
-  /// begins in a wrong state, and what mends that (a rate limit, beside a lead zero) is nothing of the vehicle.
+  /// Share of the fit's error beyond the starts of the blocks that it removes. A block that begins while the stick
+  /// jumps begins in a wrong state, and what mends that (a rate limit, beside a lead zero) is nothing of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 
