@@ -124,9 +124,11 @@ class Loop {
       if (length_s >= kMost * options_.flight_s) {
         break;
       }
-      result_.decisions.push_back(
-          name + two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s) + why +
-          (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights serves"));
+      std::string said = name;
+      said += two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s);
+      said += why;
+      said += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights serves";
+      result_.decisions.push_back(std::move(said));
     }
     return best;
   }

@@ -117,15 +117,15 @@ Judged judged(const Hidden& hidden) {
   const LoopResult result = closed_on(hidden);
   Judged out{.errors = errors_of(result)};
   for (const auto& [channel, members] : kAxes) {
-    const auto& [of_plant, of_file] = members;
-    const model::StickAxis& file = mpc::generated::kVehicle.*of_file;
+    const model::StickAxis& flown = plant.*members.first;
+    const model::StickAxis& file = mpc::generated::kVehicle.*members.second;
     if (std::any_of(model::kAxisEffects.begin(), model::kAxisEffects.end(),
-                    [&](const model::AxisEffect& effect) { return differ(effect, plant.*of_plant, file); })) {
+                    [&flown, &file](const model::AxisEffect& effect) { return differ(effect, flown, file); })) {
       out.predictions.emplace_back(channel, error_1s(result.after, channel) / error_1s(result.before, channel) - 1.0);
     }
     if (const auto found = result.identified.find(channel); found != result.identified.end()) {
       for (const identify::EffectResult& effect : found->second.effects) {
-        if (!allowed(effect.name, plant.*of_plant, file)) {
+        if (!allowed(effect.name, flown, file)) {
           out.wrong_names += std::string(hidden.name) + ": " + channel + ": " + effect.name + "\n";
         }
       }

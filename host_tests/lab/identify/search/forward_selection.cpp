@@ -149,6 +149,19 @@ bool ForwardSelection::add_one() {
   return true;
 }
 
+// `second` was accepted beside `first`; it is a pair where `first` convinces beside the other as well, and both
+// together.
+std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const Judged& from, const Tried& first,
+                                                                const Judged& other_alone, const Tried& second) const {
+  const Comparison beside = compare(other_alone, second.judged, samples_, options_.start_samples);
+  const Comparison both = compare(from, second.judged, samples_, options_.start_samples);
+  if (!convincing(beside, options_) || !convincing(both, options_) || both.delta_bic <= options_.strong_delta_bic ||
+      !family_.big_enough(second.judged.fit, first.edit.name)) {
+    return std::nullopt;
+  }
+  return Pair{&first, second, beside};
+}
+
 // Two effects may hide each other (a dead zone and a trim): each must convince beside the other, and have a size there.
 // What either is alone says nothing then: it may be next to nothing, and not have been judged. `tried` are the single
 // edits of `from`, best first.
@@ -181,15 +194,10 @@ std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, 
       if (fit.sum_of_squares > (1.0 - options_.minimum_cv_gain) * least || fit.sum_of_squares > worth) {
         continue;  // it does not even fit better
       }
-      Tried second = judged_edit(judged_alone(a), edit, std::move(fit), worth);
-      if (!second.accepted) {
-        continue;
-      }
-      const Comparison beside = compare(judged_alone(b), second.judged, samples_, options_.start_samples);
-      const Comparison both = compare(from, second.judged, samples_, options_.start_samples);
-      if (convincing(beside, options_) && convincing(both, options_) && both.delta_bic > options_.strong_delta_bic &&
-          family_.big_enough(second.judged.fit, tried[a].edit.name)) {
-        out.push_back(Pair{&tried[a], std::move(second), beside});
+      const Tried second = judged_edit(judged_alone(a), edit, std::move(fit), worth);
+      if (std::optional<Pair> pair =
+              second.accepted ? pair_of(from, tried[a], judged_alone(b), second) : std::nullopt) {
+        out.push_back(std::move(*pair));
       }
     }
   }

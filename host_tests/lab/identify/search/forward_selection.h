@@ -53,6 +53,8 @@ class ForwardSelection {
   const Tried* winner_of(const std::vector<Tried>& tried) const;
   void take(const Tried& winner);
   bool add_one();
+  std::optional<Pair> pair_of(const Judged& from, const Tried& first, const Judged& other_alone,
+                              const Tried& second) const;
   std::vector<Pair> pairs(const Judged& from, const std::vector<Tried>& tried, double worth = kAny) const;
   std::optional<Pair> best_pair(const Judged& from, const std::vector<Tried>& tried) const;
   void take_pair(const Pair& pair);
