@@ -158,7 +158,7 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
     put_back(as_believed, believed, channel, one);
     const double worse = one_second(as_believed, flight, channel) / best - 1.0;
     one.matters = better && one.matters && worse > kMatters;
-    // Resamplings that all end at the edge of a number's range leave no interval, and that of a width is no interval of
+    // Refits that all end at the edge of a number's range leave no interval, and that of a width is no interval of
     // another shape's: sticks that jump over their dead zone tell nothing of it.
     const bool no_interval = !(one.found.high > one.found.low) ||
                              (one.parameter == kDeadZone && shape_of(found, channel) != shape_of(believed, channel));
