@@ -48,8 +48,8 @@ target_compile_options(m100_warnings INTERFACE
   $<$<CXX_COMPILER_ID:Clang>:-Wno-double-promotion>)
 
 if(M100_SANITIZE)
-  # -O1: the flights of the test run are long, and -O0 hides nothing that -O1 shows.
-  set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
+  # Compiling takes most of the sanitized part of a run: -O0, but for what computes (m100_module, COMPUTES).
+  set(CMAKE_CXX_FLAGS_DEBUG "-O0 -g1")
   target_compile_options(m100_numerics INTERFACE
     $<BUILD_INTERFACE:-fsanitize=address,undefined> $<BUILD_INTERFACE:-fno-sanitize=vptr>
     $<BUILD_INTERFACE:-fno-sanitize-recover=all> $<BUILD_INTERFACE:-fno-omit-frame-pointer>)
@@ -137,14 +137,15 @@ function(m100_join target)
   endforeach()
 endfunction()
 
-# m100_module(est [SMALL] HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
+# m100_module(est [SMALL] [COMPUTES] HEADERS files... SOURCES files... DEPS m100::core [HOST_ONLY])
 #
 # Makes library m100_<name>, alias m100::<name>. Without SOURCES it is header-only. HOST_ONLY libraries may use
 # exceptions and are not installed; all others are compiled without exceptions and RTTI on every machine. A library
 # that stands on one that was left out is left out as well. A SMALL one is compiled for size where flash is short: what
-# moves bytes and reads tables gains nothing from unrolled loops.
+# moves bytes and reads tables gains nothing from unrolled loops. One that COMPUTES for long in the tests is compiled with -O1
+# under sanitizers, where all others are with -O0.
 function(m100_module name)
-  cmake_parse_arguments(arg "HOST_ONLY;SMALL" "" "HEADERS;SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(arg "HOST_ONLY;SMALL;COMPUTES" "" "HEADERS;SOURCES;DEPS" ${ARGN})
   m100_left_out(missing ${arg_DEPS})
   if(missing)
     m100_leave_out(${name} ${missing})
@@ -162,6 +163,9 @@ function(m100_module name)
     endif()
     if(arg_SMALL AND CMAKE_SYSTEM_NAME STREQUAL "Generic")
       target_compile_options(m100_${name} PRIVATE -Os)
+    endif()
+    if(arg_COMPUTES AND M100_SANITIZE)
+      target_compile_options(m100_${name} PRIVATE -O1)
     endif()
     if(NOT arg_HOST_ONLY)
       target_compile_options(m100_${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-fno-exceptions -fno-rtti> -Wvla)
@@ -187,28 +191,22 @@ function(m100_module name)
   endif()
 endfunction()
 
-# Tests, and the reading of options, call what takes time and do not do it themselves: -O1 takes a third off compiling them,
-# and under sanitizers -O0 nearly half. What they call stays optimised.
+# Tests, and the reading of options, call what takes time and do not do it themselves: -O1 takes a third off compiling them.
+# What they call stays optimised.
 add_library(m100_compiled_soon INTERFACE)
 target_compile_options(m100_compiled_soon INTERFACE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
 target_link_libraries(m100_compiled_soon INTERFACE m100_pointers_unchecked)
-add_library(m100_compiled_at_once INTERFACE)
-target_link_libraries(m100_compiled_at_once INTERFACE m100_compiled_soon)
-if(M100_SANITIZE)
-  target_compile_options(m100_compiled_at_once INTERFACE -O0)
-endif()
 
-# m100_test_headers(target soon): the headers that nearly every test parses, precompiled once per build and speed: they cost
-# a test more than its own lines do.
-function(m100_test_headers target speed)
-  set(headers m100_test_headers_${speed})
-  if(NOT TARGET ${headers})
+# m100_test_headers(target): the headers that nearly every test parses, precompiled once per build: they cost a test more
+# than its own lines do.
+function(m100_test_headers target)
+  if(NOT TARGET m100_test_headers)
     file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/test_headers.cpp CONTENT "// Only its precompiled header is wanted.\n")
-    add_library(${headers} OBJECT ${PROJECT_BINARY_DIR}/test_headers.cpp)
-    target_link_libraries(${headers} PRIVATE m100::core m100_warnings m100_compiled_${speed} GTest::gtest)
-    target_precompile_headers(${headers} PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
+    add_library(m100_test_headers OBJECT ${PROJECT_BINARY_DIR}/test_headers.cpp)
+    target_link_libraries(m100_test_headers PRIVATE m100::core m100_warnings m100_compiled_soon GTest::gtest)
+    target_precompile_headers(m100_test_headers PRIVATE <gtest/gtest.h> <firmware/core/eigen.h> <fstream>)
   endif()
-  target_precompile_headers(${target} REUSE_FROM ${headers})
+  target_precompile_headers(${target} REUSE_FROM m100_test_headers)
 endfunction()
 
 # What gives each test program a folder for its temporary files, compiled once per build.
@@ -245,13 +243,9 @@ function(m100_tests)
   m100_own_folder()
   add_executable(${program} ${arg_SOURCES})
   m100_join(${program})
-  set(speed soon)
-  if(M100_SANITIZE AND arg_LABEL MATCHES "unit|golden" AND NOT arg_COMPUTES)  # property tests do much themselves
-    set(speed at_once)
-  endif()
-  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_${speed}
+  target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_soon
     GTest::gtest_main)
-  m100_test_headers(${program} ${speed})
+  m100_test_headers(${program})
   if(CMAKE_CROSSCOMPILING)
     # Deviation: GCC 12 for ARM warns falsely about std::string operator+ where <string> comes precompiled; the PC's
     # build of the same files keeps the warnings.

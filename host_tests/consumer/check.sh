@@ -31,7 +31,7 @@ done
 export PKG_CONFIG_PATH=$(dirname "$(find "$scratch/moved" -name m100.pc)")
 for example in parser observer mpc; do
   # shellcheck disable=SC2046
-  quietly c++ -std=c++20 $flags "$source/host_tests/consumer/$example.cpp" -o "$scratch/$example" $(pkg-config --cflags --libs m100)
+  quietly "${CXX:-c++}" -std=c++20 $flags "$source/host_tests/consumer/$example.cpp" -o "$scratch/$example" $(pkg-config --cflags --libs m100)
   quietly "$scratch/$example"
 done
 

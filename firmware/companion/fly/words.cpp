@@ -139,47 +139,48 @@ void describe_swing(TextLine& line, const safety::Observation& seen) {
 }
 
 void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
-  using Excitation = ctl::Excitation<double>;
+  using State = ctl::Excitation<double>::State;
+  using Abort = ctl::Excitation<double>::Abort;
   constexpr std::array<std::string_view, ctl::kStickAxes> kSticks{"roll", "pitch", "throttle", "yaw"};
   const auto piece = [&] {
     line.add("piece ").add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
     line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
   };
   switch (excitation.state()) {
-    case Excitation::State::kIdle:
-    case Excitation::State::kReturning:
+    case State::kIdle:
+    case State::kReturning:
       return;
-    case Excitation::State::kMoving:
+    case State::kMoving:
       line.add("excitation: ");
       piece();
       return;
-    case Excitation::State::kOver:
+    case State::kOver:
       line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
       return;
-    case Excitation::State::kAborted:
+    case State::kAborted:
       break;
   }
   line.add("excitation aborted at ");
   piece();
   line.add(": ");
   switch (excitation.abort()) {
-    case Excitation::Abort::kFence:
+    case Abort::kFence:
       line.add("the way to stop would end beyond the fence");
       break;
-    case Excitation::Abort::kDistance:
+    case Abort::kDistance:
       line.add("the way to stop would end beyond its own distance");
       break;
-    case Excitation::Abort::kTilt:
+    case Abort::kTilt:
       line.add("the tilt is beyond its limit");
       break;
-    case Excitation::Abort::kSpeed:
+    case Abort::kSpeed:
       line.add("the speed is beyond its limit");
       break;
-    case Excitation::Abort::kNotAtRest:
+    case Abort::kNotAtRest:
       line.add("the law could not bring the aircraft to rest at its place");
       break;
-    case Excitation::Abort::kLadder:
-    case Excitation::Abort::kNone:
+    case Abort::kLadder:
+    case Abort::kNone:
       line.add("control is gone, or the ladder left its top");
       break;
   }

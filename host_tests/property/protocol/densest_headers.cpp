@@ -93,9 +93,9 @@ std::vector<DenseHeader> dense_cycle(std::mt19937& random) {
         path.pop_back();
         continue;
       }
-      const auto [cipher, next] = at.left.back();
+      const auto next = at.left.back().second;
+      at.taken = at.left.back().first;
       at.left.pop_back();
-      at.taken = cipher;
       const auto back = std::find_if(path.begin(), path.end(), [&](const Visit& visit) { return visit.start == next; });
       if (back != path.end()) {
         std::vector<DenseHeader> cycle;
