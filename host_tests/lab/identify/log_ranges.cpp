@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <sstream>
 
 #include "host_tests/lab/input_error.h"
@@ -113,6 +114,37 @@ bool same_flight(const Piece& a, const Piece& b) {
   return false;
 }
 
+/// Whether two pieces have samples of one flight in common.
+bool share_samples(const Piece& a, const Piece& b) {
+  constexpr double kTouching_s = 1e-6;  // clocks of absolute time hold no more digits
+  return a.own.first < b.own.second - kTouching_s && b.own.first < a.own.second - kTouching_s && same_flight(a, b);
+}
+
+/// The samples of some ranges in which a signal is missing or spoilt.
+struct Gap {
+  std::size_t samples = 0;
+  std::size_t holes = 0;  ///< with samples between them, or in different ranges
+  double from_s = 0.0;
+  double to_s = 0.0;
+};
+
+Gap gap_in(const logs::FlightLog& log, const std::vector<Range>& ranges, const std::vector<std::uint8_t>& missing) {
+  Gap gap;
+  for (const Range& range : ranges) {
+    const std::size_t begin = log.index_of(range.first);
+    for (std::size_t k = begin; k < log.index_of(range.second); ++k) {
+      if (missing[k] == 0) {
+        continue;
+      }
+      gap.from_s = gap.samples == 0 ? log.time_s(k) : std::min(gap.from_s, log.time_s(k));
+      gap.to_s = gap.samples == 0 ? log.time_s(k + 1) : std::max(gap.to_s, log.time_s(k + 1));
+      gap.holes += k == begin || missing[k - 1] == 0 ? 1U : 0U;
+      ++gap.samples;
+    }
+  }
+  return gap;
+}
+
 }  // namespace
 
 void refuse_data_used_twice(const Request& request) {
@@ -124,9 +156,7 @@ void refuse_data_used_twice(const Request& request) {
     for (std::size_t k = 0; k < i; ++k) {
       const Piece& a = pieces[i];
       const Piece& b = pieces[k];
-      constexpr double kTouching_s = 1e-6;  // clocks of absolute time hold no more digits
-      if (!(a.own.first < b.own.second - kTouching_s && b.own.first < a.own.second - kTouching_s) ||
-          !same_flight(a, b)) {
+      if (!share_samples(a, b)) {
         continue;
       }
       if (a.training == b.training) {
@@ -195,26 +225,15 @@ void date_findings(const Request& request, std::vector<Finding>& findings) {
 }
 
 void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std::vector<Finding>& findings) {
-  for (const auto& [signal, gap] : log.signal_gap) {
-    std::size_t samples = 0;
-    std::size_t holes = 0;
-    Finding found{.what = "gap", .signal = std::string(logs::name_of(signal))};
-    for (const Range& range : ranges) {
-      const std::size_t begin = log.index_of(range.first);
-      for (std::size_t k = begin; k < log.index_of(range.second); ++k) {
-        if (gap[k] == 0) {
-          continue;
-        }
-        found.from_s = samples == 0 ? log.time_s(k) : std::min(found.from_s, log.time_s(k));
-        found.to_s = samples == 0 ? log.time_s(k + 1) : std::max(found.to_s, log.time_s(k + 1));
-        holes += k == begin || gap[k - 1] == 0 ? 1U : 0U;
-        ++samples;
-      }
-    }
-    if (samples > 0) {
-      found.text = found.signal + " is missing or spoilt in " + std::to_string(holes) + " places of the ranges used, " +
-                   std::to_string(samples) + " samples in all, first at " + logs::place_of(log, found.from_s) +
-                   "; kept out";
+  for (const auto& [signal, missing] : log.signal_gap) {
+    const Gap gap = gap_in(log, ranges, missing);
+    if (gap.samples > 0) {
+      Finding found{.what = "gap", .signal = std::string(logs::name_of(signal))};
+      found.from_s = gap.from_s;
+      found.to_s = gap.to_s;
+      found.text = found.signal + " is missing or spoilt in " + std::to_string(gap.holes) +
+                   " places of the ranges used, " + std::to_string(gap.samples) + " samples in all, first at " +
+                   logs::place_of(log, gap.from_s) + "; kept out";
       findings.push_back(std::move(found));
     }
   }

@@ -74,12 +74,8 @@ std::vector<double> with_gaps(const std::vector<double>& t_s, std::vector<double
   return values;
 }
 
-void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
-  const std::string unit = unit_of(r.axis);
-  page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
-                 ", judged on " + origin.validation +
-                 ", which the fit has not seen. All errors are simulation errors over blocks of 2.5 s, each started "
-                 "from the measured state.");
+/// The verdict in a coloured line.
+void verdict_line(plot::Page& page, const IdentifyResult& r) {
   std::vector<std::string> found;
   for (const EffectResult& effect : r.effects) {
     found.push_back(effect.name);
@@ -97,6 +93,11 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
             (found.empty() ? "." : ". Found before that: " + joined(found, ", ") + "."),
         "bad");
   }
+}
+
+/// Errors of the declared model and of the final one, and the change between them.
+void errors_table(plot::Page& page, const IdentifyResult& r) {
+  const std::string unit = unit_of(r.axis);
   const double gain =
       r.declared.validation_rmse > 0 ? 100.0 * (1.0 - r.final_model.validation_rmse / r.declared.validation_rmse) : 0;
   page.table({{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
@@ -107,28 +108,46 @@ void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& orig
   page.paragraph("The validation error changes by " + number(-gain) + " %; of the final model it is " +
                  number(r.validation_over_training) + " times that of training." +
                  (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
-  std::vector<std::string> means;
+}
+
+std::string interval_text(const Interval& interval) {
+  return number(interval.value) + " [" + number(interval.low) + ", " + number(interval.high) + "]";
+}
+
+/// What was found, in sentences for people who fly.
+std::vector<std::string> sentences(const IdentifyResult& r) {
+  std::vector<std::string> out;
   for (const EffectResult& effect : r.effects) {
     if (const std::string meaning = meaning_of(effect.name); !meaning.empty()) {
-      means.push_back(effect.name + ": " + meaning);
+      out.push_back(effect.name + ": " + meaning);
     }
   }
   for (const std::vector<std::string>& group : r.not_separable) {
-    means.push_back("These data cannot tell apart: " + joined(group, " and ") + ".");
+    out.push_back("These data cannot tell apart: " + joined(group, " and ") + ".");
   }
   for (const Change& change : r.changes) {
-    means.push_back(change.name + " changed in mid-flight, at " + number(change.at_s) + " s (between " +
-                    number(change.low_s) + " and " + number(change.high_s) + " s).");
+    out.push_back(change.name + " changed in mid-flight, at " + number(change.at_s) + " s (between " +
+                  number(change.low_s) + " and " + number(change.high_s) + " s).");
   }
   for (const Refitted& one : r.refitted) {
     if (one.matters) {
-      means.push_back(one.parameter + ": believed " + number(one.believed) + ", found " + number(one.found.value) +
-                      " [" + number(one.found.low) + ", " + number(one.found.high) + "].");
+      out.push_back(one.parameter + ": believed " + number(one.believed) + ", found " + interval_text(one.found) + ".");
     }
   }
   for (const Finding& finding : r.findings) {
-    means.push_back((finding.what == "note" ? "" : finding.what + ": ") + finding.text);
+    out.push_back((finding.what == "note" ? "" : finding.what + ": ") + finding.text);
   }
+  return out;
+}
+
+void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
+  page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
+                 ", judged on " + origin.validation +
+                 ", which the fit has not seen. All errors are simulation errors over blocks of 2.5 s, each started "
+                 "from the measured state.");
+  verdict_line(page, r);
+  errors_table(page, r);
+  const std::vector<std::string> means = sentences(r);
   if (!means.empty()) {
     page.heading("What it means for the flight");
     page.list(means);
@@ -145,8 +164,7 @@ void effect_table(plot::Page& page, const IdentifyResult& r) {
   for (const EffectResult& effect : r.effects) {
     std::vector<std::string> parameters;
     for (const NamedInterval& p : effect.parameters) {
-      parameters.push_back(p.name + " " + number(p.interval.value) + " [" + number(p.interval.low) + ", " +
-                           number(p.interval.high) + "]");
+      parameters.push_back(p.name + " " + interval_text(p.interval));
     }
     std::vector<std::string> rivals;
     for (const Rival& rival : effect.rivals) {
@@ -211,51 +229,59 @@ void autocorrelations(plot::Page& page, const IdentifyResult& r) {
   }
 }
 
-void other_figures(plot::Page& page, const IdentifyResult& r) {
-  if (!r.candidates.empty()) {
-    plot::BarChart chart{.title = "Candidates of the first round: error they would remove (cross-validated)",
-                         .x_label = "gain [% of mean square]",
-                         .bars = {}};
-    for (const CandidateRow& row : r.candidates) {
-      if (row.round == 0) {
-        chart.bars.push_back({.label = row.name,
-                              .value = 100 * std::max(row.cv_gain, -0.2),
-                              .note = number(100 * row.cv_gain) + " %" + (row.winner ? "  taken" : ""),
-                              .color = row.winner ? plot::kGreen : (row.accepted ? plot::kBlue : plot::kGrey)});
-      }
+void candidates_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.candidates.empty()) {
+    return;
+  }
+  plot::BarChart chart{.title = "Candidates of the first round: error they would remove (cross-validated)",
+                       .x_label = "gain [% of mean square]",
+                       .bars = {}};
+  for (const CandidateRow& row : r.candidates) {
+    if (row.round == 0) {
+      chart.bars.push_back({.label = row.name,
+                            .value = 100 * std::max(row.cv_gain, -0.2),
+                            .note = number(100 * row.cv_gain) + " %" + (row.winner ? "  taken" : ""),
+                            .color = row.winner ? plot::kGreen : (row.accepted ? plot::kBlue : plot::kGrey)});
     }
-    std::stable_sort(chart.bars.begin(), chart.bars.end(),
-                     [](const auto& a, const auto& b) { return a.value > b.value; });
-    page.figure(plot::svg(chart), "Green: taken; blue: would pass every test; grey: fails one.");
   }
-  if (!r.final_intervals.empty()) {
-    plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife", .rows = {}};
-    for (const NamedInterval& p : r.final_intervals) {
-      chart.rows.push_back(
-          {.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
+  std::stable_sort(chart.bars.begin(), chart.bars.end(),
+                   [](const auto& a, const auto& b) { return a.value > b.value; });
+  page.figure(plot::svg(chart), "Green: taken; blue: would pass every test; grey: fails one.");
+}
+
+void intervals_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.final_intervals.empty()) {
+    return;
+  }
+  plot::IntervalChart chart{.title = "Parameters of the final model, 95 %, block jackknife", .rows = {}};
+  for (const NamedInterval& p : r.final_intervals) {
+    chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
+  }
+  page.figure(plot::svg(chart),
+              "Dot: estimate; bar: interval, in per cent of the estimate, so that long is uncertain; "
+              "one that reaches the edge goes on beyond it.");
+}
+
+void horizon_figure(plot::Page& page, const IdentifyResult& r) {
+  if (r.final_model.horizon_rmse.empty()) {
+    return;
+  }
+  plot::Figure figure{.title = "Prediction error by horizon (validation)",
+                      .x_label = "horizon [s]",
+                      .y_label = "error [" + unit_of(r.axis) + "]",
+                      .height = 230};
+  const auto add = [&](const ModelResult& model, const char* name, const char* color) {
+    plot::Line line{.name = name, .x = {}, .y = {}, .color = color, .width = 2.2};
+    for (const auto& [horizon, rmse] : model.horizon_rmse) {
+      line.x.push_back(horizon);
+      line.y.push_back(rmse);
     }
-    page.figure(plot::svg(chart),
-                "Dot: estimate; bar: interval, in per cent of the estimate, so that long is uncertain; "
-                "one that reaches the edge goes on beyond it.");
-  }
-  if (!r.final_model.horizon_rmse.empty()) {
-    plot::Figure figure{.title = "Prediction error by horizon (validation)",
-                        .x_label = "horizon [s]",
-                        .y_label = "error [" + unit_of(r.axis) + "]",
-                        .height = 230};
-    const auto add = [&](const ModelResult& model, const char* name, const char* color) {
-      plot::Line line{.name = name, .x = {}, .y = {}, .color = color, .width = 2.2};
-      for (const auto& [horizon, rmse] : model.horizon_rmse) {
-        line.x.push_back(horizon);
-        line.y.push_back(rmse);
-      }
-      figure.lines.push_back(line);
-    };
-    add(r.declared, "declared model", plot::kOrange);
-    add(r.final_model, "with what was found", plot::kBlue);
-    figure.levels.emplace_back(0.0, "");
-    page.figure(plot::svg(figure), "Root mean square of the prediction this long after its start.");
-  }
+    figure.lines.push_back(line);
+  };
+  add(r.declared, "declared model", plot::kOrange);
+  add(r.final_model, "with what was found", plot::kBlue);
+  figure.levels.emplace_back(0.0, "");
+  page.figure(plot::svg(figure), "Root mean square of the prediction this long after its start.");
 }
 
 }  // namespace
@@ -268,7 +294,9 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
   time_figures(page, result);
   autocorrelations(page, result);
   specialist_figures(page, result);
-  other_figures(page, result);
+  candidates_figure(page, result);
+  intervals_figure(page, result);
+  horizon_figure(page, result);
   return page;
 }
 

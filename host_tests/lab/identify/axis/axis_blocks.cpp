@@ -127,7 +127,7 @@ AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::
   return {begin, end, state.value, state.rate_per_s, stretch};
 }
 
-const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, std::size_t stretch) const {
+AxisBlocks::Law& AxisBlocks::law_of(const model::StickAxis& axis) const {
   auto memory = std::find_if(laws_.begin(), laws_.end(),
                              [&](const Law& one) { return !one.commands.empty() && same_stick_law(one.axis, axis); });
   if (memory == laws_.end()) {  // the one that was used last stays: a Jacobian comes back to it for every column
@@ -137,28 +137,36 @@ const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, st
     memory->known.assign(stretches_.size(), 0);
   }
   last_law_ = static_cast<std::size_t>(memory - laws_.begin());
-  std::vector<double>& out = memory->commands[stretch];
-  if (memory->known[stretch] == 0) {
-    memory->known[stretch] = 1;
-    const AxisData& data = *data_;
-    const Stretch& around = stretches_[stretch];
-    const bool has_other = !data.other.empty();
-    model::StickLaw<double> law(axis, data.period_s);
-    const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
-    out.resize(around.end - around.past);
-    // A stick that is held asks for the same command again, unless the command goes on by itself.
-    const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
-    for (std::size_t i = around.past; i < around.end; ++i) {
-      if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
-          (!has_other || data.other[i] == data.other[i - 1])) {
-        out[i - around.past] = out[i - around.past - 1];
-        continue;
-      }
-      const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
-      out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
-    }
+  return *memory;
+}
+
+const std::vector<double>& AxisBlocks::commands(const model::StickAxis& axis, std::size_t stretch) const {
+  Law& memory = law_of(axis);
+  std::vector<double>& out = memory.commands[stretch];
+  if (memory.known[stretch] == 0) {
+    memory.known[stretch] = 1;
+    command(axis, stretches_[stretch], out);
   }
   return out;
+}
+
+void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const {
+  const AxisData& data = *data_;
+  const bool has_other = !data.other.empty();
+  model::StickLaw<double> law(axis, data.period_s);
+  const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
+  out.resize(around.end - around.past);
+  // A stick that is held asks for the same command again, unless the command goes on by itself.
+  const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
+  for (std::size_t i = around.past; i < around.end; ++i) {
+    if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
+        (!has_other || data.other[i] == data.other[i - 1])) {
+      out[i - around.past] = out[i - around.past - 1];
+      continue;
+    }
+    const double t_s = since_s + data.period_s * (static_cast<double>(i) - static_cast<double>(around.begin));
+    out[i - around.past] = law.command(data.stick[i], has_other ? data.other[i] : 0.0, t_s);
+  }
 }
 
 void AxisBlocks::drive(const model::StickAxis& axis, const Block& block, std::span<double> out) const {
@@ -284,13 +292,48 @@ double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
   return spread > 0.0 ? 100.0 * (1.0 - error / std::sqrt(spread)) : 0.0;
 }
 
+namespace {
+
+/// Squared errors by the time since the prediction began.
+class ErrorsByAge {
+ public:
+  ErrorsByAge(const AxisData& data, const std::vector<double>& ages_s)
+      : data_(data), ages_s_(ages_s), sums_(ages_s.size(), 0.0), counts_(ages_s.size(), 0.0) {}
+
+  /// @param error  of the block's samples
+  void add(const AxisBlocks::Block& block, std::span<const double> error) {
+    for (std::size_t age = 0; age < ages_s_.size(); ++age) {
+      const auto at = static_cast<std::size_t>(std::lround(ages_s_[age] / data_.period_s));
+      if (at < error.size() && data_.valid[block.begin + at]) {
+        sums_[age] += error[at] * error[at];
+        counts_[age] += 1.0;
+      }
+    }
+  }
+
+  std::vector<std::pair<double, double>> rmse() const {
+    std::vector<std::pair<double, double>> out;
+    for (std::size_t age = 0; age < ages_s_.size(); ++age) {
+      out.emplace_back(ages_s_[age], counts_[age] > 0.0 ? std::sqrt(sums_[age] / counts_[age]) : 0.0);
+    }
+    return out;
+  }
+
+ private:
+  const AxisData& data_;
+  const std::vector<double>& ages_s_;
+  std::vector<double> sums_;
+  std::vector<double> counts_;
+};
+
+}  // namespace
+
 std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
                                                     const model::StickAxis& axis, const std::vector<double>& ages_s) {
   const double longest = *std::max_element(ages_s.begin(), ages_s.end()) + 2.0 * data.period_s;
   constexpr double kEvery_s = 0.1;
   const auto offsets = static_cast<std::size_t>(std::ceil(longest / kEvery_s));
-  std::vector<double> sums(ages_s.size(), 0.0);
-  std::vector<double> counts(ages_s.size(), 0.0);
+  ErrorsByAge by_age(data, ages_s);
   std::vector<double> error;
   for (std::size_t offset = 0; offset < offsets; ++offset) {
     std::vector<Range> shifted = ranges;
@@ -301,23 +344,13 @@ std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const 
     error.resize(blocks.samples());
     blocks.error(axis, {}, error);
     std::size_t first = 0;
-    for (std::size_t block = 0; block < blocks.size(); ++block) {
-      const std::size_t length = blocks[block].end - blocks[block].begin;
-      for (std::size_t age = 0; age < ages_s.size(); ++age) {
-        const auto at = static_cast<std::size_t>(std::lround(ages_s[age] / data.period_s));
-        if (at < length && data.valid[blocks[block].begin + at]) {
-          sums[age] += error[first + at] * error[first + at];
-          counts[age] += 1.0;
-        }
-      }
-      first += length;
+    for (std::size_t number = 0; number < blocks.size(); ++number) {
+      const AxisBlocks::Block& block = blocks[number];
+      by_age.add(block, std::span(error).subspan(first, block.end - block.begin));
+      first += block.end - block.begin;
     }
   }
-  std::vector<std::pair<double, double>> out;
-  for (std::size_t age = 0; age < ages_s.size(); ++age) {
-    out.emplace_back(ages_s[age], counts[age] > 0.0 ? std::sqrt(sums[age] / counts[age]) : 0.0);
-  }
-  return out;
+  return by_age.rmse();
 }
 
 }  // namespace m100::lab::identify

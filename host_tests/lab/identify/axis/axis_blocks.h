@@ -84,7 +84,10 @@ class AxisBlocks {
   };
   static constexpr std::size_t kTogether = 4;  ///< blocks that wait for each other's arithmetic, side by side
 
+  /// The memory of the axis' commands; where there is none, the older one begins anew.
+  Law& law_of(const model::StickAxis& axis) const;
   const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
+  void command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const;
   /// The command behind delay and zero, sample by sample of a block.
   void drive(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
   /// The response of at most kTogether blocks, one after the other.

@@ -22,10 +22,81 @@ using Parameters = std::vector<AxisParameter>;
 /// leave out the dead zone, because a controller steps over it, fits with a jump of any width.
 double cost(const Fit& fit) { return fit.shape.empty() ? fit.sum_of_squares : 1.02 * fit.sum_of_squares; }
 
+/// The first of the two where it costs less.
+Fit cheaper(Fit one, Fit other) { return cost(one) < cost(other) ? std::move(one) : std::move(other); }
+
 bool has_token(const std::string& shape, std::string_view token) { return shape.find(token) != std::string::npos; }
 
 std::vector<std::string_view> variants_of(const AxisEffect& effect) {
   return effect.variant.empty() ? std::vector<std::string_view>{""} : std::vector<std::string_view>{"", effect.variant};
+}
+
+/// What a fit before has found, if there was one.
+class Known {
+ public:
+  explicit Known(const Fit* fit)
+      : fit_(fit), parameters_(parameters_of(fit != nullptr ? fit->structure : Structure{})) {}
+
+  bool has(const std::string& effect) const { return fit_ != nullptr && identify::has(fit_->structure, effect); }
+
+  /// The number as it was found; else `start`, in the parameter's unit, as a fitted number.
+  double or_start(const AxisParameter& parameter, double start) const {
+    double value = to_fitted(*parameter.number, start);
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      if (parameters_[k].is(parameter.number->member)) {
+        value = fit_->parameters[k];
+      }
+    }
+    return value;
+  }
+
+  /// The variants of the structure's effects that were found.
+  std::string shape_in(const Structure& structure) const {
+    std::string out;
+    for (const AxisEffect& effect : model::kAxisEffects) {
+      const bool found = fit_ != nullptr && !effect.variant.empty() && has_token(fit_->shape, effect.variant);
+      if (found && identify::has(structure, effect.name)) {
+        out += effect.variant;
+      }
+    }
+    return out;
+  }
+
+ private:
+  const Fit* fit_;
+  Parameters parameters_;
+};
+
+/// The start with the numbers of one more effect, as they are known, else as a row of the effect's starts has them.
+Fit begun_with(Fit start, const AxisEffect& effect, const std::array<double, 3>& row, const Parameters& parameters,
+               const Known& known) {
+  const bool is_known = known.has(std::string(effect.name));
+  std::size_t column = 0;
+  for (const AxisParameter& p : parameters) {
+    if (p.effect != &effect) {
+      continue;
+    }
+    // The gain is the same quantity in both orders; a lead zero's delay starts at the transport delay.
+    const bool is_same = is_known || p.is(&StickAxis::scale_per_count);
+    start.parameters.push_back(is_same ? known.or_start(p, row[column]) : to_fitted(*p.number, row[column]));
+    ++column;
+  }
+  return start;
+}
+
+/// A fit thrown back to a row of one effect's starts, the gain as it was fitted.
+Fit thrown_back(Fit fit, const AxisEffect& effect, const std::array<double, 3>& row, const Parameters& parameters) {
+  std::size_t column = 0;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].effect != &effect) {
+      continue;
+    }
+    if (!parameters[k].is(&StickAxis::scale_per_count)) {
+      fit.parameters[k] = to_fitted(*parameters[k].number, row[column]);
+    }
+    ++column;
+  }
+  return fit;
 }
 
 }  // namespace
@@ -124,30 +195,18 @@ Fit AxisFamily::with_jump(Fit fit, std::span<const int> weights) const {
 Fit AxisFamily::polish(const Fit& fit, std::span<const int> weights) const {
   Fit best = run(fit, weights, 15);
   if (has(fit.structure, "dead_zone")) {
-    const Fit jump = with_jump(best, weights);
-    best = cost(jump) < cost(best) ? jump : best;
+    best = cheaper(with_jump(best, weights), best);
   }
   const Parameters parameters = parameters_of(fit.structure);
   for (const std::string& name : fit.structure) {
     const AxisEffect& effect = *model::axis_effect(name);
     for (const std::string_view variant : variants_of(effect)) {
-      for (const std::array<double, 3>& values : effect.starts) {
-        Fit start = best;
+      for (const std::array<double, 3>& row : effect.starts) {
+        Fit start = thrown_back(best, effect, row, parameters);
         start.shape = without_token(start.shape, effect.variant) + std::string(variant);
-        std::size_t column = 0;
-        for (std::size_t k = 0; k < parameters.size(); ++k) {
-          if (parameters[k].effect != &effect) {
-            continue;
-          }
-          if (!parameters[k].is(&StickAxis::scale_per_count)) {
-            start.parameters[k] = to_fitted(*parameters[k].number, values[column]);
-          }
-          ++column;
-        }
         const Fit tried = run(std::move(start), weights, 5);
         if (tried.sum_of_squares < 1.05 * best.sum_of_squares) {
-          const Fit ended = run(tried, weights, 15);
-          best = cost(ended) < cost(best) ? ended : best;
+          best = cheaper(run(tried, weights, 15), best);
         }
       }
     }
@@ -164,8 +223,7 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
   }
   Fit best = run(best_of(starts_of(structure, warm), weights), weights, 25);
   if (has(structure, "dead_zone") && (warm == nullptr || !has(warm->structure, "dead_zone"))) {
-    const Fit jump = with_jump(best, weights);
-    return cost(jump) < cost(best) ? jump : best;
+    return cheaper(with_jump(best, weights), best);
   }
   return best;
 }
@@ -182,54 +240,34 @@ Fit AxisFamily::best_of(std::vector<Fit> starts, std::span<const int> weights) c
   for (Fit& start : starts) {
     start = run(std::move(start), weights, many ? kFirst : kAll);
   }
-  const auto cheaper = [](const Fit& a, const Fit& b) { return cost(a) < cost(b); };
+  const auto costs_less = [](const Fit& a, const Fit& b) { return cost(a) < cost(b); };
   if (many) {
-    std::stable_sort(starts.begin(), starts.end(), cheaper);
+    std::stable_sort(starts.begin(), starts.end(), costs_less);
     starts.resize(starts.size() / kKept);
     for (Fit& start : starts) {
       start = run(std::move(start), weights, kAll - kFirst);
     }
   }
-  return *std::min_element(starts.begin(), starts.end(), cheaper);
+  return *std::min_element(starts.begin(), starts.end(), costs_less);
 }
 
 std::vector<Fit> AxisFamily::starts_of(const Structure& structure, const Fit* warm) {
-  const Structure known_structure = warm != nullptr ? warm->structure : Structure{};
+  const Known known(warm);
   const Parameters parameters = parameters_of(structure);
-  const Parameters known = parameters_of(known_structure);
   std::vector<Fit> starts(1);
   starts[0].structure = structure;
-  for (const AxisEffect& effect : model::kAxisEffects) {
-    if (warm != nullptr && !effect.variant.empty() && has_token(warm->shape, effect.variant) &&
-        has(structure, effect.name)) {
-      starts[0].shape += effect.variant;
-    }
-  }
+  starts[0].shape = known.shape_in(structure);
   for (const std::string& name : structure) {
     const AxisEffect& effect = *model::axis_effect(name);
-    const bool is_known = has(known_structure, name);
+    const bool is_known = known.has(name);
     const std::vector<std::string_view> variants = is_known ? std::vector<std::string_view>{""} : variants_of(effect);
+    const auto rows = std::span(effect.starts).first(is_known ? 1 : effect.starts.size());
     std::vector<Fit> extended;
     for (const Fit& start : starts) {
       for (const std::string_view variant : variants) {
-        for (std::size_t row = 0; row < (is_known ? 1 : effect.starts.size()); ++row) {
-          Fit next = start;
-          next.shape += variant;
-          std::size_t column = 0;
-          for (const AxisParameter& p : parameters) {
-            if (p.effect != &effect) {
-              continue;
-            }
-            // The gain is the same quantity in both orders; a lead zero's delay starts at the transport delay.
-            double value = to_fitted(*p.number, effect.starts[row][column++]);
-            for (std::size_t k = 0; k < known.size(); ++k) {
-              if (known[k].is(p.number->member) && (is_known || p.is(&StickAxis::scale_per_count))) {
-                value = warm->parameters[k];
-              }
-            }
-            next.parameters.push_back(value);
-          }
-          extended.push_back(std::move(next));
+        for (const std::array<double, 3>& row : rows) {
+          extended.push_back(begun_with(start, effect, row, parameters, known));
+          extended.back().shape += variant;
         }
       }
     }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "host_tests/lab/identify/axis/axis_regressors.h"
 #include "host_tests/lab/identify/remainder/residual_share.h"
@@ -30,6 +31,41 @@ Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
   return thin(run, samples);
 }
 
+/// Samples of a free run that has forgotten its start.
+struct Settled {
+  std::size_t begin;
+  std::size_t end;
+  std::span<const double> error;
+  std::span<const double> unknown;  ///< of the error; empty: nothing of it is
+};
+
+/// Samples of a free run behind what was there already, with what they may depend on.
+void append(const AxisPart& part, std::optional<std::size_t> first_flight, const Settled& run, ResidualInput& input) {
+  const AxisData& data = part.signals.data;
+  const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
+  std::vector<double>& residual = input.residuals[0];
+  for (std::vector<double>* each : {&residual, &input.time_s}) {
+    each->reserve(each->size() + run.end - run.begin);  // a growing vector would take up to twice its size
+  }
+  for (std::size_t i = run.begin; i < run.end; ++i) {
+    if ((i - run.begin) % length == 0) {
+      input.block_begin.push_back(residual.size() + i - run.begin);
+    }
+    input.time_s.push_back(data.time_s(i));
+    if (first_flight) {
+      input.flight.push_back(*first_flight + flight_of(data, i));
+    }
+  }
+  if (!run.unknown.empty()) {
+    input.unknown.resize(residual.size());  // nothing is unknown of a part in fast rows
+    input.unknown.insert(input.unknown.end(), run.unknown.begin(), run.unknown.end());
+  }
+  residual.insert(residual.end(), run.error.begin(), run.error.end());
+  const Thinned rows = thin_run(data.period_s, length, run.end - run.begin);
+  merge(input.groups, axis_regressors(part.log, part.signals, run.begin, run.end, rows));
+  merge(input.activity, axis_activity(part.signals, run.begin, run.end, rows));
+}
+
 /// The final residual as one free run per range (from gap to gap), with what it may depend on.
 /// @param first_flight  number of the log's first flight, so that two logs have no number in common; none: all is one
 ///   flight
@@ -38,46 +74,28 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::o
   const AxisData& data = part.signals.data;
   const auto settle = static_cast<std::size_t>(std::lround(kSettle_s / data.period_s));
   const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
-  std::vector<double>& residual = input.residuals[0];
   for (const Range& range : part.ranges) {
     const Range run{std::max(range.first - kSettle_s, data.start_s), range.second};
-    const AxisBlocks whole(data, {run}, range.second - range.first + 2.0 * kSettle_s);
+    const double whole_s = range.second - range.first + 2.0 * kSettle_s;
+    const AxisBlocks whole(data, {run}, whole_s);
     std::vector<double> error(whole.samples());
     whole.error(model, {}, error);
     std::vector<double> unknown;
     if (slow_rows(data)) {
-      unknown = unknown_between_rows(data, {run}, model, range.second - range.first + 2.0 * kSettle_s);
+      unknown = unknown_between_rows(data, {run}, model, whole_s);
     }
-    auto from = error.begin();
+    std::size_t from = 0;
     for (std::size_t number = 0; number < whole.size(); ++number) {
-      const std::size_t samples = whole[number].end - whole[number].begin;
-      const auto to = from + static_cast<std::ptrdiff_t>(samples);
+      const AxisBlocks::Block& block = whole[number];
+      const std::size_t samples = block.end - block.begin;
       if (samples >= settle + length / 2) {  // a block is cut short by the end of its run as well
-        const std::size_t begin = whole[number].begin + settle;
-        const std::size_t end = whole[number].end;
-        for (std::vector<double>* each : {&residual, &input.time_s}) {
-          each->reserve(each->size() + end - begin);  // a growing vector would take up to twice its size
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-          if ((i - begin) % length == 0) {
-            input.block_begin.push_back(residual.size() + i - begin);
-          }
-          input.time_s.push_back(data.time_s(i));
-          if (first_flight) {
-            input.flight.push_back(*first_flight + flight_of(data, i));
-          }
-        }
-        residual.insert(residual.end(), from + static_cast<std::ptrdiff_t>(settle), to);
-        if (!unknown.empty()) {
-          const auto known = unknown.begin() + (from - error.begin());
-          input.unknown.resize(residual.size() - (end - begin));  // nothing is unknown of a part in fast rows
-          input.unknown.insert(input.unknown.end(), known + static_cast<std::ptrdiff_t>(settle), known + (to - from));
-        }
-        const Thinned rows = thin_run(data.period_s, length, end - begin);
-        merge(input.groups, axis_regressors(part.log, part.signals, begin, end, rows));
-        merge(input.activity, axis_activity(part.signals, begin, end, rows));
+        const auto settled = [&](const std::vector<double>& values) {
+          return values.empty() ? std::span<const double>{}
+                                : std::span(values).subspan(from + settle, samples - settle);
+        };
+        append(part, first_flight, {block.begin + settle, block.end, settled(error), settled(unknown)}, input);
       }
-      from = to;
+      from += samples;
     }
   }
 }
@@ -147,6 +165,13 @@ std::vector<std::string> remainder_of(const Request& request, const AxisPart& tr
 double quiet_floor(const AxisPart& part, const model::StickAxis& model, double minimum_counts) {
   const auto rest = static_cast<std::size_t>(std::lround(1.0 / part.signals.data.period_s));
   const auto& stick = part.signals.data.stick;
+  const auto rested = [&](std::size_t i) {
+    bool all = true;
+    for (std::size_t k = i - rest; k <= i && all; k += 5) {
+      all = std::abs(stick[k] - stick[i]) < 3.0 * minimum_counts;
+    }
+    return all;
+  };
   std::vector<double> error(part.blocks.samples());
   part.blocks.error(model, {}, error);
   double sum = 0.0;
@@ -157,11 +182,7 @@ double quiet_floor(const AxisPart& part, const model::StickAxis& model, double m
       if (i < rest || i < part.blocks[block].begin + rest / 2) {
         continue;
       }
-      bool rested = true;
-      for (std::size_t k = i - rest; k <= i && rested; k += 5) {
-        rested = std::abs(stick[k] - stick[i]) < 3.0 * minimum_counts;
-      }
-      if (rested) {
+      if (rested(i)) {
         sum += error[at] * error[at];
         ++count;
       }

@@ -9,6 +9,41 @@
 namespace m100::lab::identify {
 namespace {
 
+/// Mean of some squares, and of how many.
+struct Power {
+  double mean;
+  double count;
+};
+
+/// What the model leaves of the rows on one side of a date.
+Power left_by(const Rows& error, const FreeRun& run, double date_s, bool after) {
+  double sum = 0.0;
+  double rows = 0.0;
+  for (std::size_t row = 0; row < run.size(); ++row) {
+    const double left = error(static_cast<Eigen::Index>(row));
+    const bool counts = (run.time_s()[row] > date_s) == after;
+    sum += counts ? left * left : 0.0;
+    rows += counts ? 1.0 : 0.0;
+  }
+  return {sum / rows, rows};
+}
+
+/// What the response varies by about its mean in some ranges.
+Power varied_in(const AxisData& data, const std::vector<Range>& ranges) {
+  double sum = 0.0;
+  double squares = 0.0;
+  double samples = 0.0;
+  for (const Range& range : ranges) {
+    for (std::size_t i = 0; i < data.measured.size(); ++i) {
+      const bool counts = data.valid[i] != 0 && data.time_s(i) >= range.first && data.time_s(i) < range.second;
+      sum += counts ? data.measured[i] : 0.0;
+      squares += counts ? data.measured[i] * data.measured[i] : 0.0;
+      samples += counts ? 1.0 : 0.0;
+    }
+  }
+  return {squares / samples - (sum / samples) * (sum / samples), samples};
+}
+
 /// Whether the response rests on one side of a date, as no air lets it: less than a fifth of what the model leaves of
 /// the other side, a twenty-fifth in power, which two samples of one air never are over seconds.
 bool stands(const AxisStudy& study, const Request& request, const Fit& fit, double date_s, bool after) {
@@ -17,32 +52,17 @@ bool stands(const AxisStudy& study, const Request& request, const Fit& fit, doub
   constexpr double kCalm = 0.2;
   const AxisData& data = study.training().signals.data;
   const FreeRun run = study.free_run();
-  const Rows error = run.error(study.axis_family().model(fit));
-  double flown = 0.0;
-  double flown_rows = 0.0;
-  for (std::size_t row = 0; row < run.size(); ++row) {
-    const bool other_side = (run.time_s()[row] > date_s) != after;
-    flown += other_side ? error(static_cast<Eigen::Index>(row)) * error(static_cast<Eigen::Index>(row)) : 0.0;
-    flown_rows += other_side ? 1.0 : 0.0;
+  const Power flown = left_by(run.error(study.axis_family().model(fit)), run, date_s, !after);
+  std::vector<Range> ranges = request.asked;
+  for (Range& range : ranges) {
+    (after ? range.first : range.second) =
+        after ? std::max(range.first, date_s + kComesToRest_s) : std::min(range.second, date_s - kComesToRest_s);
   }
-  double sum = 0.0;
-  double squares = 0.0;
-  double samples = 0.0;
-  for (const Range& range : request.asked) {
-    const double from_s = after ? std::max(range.first, date_s + kComesToRest_s) : range.first;
-    const double to_s = after ? range.second : std::min(range.second, date_s - kComesToRest_s);
-    for (std::size_t i = 0; i < data.measured.size(); ++i) {
-      const bool counts = data.valid[i] != 0 && data.time_s(i) >= from_s && data.time_s(i) < to_s;
-      sum += counts ? data.measured[i] : 0.0;
-      squares += counts ? data.measured[i] * data.measured[i] : 0.0;
-      samples += counts ? 1.0 : 0.0;
-    }
-  }
-  if (samples * data.period_s < kLeast_s || flown_rows < kLeast_s / run.mean_s()) {
+  const Power rested = varied_in(data, ranges);
+  if (rested.count * data.period_s < kLeast_s || flown.count < kLeast_s / run.mean_s()) {
     return false;
   }
-  const double rest = squares / samples - (sum / samples) * (sum / samples);
-  return rest < kCalm * kCalm * flown / flown_rows;
+  return rested.mean < kCalm * kCalm * flown.mean;
 }
 
 }  // namespace

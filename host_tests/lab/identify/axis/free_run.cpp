@@ -12,12 +12,68 @@ namespace {
 
 constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
 
-/// Of the command through delay and zero, in samples.
-struct Way {
-  std::ptrdiff_t shift;
-  double part;
-  double lead;
+/// A command's way through delay and zero.
+class Way {
+ public:
+  Way(const model::StickAxis& axis, double period_s)
+      : shift_(static_cast<std::ptrdiff_t>(std::floor(axis.transport_delay_s / period_s))),
+        part_(axis.transport_delay_s / period_s - std::floor(axis.transport_delay_s / period_s)),
+        lead_(axis.lead_zero_s / period_s) {}
+
+  /// What arrives at a sample of the commands; before the first and behind the last they are held.
+  double arrived(const std::vector<double>& command, std::ptrdiff_t sample) const {
+    const double now = delayed(command, sample);
+    return lead_ > 0.0 || lead_ < 0.0 ? now + lead_ * (now - delayed(command, sample - 1)) : now;
+  }
+
+ private:
+  double delayed(const std::vector<double>& command, std::ptrdiff_t sample) const {
+    const auto last = static_cast<std::ptrdiff_t>(command.size()) - 1;
+    const auto at = [&](std::ptrdiff_t k) {
+      return command[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
+    };
+    const double newer = at(sample - shift_);
+    return part_ > 0.0 ? newer + part_ * (at(sample - shift_ - 1) - newer) : newer;
+  }
+
+  // In samples.
+  std::ptrdiff_t shift_;
+  double part_;
+  double lead_;
 };
+
+/// Means of so many values each, one row after the other.
+class MeanRows {
+ public:
+  MeanRows(std::size_t values, Rows& out) : values_(values), out_(out) {}
+  /// Leaves a mean that is not complete.
+  void begin_anew() {
+    sum_ = 0.0;
+    counted_ = 0;
+  }
+  void add(double value) {
+    sum_ += value;
+    if (++counted_ == values_) {
+      out_(row_++) = sum_ / static_cast<double>(values_);
+      begin_anew();
+    }
+  }
+
+ private:
+  std::size_t values_;
+  Rows& out_;
+  Eigen::Index row_ = 0;
+  double sum_ = 0.0;
+  std::size_t counted_ = 0;
+};
+
+/// Another vehicle in the same state.
+sysid::AxisDynamics<double> taken_over(const sysid::AxisDynamics<double>& from, const model::StickAxis& axis,
+                                       double period_s) {
+  sysid::AxisDynamics<double> dynamics(axis, period_s);
+  dynamics.start(from.value(), from.rate_per_s());
+  return dynamics;
+}
 
 std::vector<Range> joined(std::vector<Range> ranges, double period_s) {
   std::sort(ranges.begin(), ranges.end());
@@ -67,58 +123,40 @@ void FreeRun::command(const model::StickAxis& axis, const Run& run, std::vector<
   }
 }
 
+void FreeRun::command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                                  const Run& run) const {
+  command(before, run, command_);
+  if (!switches(run, switch_s)) {
+    return;
+  }
+  command(after, run, command_after_);
+  for (std::size_t k = 0; k < command_.size(); ++k) {
+    command_[k] = data_.time_s(run.past + k) > switch_s ? command_after_[k] : command_[k];
+  }
+}
+
 Rows FreeRun::error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const {
-  const auto way_of = [&](const model::StickAxis& axis) {
-    const double delay = axis.transport_delay_s / data_.period_s;
-    return Way{static_cast<std::ptrdiff_t>(std::floor(delay)), delay - std::floor(delay),
-               axis.lead_zero_s / data_.period_s};
-  };
-  const std::array<Way, 2> ways{way_of(before), way_of(after)};
+  const Way way_before(before, data_.period_s);
+  const Way way_after(after, data_.period_s);
   Rows out(static_cast<Eigen::Index>(size()));
-  Eigen::Index row = 0;
+  MeanRows means(mean_, out);
   for (const Run& run : runs_) {
-    const bool switches = data_.time_s(run.end) > switch_s;
-    command(before, run, command_);
-    if (switches) {  // what changes at the stick changes before the delay
-      command(after, run, command_after_);
-      for (std::size_t k = 0; k < command_.size(); ++k) {
-        command_[k] = data_.time_s(run.past + k) > switch_s ? command_after_[k] : command_[k];
-      }
-    }
+    command_with_switch(before, after, switch_s, run);
     sysid::AxisDynamics<double> dynamics(before, data_.period_s);
     dynamics.start(run.value, run.rate_per_s);
-    const Way* way = ways.data();
-    const auto delayed = [&](std::ptrdiff_t sample) {
-      const auto last = static_cast<std::ptrdiff_t>(command_.size()) - 1;
-      const auto at = [&](std::ptrdiff_t k) {
-        return command_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, last))];
-      };
-      const double newer = at(sample - way->shift);
-      return way->part > 0.0 ? newer + way->part * (at(sample - way->shift - 1) - newer) : newer;
-    };
-    bool switched = false;
-    double sum = 0.0;
-    std::size_t counted = 0;
+    means.begin_anew();
+    const Way* way = &way_before;
+    bool to_switch = switches(run, switch_s);
     for (std::size_t i = run.begin; i < run.end; ++i) {
-      if (!switched && switches && data_.time_s(i) > switch_s) {
-        switched = true;
-        const double value = dynamics.value();
-        const double rate = dynamics.rate_per_s();
-        dynamics = sysid::AxisDynamics<double>(after, data_.period_s);
-        dynamics.start(value, rate);
-        way = &ways[1];
+      if (to_switch && data_.time_s(i) > switch_s) {
+        to_switch = false;
+        dynamics = taken_over(dynamics, after, data_.period_s);
+        way = &way_after;
       }
       if (i >= run.begin + settle_) {
-        sum += dynamics.value() - data_.measured[i];
-        if (++counted == mean_) {
-          out(row++) = sum / static_cast<double>(mean_);
-          sum = 0.0;
-          counted = 0;
-        }
+        means.add(dynamics.value() - data_.measured[i]);
       }
-      const auto sample = static_cast<std::ptrdiff_t>(i - run.past);
-      const double now = delayed(sample);
-      dynamics.step(way->lead > 0.0 || way->lead < 0.0 ? now + way->lead * (now - delayed(sample - 1)) : now);
+      dynamics.step(way->arrived(command_, static_cast<std::ptrdiff_t>(i - run.past)));
     }
   }
   return out;

@@ -51,7 +51,11 @@ class FreeRun {
     double value;
     double rate_per_s;
   };
+  bool switches(const Run& run, double switch_s) const { return data_.time_s(run.end) > switch_s; }
   void command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const;
+  /// Into command_: what changes at the stick changes before the delay.
+  void command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
+                           const Run& run) const;
 
   const AxisData& data_;
   std::size_t mean_;    ///< samples in a mean

@@ -2,6 +2,7 @@
 #include "host_tests/lab/identify/search/forward_selection.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace m100::lab::identify {
@@ -162,41 +163,46 @@ std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const Judged& fr
   return Pair{&first, second, beside};
 }
 
+// The pair of `first` and the edit `second`, where it fits and predicts well enough. `alone` and `other_alone` are what
+// either is by itself; they are cross-validated here, when it first matters.
+std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const Judged& from, const Tried& first,
+                                                                 const Family::Edit& second, Judged& alone,
+                                                                 Judged& other_alone, double worth) const {
+  Fit fit = family_.fit(second.structure, std::vector<int>(family_.block_count(), 1), &alone.fit);
+  const double least = std::min(alone.fit.sum_of_squares, other_alone.fit.sum_of_squares);
+  if (fit.sum_of_squares > (1.0 - options_.minimum_cv_gain) * least || fit.sum_of_squares > worth) {
+    return std::nullopt;  // it does not even fit better
+  }
+  const auto judged = [this](Judged& one) -> const Judged& {
+    if (one.errors.empty()) {
+      cross_validate(family_, one, options_.folds);
+    }
+    return one;
+  };
+  const Tried beside = judged_edit(judged(alone), second, std::move(fit), worth);
+  return beside.accepted ? pair_of(from, first, judged(other_alone), beside) : std::nullopt;
+}
+
 // Two effects may hide each other (a dead zone and a trim): each must convince beside the other, and have a size there.
 // What either is alone says nothing then: it may be next to nothing, and not have been judged. `tried` are the single
 // edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, const std::vector<Tried>& tried,
                                                             double worth) const {
-  const std::size_t few = std::min(options_.pair_candidates, tried.size());
-  const std::vector<int> all_blocks(family_.block_count(), 1);
+  const auto few = std::span(tried).first(std::min(options_.pair_candidates, tried.size()));
   std::vector<Judged> alone;
-  for (std::size_t k = 0; k < few; ++k) {
-    alone.push_back(tried[k].judged);
+  for (const Tried& one : few) {
+    alone.push_back(one.judged);
   }
-  const auto judged_alone = [&](std::size_t k) -> const Judged& {
-    if (alone[k].errors.empty()) {
-      cross_validate(family_, alone[k], options_.folds);
-    }
-    return alone[k];
-  };
   std::vector<Pair> out;
-  for (std::size_t a = 0; a < few; ++a) {
+  for (std::size_t a = 0; a < few.size(); ++a) {
     for (const Family::Edit& edit : family_.edits(alone[a].fit.structure)) {
-      const auto other = std::find_if(tried.begin() + static_cast<std::ptrdiff_t>(a) + 1,
-                                      tried.begin() + static_cast<std::ptrdiff_t>(few),
+      const auto other = std::find_if(few.begin() + static_cast<std::ptrdiff_t>(a) + 1, few.end(),
                                       [&](const Tried& one) { return one.edit.name == edit.name; });
-      const auto b = static_cast<std::size_t>(other - tried.begin());
-      if (b == few || family_.alias(alone[a].fit, tried[a].edit.name, edit.name)) {
+      if (other == few.end() || family_.alias(alone[a].fit, few[a].edit.name, edit.name)) {
         continue;
       }
-      Fit fit = family_.fit(edit.structure, all_blocks, &alone[a].fit);
-      const double least = std::min(alone[a].fit.sum_of_squares, alone[b].fit.sum_of_squares);
-      if (fit.sum_of_squares > (1.0 - options_.minimum_cv_gain) * least || fit.sum_of_squares > worth) {
-        continue;  // it does not even fit better
-      }
-      const Tried second = judged_edit(judged_alone(a), edit, std::move(fit), worth);
-      if (std::optional<Pair> pair =
-              second.accepted ? pair_of(from, tried[a], judged_alone(b), second) : std::nullopt) {
+      Judged& other_alone = alone[static_cast<std::size_t>(other - few.begin())];
+      if (std::optional<Pair> pair = try_pair(from, few[a], edit, alone[a], other_alone, worth)) {
         out.push_back(std::move(*pair));
       }
     }

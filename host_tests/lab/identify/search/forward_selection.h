@@ -37,6 +37,10 @@ class ForwardSelection {
     std::vector<Tried> singles;  ///< best first; the effect itself among them
     std::vector<Pair> pairs;     ///< of `singles`, best first
   };
+  /// Two of the steps.
+  struct Two {
+    std::size_t earlier, later;
+  };
   struct Alias {
     std::string winner, name;
     Fit fit;
@@ -55,6 +59,8 @@ class ForwardSelection {
   bool add_one();
   std::optional<Pair> pair_of(const Judged& from, const Tried& first, const Judged& other_alone,
                               const Tried& second) const;
+  std::optional<Pair> try_pair(const Judged& from, const Tried& first, const Family::Edit& second, Judged& alone,
+                               Judged& other_alone, double worth) const;
   std::vector<Pair> pairs(const Judged& from, const std::vector<Tried>& tried, double worth = kAny) const;
   std::optional<Pair> best_pair(const Judged& from, const std::vector<Tried>& tried) const;
   void take_pair(const Pair& pair);
@@ -65,8 +71,15 @@ class ForwardSelection {
   bool split(const std::vector<Replacements>& all);
   bool swap(const std::vector<Replacements>& all);
   void note(const std::vector<Replacements>& all);
+  void note_single(const Tried& other, Step& step);
+  void note_pair(const Pair& pair, Step& step);
+  void note_aliases(Step& step);
   bool join_or_note_pairs();
+  bool join_or_note(const Two& two);
+  bool exchange_or_note(const Two& two, const Pair& pair);
+  void drop(const Two& two);
   bool near(double cv) const;
+  double error_ratio(const Tried& one) const;
   double worth_judging() const;
   bool is_alias(const std::string& name) const;
   bool alias_of(const std::string& winner, const std::string& name) const;

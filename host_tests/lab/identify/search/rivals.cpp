@@ -2,6 +2,7 @@
 #include "host_tests/lab/identify/search/forward_selection.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace m100::lab::identify {
@@ -10,6 +11,8 @@ namespace m100::lab::identify {
 bool ForwardSelection::near(double cv) const {
   return cv < (1.0 + options_.rival_margin) * (1.0 + options_.rival_margin) * out_.final_model.cv;
 }
+
+double ForwardSelection::error_ratio(const Tried& one) const { return one.judged.cv / out_.final_model.cv; }
 
 // What fits the training part clearly worse than the final model will not predict as well as it does.
 double ForwardSelection::worth_judging() const { return options_.worth_judging * out_.final_model.fit.sum_of_squares; }
@@ -66,7 +69,7 @@ bool ForwardSelection::swap(const std::vector<Replacements>& all) {
       if (!other.accepted || other.edit.name == step.name) {
         continue;
       }
-      const double ratio = other.judged.cv / out_.final_model.cv;
+      const double ratio = error_ratio(other);
       const bool simpler = other.judged.fit.free_parameters < out_.final_model.fit.free_parameters;
       if (ratio < 1.0 - options_.simpler_margin || (simpler && ratio < 1.0 + options_.simpler_margin)) {
         exchange_alias(step.name, other.edit.name, 1.0 / ratio);
@@ -88,88 +91,111 @@ void ForwardSelection::note(const std::vector<Replacements>& all) {
   for (Step& step : out_.steps) {
     step.rivals.clear();
   }
-  const auto ratio = [this](const Tried& one) { return one.judged.cv / out_.final_model.cv; };
   for (const Replacements& one : all) {
     Step& step = out_.steps[one.step];
     for (const Tried& other : one.singles) {
-      if (other.accepted && other.edit.name != step.name && near(other.judged.cv) && !is_alias(other.edit.name)) {
-        step.rivals.push_back({other.edit.name, other.judged.fit, ratio(other)});
-        out_.not_separable.push_back({step.name, other.edit.name});
-      }
+      note_single(other, step);
     }
     for (const Pair& pair : one.pairs) {
-      const std::string& first = pair.first->edit.name;
-      const std::string& second = pair.second.edit.name;
-      if (first != step.name && second != step.name && near(pair.second.judged.cv)) {
-        step.rivals.push_back({first + " + " + second, pair.second.judged.fit, ratio(pair.second)});
-        out_.not_separable.push_back({step.name, first, second});
-        out_.notes.push_back(first + " + " + second + " predict as well as " + step.name +
-                             " in its place: the log cannot tell them apart, and the simpler one is named");
-      }
+      note_pair(pair, step);
     }
-    for (const Alias& alias : aliases_) {
-      if (alias.winner == step.name) {
-        step.rivals.push_back({alias.name, alias.fit, alias.cv_ratio});
-        step.alias_of_rival = true;
-        out_.not_separable.push_back({step.name, alias.name});
-      }
+    note_aliases(step);
+  }
+}
+
+void ForwardSelection::note_single(const Tried& other, Step& step) {
+  if (other.accepted && other.edit.name != step.name && near(other.judged.cv) && !is_alias(other.edit.name)) {
+    step.rivals.push_back({other.edit.name, other.judged.fit, error_ratio(other)});
+    out_.not_separable.push_back({step.name, other.edit.name});
+  }
+}
+
+void ForwardSelection::note_pair(const Pair& pair, Step& step) {
+  const std::string& first = pair.first->edit.name;
+  const std::string& second = pair.second.edit.name;
+  if (first != step.name && second != step.name && near(pair.second.judged.cv)) {
+    step.rivals.push_back({first + " + " + second, pair.second.judged.fit, error_ratio(pair.second)});
+    out_.not_separable.push_back({step.name, first, second});
+    out_.notes.push_back(first + " + " + second + " predict as well as " + step.name +
+                         " in its place: the log cannot tell them apart, and the simpler one is named");
+  }
+}
+
+void ForwardSelection::note_aliases(Step& step) {
+  for (const Alias& alias : aliases_) {
+    if (alias.winner == step.name) {
+      step.rivals.push_back({alias.name, alias.fit, alias.cv_ratio});
+      step.alias_of_rival = true;
+      out_.not_separable.push_back({step.name, alias.name});
     }
   }
 }
 
-// Every two effects against any one, and against any other two, in their place: fewer effects that predict as well are
-// the better answer; two others that do are named beside them.
 bool ForwardSelection::join_or_note_pairs() {
   for (std::size_t a = 0; a < out_.steps.size(); ++a) {
     for (std::size_t b = a + 1; b < out_.steps.size(); ++b) {
-      const std::string first = out_.steps[a].name;
-      const std::string second = out_.steps[b].name;
-      const Structure one_less = family_.without(out_.final_model.fit.structure, second);
-      const Structure reduced = family_.without(one_less, first);
-      if (one_less == out_.final_model.fit.structure || reduced == one_less) {
-        continue;
-      }
-      const Judged without = judge(family_, reduced, &out_.final_model.fit, options_.folds);
-      std::vector<Tried> tried;
-      for (const Family::Edit& edit : family_.edits(reduced)) {
-        if (!is_alias(edit.name)) {
-          tried.push_back(try_edit(without, edit, worth_judging()));
-        }
-      }
-      std::sort(tried.begin(), tried.end(),
-                [](const Tried& one, const Tried& other) { return one.judged.cv < other.judged.cv; });
-      const Tried* one = winner_of(tried);
-      if (one != nullptr && one->judged.cv < out_.final_model.cv * (1.0 + options_.simpler_margin) &&
-          one->judged.fit.free_parameters <= out_.final_model.fit.free_parameters) {
-        out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(b));
-        out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(a));
-        take(*one);
+      if (join_or_note({a, b})) {
         return true;
-      }
-      for (const Pair& pair : pairs(without, tried, worth_judging())) {
-        const std::string& third = pair.first->edit.name;
-        const std::string& fourth = pair.second.edit.name;
-        const double ratio = pair.second.judged.cv / out_.final_model.cv;
-        const bool shares = third == first || third == second || fourth == first || fourth == second;
-        if (shares || !near(pair.second.judged.cv)) {
-          continue;  // one of two exchanged is a rival of that one alone
-        }
-        if (ratio < 1.0 - options_.simpler_margin) {
-          out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(b));
-          out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(a));
-          take_pair(pair);
-          return true;
-        }
-        for (const std::size_t at : {a, b}) {
-          out_.steps[at].rivals.push_back({third + " + " + fourth, pair.second.judged.fit, ratio});
-        }
-        out_.not_separable.push_back({first, second, third, fourth});
-        out_.notes.push_back(first + " + " + second + " and " + third + " + " + fourth +
-                             " predict equally well: the log cannot tell which of the two is there");
       }
     }
   }
   return false;
+}
+
+// Two effects against any one, and against any other two, in their place: fewer effects that predict as well are the
+// better answer; two others that do are named beside them.
+bool ForwardSelection::join_or_note(const Two& two) {
+  const Structure& whole = out_.final_model.fit.structure;
+  const Structure one_less = family_.without(whole, out_.steps[two.later].name);
+  const Structure reduced = family_.without(one_less, out_.steps[two.earlier].name);
+  if (one_less == whole || reduced == one_less) {
+    return false;
+  }
+  const Judged without = judge(family_, reduced, &out_.final_model.fit, options_.folds);
+  std::vector<Tried> tried;
+  for (const Family::Edit& edit : family_.edits(reduced)) {
+    if (!is_alias(edit.name)) {
+      tried.push_back(try_edit(without, edit, worth_judging()));
+    }
+  }
+  std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
+  const Tried* one = winner_of(tried);
+  if (one != nullptr && one->judged.cv < out_.final_model.cv * (1.0 + options_.simpler_margin) &&
+      one->judged.fit.free_parameters <= out_.final_model.fit.free_parameters) {
+    drop(two);
+    take(*one);
+    return true;
+  }
+  const std::vector<Pair> others = pairs(without, tried, worth_judging());
+  return std::any_of(others.begin(), others.end(), [&](const Pair& pair) { return exchange_or_note(two, pair); });
+}
+
+// Another two take the place of two where they predict clearly better, and are named beside them where as well.
+bool ForwardSelection::exchange_or_note(const Two& two, const Pair& pair) {
+  const std::array<std::string, 2> own{out_.steps[two.earlier].name, out_.steps[two.later].name};
+  const std::array<std::string, 2> other{pair.first->edit.name, pair.second.edit.name};
+  const bool shares = std::find_first_of(own.begin(), own.end(), other.begin(), other.end()) != own.end();
+  if (shares || !near(pair.second.judged.cv)) {
+    return false;  // one of two exchanged is a rival of that one alone
+  }
+  const double ratio = error_ratio(pair.second);
+  if (ratio < 1.0 - options_.simpler_margin) {
+    drop(two);
+    take_pair(pair);
+    return true;
+  }
+  for (const std::size_t at : {two.earlier, two.later}) {
+    out_.steps[at].rivals.push_back({other[0] + " + " + other[1], pair.second.judged.fit, ratio});
+  }
+  out_.not_separable.push_back({own[0], own[1], other[0], other[1]});
+  out_.notes.push_back(own[0] + " + " + own[1] + " and " + other[0] + " + " + other[1] +
+                       " predict equally well: the log cannot tell which of the two is there");
+  return false;
+}
+
+void ForwardSelection::drop(const Two& two) {
+  out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(two.later));
+  out_.steps.erase(out_.steps.begin() + static_cast<std::ptrdiff_t>(two.earlier));
 }
 
 bool ForwardSelection::is_alias(const std::string& name) const {

@@ -28,10 +28,27 @@ double length_s(const std::vector<Range>& ranges) {
                          [](double sum, const Range& range) { return sum + range.second - range.first; });
 }
 
+constexpr double kLeastTraining_s = 5.0 * kBlock_s;
+
+bool enough(const Request& side) { return length_s(side.train) >= kLeastTraining_s && !side.validate.empty(); }
+
+/// Training and validation divided anew, two thirds to one, where a change left too little of either.
+void divide_again(Request& side) {
+  std::vector<Range> all = side.train;
+  all.insert(all.end(), side.validate.begin(), side.validate.end());
+  std::sort(all.begin(), all.end());
+  if (all.empty()) {
+    return;
+  }
+  const double from_s = all.front().first;
+  const double split_s = from_s + 2.0 / 3.0 * (all.back().second - from_s);
+  side.train = clipped(all, {from_s, split_s});
+  side.validate = clipped(all, {split_s, all.back().second});
+}
+
 }  // namespace
 
 std::vector<Request> sides_of(const Request& request, const Change& change) {
-  constexpr double kLeastTraining_s = 5.0 * kBlock_s;
   const bool one_log = in_one_log(request);
   std::vector<Request> out;
   double most_s = 0.0;
@@ -40,19 +57,10 @@ std::vector<Request> sides_of(const Request& request, const Change& change) {
     cut.train = clipped(request.train, side);
     cut.validate = one_log ? clipped(request.validate, side) : request.validate;
     const double whole_s = length_s(cut.train) + (one_log ? length_s(cut.validate) : 0.0);
-    if (one_log && (length_s(cut.train) < kLeastTraining_s || cut.validate.empty())) {
-      std::vector<Range> all = cut.train;
-      all.insert(all.end(), cut.validate.begin(), cut.validate.end());
-      std::sort(all.begin(), all.end());
-      if (all.empty()) {
-        continue;
-      }
-      const double from_s = all.front().first;
-      const double split_s = from_s + 2.0 / 3.0 * (all.back().second - from_s);
-      cut.train = clipped(all, {from_s, split_s});
-      cut.validate = clipped(all, {split_s, all.back().second});
+    if (one_log && !enough(cut)) {
+      divide_again(cut);
     }
-    if (length_s(cut.train) >= kLeastTraining_s && !cut.validate.empty()) {
+    if (enough(cut)) {
       out.insert(whole_s > most_s ? out.begin() : out.end(), std::move(cut));
       most_s = std::max(most_s, whole_s);
     }
