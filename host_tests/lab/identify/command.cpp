@@ -208,22 +208,23 @@ void write_answer(const IdentifyOptions& options, const identify::IdentifyResult
   write_json(options.json, answer);
 }
 
-void run(const IdentifyOptions& options) {
-  check_files(options);
-  const nlohmann::json forecast = read_forecast(options);
-  const logs::FlightLog log = load_all(options);
-  check_gain_of_sticks(options, log);
-  const std::optional<logs::FlightLog> other = load_other(options);
+/// What shall be asked of the logs, which must outlive the request.
+identify::Request request_of(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other) {
   identify::Request request;
   request.axis = options.axis;
   request.declared = parts(options.declare, ',');
   request.log = &log;
-  request.validation_log = other ? &*other : &log;
+  request.validation_log = other != nullptr ? other : &log;
   request.noise_floor = options.noise_floor;
   request.wind_from_first_s = wind_from_first(options);
   request.refits = options.refits;
-  ask_for_ranges(options, log, other ? &*other : nullptr, request);
+  ask_for_ranges(options, log, other, request);
   identify::refuse_data_used_twice(request);
+  return request;
+}
+
+/// The answer; on a terminal its progress is shown meanwhile.
+identify::IdentifyResult answer_to(identify::Request& request) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   if (terminal) {
     request.progress = [](const std::string& line) { std::cerr << "\r\033[K  " << line << std::flush; };
@@ -233,29 +234,50 @@ void run(const IdentifyOptions& options) {
   if (terminal) {
     std::cerr << "\r\033[K";
   }
+  return result;
+}
+
+/// What has no place in the vehicle file is said among the findings.
+void update_vehicle(const IdentifyOptions& options, identify::IdentifyResult& result) {
+  const std::string source = base_names(options.logs) + ", train " +
+                             (options.split.empty() ? options.train : options.split) + " s, m100-lab identify --axis " +
+                             options.axis;
+  for (const std::string& homeless : identify::update_vehicle_file(options.vehicle, result, source)) {
+    result.findings.push_back(identify::note(homeless));
+  }
+}
+
+void write_page(const IdentifyOptions& options, const identify::IdentifyResult& result) {
+  if (options.report.empty()) {
+    return;
+  }
+  const bool split = !options.split.empty();
+  const identify::ReportOrigin origin{base_names(options.logs), split ? options.split : options.train + " s",
+                                      split ? options.split : options.validate + " s", false};
+  std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
+}
+
+void run(const IdentifyOptions& options) {
+  check_files(options);
+  const nlohmann::json forecast = read_forecast(options);
+  const logs::FlightLog log = load_all(options);
+  check_gain_of_sticks(options, log);
+  const std::optional<logs::FlightLog> other = load_other(options);
+  identify::Request request = request_of(options, log, other ? &*other : nullptr);
+  identify::IdentifyResult result = answer_to(request);
   find_gaps(request, result);
   if (!options.believed.empty()) {
     result.refitted = identify::refitted(options.believed, result);
   }
   const std::string wrong = misread(result);
   if (!options.vehicle.empty() && wrong.empty()) {
-    const std::string source = base_names(options.logs) + ", train " +
-                               (options.split.empty() ? options.train : options.split) +
-                               " s, m100-lab identify --axis " + options.axis;
-    for (const std::string& homeless : identify::update_vehicle_file(options.vehicle, result, source)) {
-      result.findings.push_back(identify::note(homeless));
-    }
+    update_vehicle(options, result);
   }
   identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
   const nlohmann::ordered_json comparison = compared(forecast, result);
   write_answer(options, result, comparison);
-  if (!options.report.empty()) {
-    const identify::ReportOrigin origin{base_names(options.logs),
-                                        options.split.empty() ? options.train + " s" : options.split,
-                                        options.split.empty() ? options.validate + " s" : options.split, false};
-    std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
-  }
+  write_page(options, result);
   if (!options.vehicle.empty() && !wrong.empty()) {
     std::cerr << printable(options.vehicle + ": '--vehicle': is not written: " + wrong) << "\n";
     throw CLI::RuntimeError(kAnswerIsNo);

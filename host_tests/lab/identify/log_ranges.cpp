@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <sstream>
 
 #include "host_tests/lab/input_error.h"
@@ -124,22 +125,21 @@ bool share_samples(const Piece& a, const Piece& b) {
 struct Gap {
   std::size_t samples = 0;
   std::size_t holes = 0;  ///< with samples between them, or in different ranges
-  double from_s = 0.0;
-  double to_s = 0.0;
+  double from_s = std::numeric_limits<double>::infinity();
+  double to_s = -std::numeric_limits<double>::infinity();
 };
 
 Gap gap_in(const logs::FlightLog& log, const std::vector<Range>& ranges, const std::vector<std::uint8_t>& missing) {
   Gap gap;
   for (const Range& range : ranges) {
-    const std::size_t begin = log.index_of(range.first);
-    for (std::size_t k = begin; k < log.index_of(range.second); ++k) {
-      if (missing[k] == 0) {
-        continue;
-      }
-      gap.from_s = gap.samples == 0 ? log.time_s(k) : std::min(gap.from_s, log.time_s(k));
-      gap.to_s = gap.samples == 0 ? log.time_s(k + 1) : std::max(gap.to_s, log.time_s(k + 1));
-      gap.holes += k == begin || missing[k - 1] == 0 ? 1U : 0U;
-      ++gap.samples;
+    bool before = false;
+    for (std::size_t k = log.index_of(range.first); k < log.index_of(range.second); ++k) {
+      const bool now = missing[k] != 0;
+      gap.holes += now && !before ? 1U : 0U;
+      gap.samples += now ? 1U : 0U;
+      gap.from_s = now ? std::min(gap.from_s, log.time_s(k)) : gap.from_s;
+      gap.to_s = now ? std::max(gap.to_s, log.time_s(k + 1)) : gap.to_s;
+      before = now;
     }
   }
   return gap;

@@ -176,6 +176,38 @@ nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted) {
   return out;
 }
 
+namespace {
+
+void effect_lines(const IdentifyResult& result, Text& text) {
+  for (const EffectResult& effect : result.effects) {
+    text.line("  found %s%s: validation error then %.5f; cross-validated gain %.1f %%, criterion %.1f, t %.1f",
+              effect.name.c_str(), effect.shape.empty() ? "" : (" (" + effect.shape + ")").c_str(),
+              effect.validation_rmse_after, 100.0 * effect.cv_gain, effect.delta_bic, effect.paired_t);
+    for (const Rival& rival : effect.rivals) {
+      text.line("    not separable from %s (validation error %.5f)", rival.name.c_str(), rival.validation_rmse);
+    }
+  }
+}
+
+void change_lines(const IdentifyResult& result, Text& text) {
+  for (const Change& change : result.changes) {
+    text.line("  changed at %.1f s [%.1f, %.1f]: %s%s", change.at_s, change.low_s, change.high_s, change.name.c_str(),
+              change.rivals.empty() ? "" : (" (or " + joined(change.rivals, ", ") + ")").c_str());
+    for (const NamedValue& parameter : change.parameters) {
+      text.line("    %-24s %12.6g", parameter.name.c_str(), parameter.value);
+    }
+  }
+}
+
+void believed_lines(const IdentifyResult& result, Text& text) {
+  for (const Refitted& one : result.refitted) {
+    text.line("  %-26s believed %.6g, found %.6g [%.6g, %.6g]%s", one.parameter.c_str(), one.believed, one.found.value,
+              one.found.low, one.found.high, one.matters ? ": matters" : "");
+  }
+}
+
+}  // namespace
+
 std::string to_text(const IdentifyResult& result) {
   Text text;
   const char* unit = unit_of(result.axis);
@@ -185,14 +217,7 @@ std::string to_text(const IdentifyResult& result) {
     text.line("  %-10s %-46s %10.5f %10.5f %6.1f %%", name, joined(model->structure, " + ").c_str(), model->train_rmse,
               model->validation_rmse, model->fit_percent);
   }
-  for (const EffectResult& effect : result.effects) {
-    text.line("  found %s%s: validation error then %.5f; cross-validated gain %.1f %%, criterion %.1f, t %.1f",
-              effect.name.c_str(), effect.shape.empty() ? "" : (" (" + effect.shape + ")").c_str(),
-              effect.validation_rmse_after, 100.0 * effect.cv_gain, effect.delta_bic, effect.paired_t);
-    for (const Rival& rival : effect.rivals) {
-      text.line("    not separable from %s (validation error %.5f)", rival.name.c_str(), rival.validation_rmse);
-    }
-  }
+  effect_lines(result, text);
   for (const NamedInterval& parameter : result.final_intervals) {
     text.line("  %-26s %12.6g   [%.6g, %.6g]", parameter.name.c_str(), parameter.interval.value, parameter.interval.low,
               parameter.interval.high);
@@ -202,17 +227,8 @@ std::string to_text(const IdentifyResult& result) {
     text.line("  prediction error after %.1f s: %.5f declared, %.5f final", result.final_model.horizon_rmse[k].first,
               result.declared.horizon_rmse[k].second, result.final_model.horizon_rmse[k].second);
   }
-  for (const Change& change : result.changes) {
-    text.line("  changed at %.1f s [%.1f, %.1f]: %s%s", change.at_s, change.low_s, change.high_s, change.name.c_str(),
-              change.rivals.empty() ? "" : (" (or " + joined(change.rivals, ", ") + ")").c_str());
-    for (const NamedValue& parameter : change.parameters) {
-      text.line("    %-24s %12.6g", parameter.name.c_str(), parameter.value);
-    }
-  }
-  for (const Refitted& one : result.refitted) {
-    text.line("  %-26s believed %.6g, found %.6g [%.6g, %.6g]%s", one.parameter.c_str(), one.believed, one.found.value,
-              one.found.low, one.found.high, one.matters ? ": matters" : "");
-  }
+  change_lines(result, text);
+  believed_lines(result, text);
   for (const Finding& finding : result.findings) {
     text.line("  %s: %s", finding.certain ? finding.what.c_str() : (finding.what + " (not certain)").c_str(),
               finding.text.c_str());

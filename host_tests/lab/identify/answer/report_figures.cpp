@@ -76,8 +76,32 @@ void spectrum(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   page.figure(plot::svg(figure), "Welch's method, segments of 5 s that overlap by half.");
 }
 
-void response(plot::Page& page, const Direction& d, const Stretches& pieces, double period_s) {
+/// Gain, phase and coherence over the frequency.
+struct ResponseLines {
+  plot::Line gain, phase, coherence;
+};
+
+/// @param empty  name, colour and width of the lines
+ResponseLines response_lines(const Spectra& spectra, const plot::Line& empty) {
   constexpr double kLeastCoherence = 0.3;  // below, the ratio is that of two noises
+  ResponseLines out{empty, empty, empty};
+  double turns = 0.0;
+  double before = 0.0;
+  for (std::size_t k = 0; k < bins_of(spectra); ++k) {
+    const bool heard = spectra.coherence(k) > kLeastCoherence;
+    const double angle = std::arg(spectra.response(k)) / std::numbers::pi * 180.0;
+    turns -= heard ? std::round((angle + turns - before) / 360.0) * 360.0 : 0.0;
+    before = heard ? angle + turns : before;
+    out.gain.x.push_back(spectra.frequency_hz[k]);
+    out.gain.y.push_back(heard ? 20.0 * std::log10(std::abs(spectra.response(k))) : std::nan(""));
+    out.phase.y.push_back(heard ? angle + turns : std::nan(""));
+    out.coherence.y.push_back(spectra.coherence(k));
+  }
+  out.phase.x = out.coherence.x = out.gain.x;
+  return out;
+}
+
+void response(plot::Page& page, const Direction& d, const Stretches& pieces, double period_s) {
   plot::Figure gain{.title = "Frequency response from the input" + d.name + ": gain",
                     .x_label = "frequency [Hz]",
                     .y_label = "gain [dB]",
@@ -86,27 +110,12 @@ void response(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   plot::Figure agree{
       .title = "Coherence of input and response", .x_label = "frequency [Hz]", .y_label = "share", .height = 180};
   const auto add = [&](const std::vector<double>& output, const char* name, const char* color, bool data) {
-    const Spectra spectra = welch(d.input, output, pieces, period_s);
-    plot::Line of_gain{.name = name, .x = {}, .y = {}, .color = color, .width = data ? 2.4 : 1.4};
-    plot::Line of_phase = of_gain;
-    plot::Line of_coherence = of_gain;
-    double turns = 0.0;
-    double before = 0.0;
-    for (std::size_t k = 0; k < bins_of(spectra); ++k) {
-      const bool heard = spectra.coherence(k) > kLeastCoherence;
-      const double angle = std::arg(spectra.response(k)) / std::numbers::pi * 180.0;
-      turns -= heard ? std::round((angle + turns - before) / 360.0) * 360.0 : 0.0;
-      before = heard ? angle + turns : before;
-      of_gain.x.push_back(spectra.frequency_hz[k]);
-      of_gain.y.push_back(heard ? 20.0 * std::log10(std::abs(spectra.response(k))) : std::nan(""));
-      of_phase.y.push_back(heard ? angle + turns : std::nan(""));
-      of_coherence.y.push_back(spectra.coherence(k));
-    }
-    of_phase.x = of_coherence.x = of_gain.x;
-    gain.lines.push_back(std::move(of_gain));
-    phase.lines.push_back(std::move(of_phase));
+    ResponseLines lines = response_lines(welch(d.input, output, pieces, period_s),
+                                         {.name = name, .x = {}, .y = {}, .color = color, .width = data ? 2.4 : 1.4});
+    gain.lines.push_back(std::move(lines.gain));
+    phase.lines.push_back(std::move(lines.phase));
     if (data) {
-      agree.lines.push_back(std::move(of_coherence));
+      agree.lines.push_back(std::move(lines.coherence));
     }
   };
   add(d.measured, "measured", plot::kBlack, true);

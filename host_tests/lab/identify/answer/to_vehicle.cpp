@@ -28,6 +28,19 @@ const model::AxisNumber* row_of(const ModelResult& found, const std::string& par
   return nullptr;
 }
 
+/// Writes a number as the file can hold it. @returns what is to be said of it; empty: nothing.
+std::string put_number(const NamedValue& parameter, const model::AxisNumber& row, AxisUnit unit,
+                       const std::string& of_axis, StickAxis& axis) {
+  const model::Interval range = row.file.range[static_cast<std::size_t>(unit)];
+  const bool is_scale = row.member == &StickAxis::scale_per_count;
+  const double wanted = is_scale ? std::abs(parameter.value) : parameter.value;
+  const double written = std::clamp(wanted, range.low, range.high);
+  axis.*row.member = written;
+  return written == wanted ? ""
+                           : "the vehicle file cannot hold " + parameter.name + " = " + std::to_string(wanted) +
+                                 " of axis " + of_axis + "; it says " + std::to_string(written);
+}
+
 // The axis starts from nothing: what was not found is not there.
 std::vector<std::string> put(const IdentifyResult& result, AxisUnit unit, model::Vehicle& vehicle, StickAxis& axis) {
   std::vector<std::string> homeless;
@@ -40,16 +53,8 @@ std::vector<std::string> put(const IdentifyResult& result, AxisUnit unit, model:
       continue;  // of the other axis, which has a section of its own
     } else if (row == nullptr || !row->file.exists(unit)) {
       homeless.push_back("the vehicle file has no place for " + parameter.name + " of axis " + result.axis);
-    } else {
-      const model::Interval range = row->file.range[static_cast<std::size_t>(unit)];
-      const bool is_scale = row->member == &StickAxis::scale_per_count;
-      const double wanted = is_scale ? std::abs(parameter.value) : parameter.value;
-      const double written = std::clamp(wanted, range.low, range.high);
-      if (written != wanted) {
-        homeless.push_back("the vehicle file cannot hold " + parameter.name + " = " + std::to_string(wanted) +
-                           " of axis " + result.axis + "; it says " + std::to_string(written));
-      }
-      axis.*row->member = written;
+    } else if (std::string said = put_number(parameter, *row, unit, result.axis, axis); !said.empty()) {
+      homeless.push_back(std::move(said));
     }
   }
   if (result.final_model.dead_zone_shape == "jump") {

@@ -204,6 +204,37 @@ bool at_the_stick(const Knob& knob) {
          knob.member == &StickAxis::trim_counts;
 }
 
+/// Dates and how likely a switch is at each: its whitened power.
+using PowerAt = std::vector<std::pair<double, double>>;
+
+PowerAt powers(const FreeRun& run, const Tried& tried, double from_s, double to_s, double step_s) {
+  const auto error_at = [&](double date_s) -> Rows {
+    return run.error(tried.fit.before, tried.fit.after, date_s).array() - tried.fit.offset;
+  };
+  const Ar filter = autoregression(error_at(tried.hit.at_s), run.segments());
+  PowerAt out;
+  for (double date_s = from_s; date_s <= to_s; date_s += step_s) {
+    Rows white = error_at(date_s);
+    run.make_white(filter, white);
+    out.emplace_back(date_s, white.squaredNorm());
+  }
+  return out;
+}
+
+/// The best date of some, and all that are not clearly worse, each with half a step on both sides.
+void take_date(const PowerAt& powers, double rows, double step_s, ScanHit& hit) {
+  constexpr double kDateDrop = 7.35;  // as in the scan
+  const auto best =
+      *std::min_element(powers.begin(), powers.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  hit.at_s = hit.low_s = hit.high_s = best.first;
+  for (const auto& [date_s, power] : powers) {
+    if (rows * std::log(power / best.second) < kDateDrop) {
+      hit.low_s = std::min(hit.low_s, date_s - 0.5 * step_s);
+      hit.high_s = std::max(hit.high_s, date_s + 0.5 * step_s);
+    }
+  }
+}
+
 /// The scan dates the response, which follows the vehicle by delay and dynamics; the simulated switch dates the
 /// vehicle. Both vehicles are held while the date moves, so the interval is that of the date alone.
 /// What changes at the stick may change before the delay, as simulated, or behind it: the interval holds both.
@@ -213,7 +244,6 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
   constexpr double kAfter_s = 0.5;
   constexpr double kStep_s = 0.1;
   constexpr double kFineStep_s = 0.02;
-  constexpr double kDateDrop = 7.35;  // as in the scan
   constexpr double kMostDates = 120.0;
   const double count = whitened_rows(run.segments());
   const double first_s = run.time_s().front();
@@ -222,25 +252,7 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
   double to_s = tried.turned_round ? last_s : std::min(last_s, tried.hit.high_s + kAfter_s);
   for (int pass = tried.turned_round ? -1 : 0; pass < 2; ++pass) {
     const double step_s = std::max(pass <= 0 ? kStep_s : kFineStep_s, (to_s - from_s) / kMostDates);
-    const auto error_at = [&](double date_s) -> Rows {
-      return run.error(tried.fit.before, tried.fit.after, date_s).array() - tried.fit.offset;
-    };
-    const Ar filter = autoregression(error_at(tried.hit.at_s), run.segments());
-    std::vector<std::pair<double, double>> powers;  // date, whitened power
-    for (double date_s = from_s; date_s <= to_s; date_s += step_s) {
-      Rows white = error_at(date_s);
-      run.make_white(filter, white);
-      powers.emplace_back(date_s, white.squaredNorm());
-    }
-    const auto best = *std::min_element(powers.begin(), powers.end(),
-                                        [](const auto& a, const auto& b) { return a.second < b.second; });
-    tried.hit.at_s = tried.hit.low_s = tried.hit.high_s = best.first;
-    for (const auto& [date_s, power] : powers) {
-      if (count * std::log(power / best.second) < kDateDrop) {
-        tried.hit.low_s = std::min(tried.hit.low_s, date_s - 0.5 * step_s);
-        tried.hit.high_s = std::max(tried.hit.high_s, date_s + 0.5 * step_s);
-      }
-    }
+    take_date(powers(run, tried, from_s, to_s, step_s), count, step_s, tried.hit);
     from_s = std::max(from_s, tried.hit.low_s - step_s);
     to_s = std::min(to_s, tried.hit.high_s + step_s);
     const Knob& knob = tried.candidate->knob;

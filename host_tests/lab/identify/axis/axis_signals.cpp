@@ -68,6 +68,84 @@ std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std:
   return used;
 }
 
+/// The signals of a log that were picked for an axis; kCount: none.
+struct Picked {
+  Signal stick;
+  Signal other;
+  Signal response;
+  bool is_integral;  ///< of the response
+};
+
+/// @throws InputError naming what is missing.
+Picked pick(const logs::FlightLog& log, const std::string& axis) {
+  const Choice* choice =
+      std::find_if(std::begin(kChoices), std::end(kChoices), [&](const Choice& one) { return axis == one.axis; });
+  if (choice == std::end(kChoices)) {
+    throw InputError("--axis", 0, axis, "not a stick axis; choose roll, pitch, yaw_rate or climb");
+  }
+  const bool counts = has(log, choice->stick);
+  const Signal stick = counts ? choice->stick : choice->command;
+  if (!has(log, stick)) {
+    throw InputError(log.file, 0, std::string(logs::name_of(choice->stick)),
+                     "axis " + axis + " needs this signal; the column map has neither it nor " +
+                         std::string(logs::name_of(choice->command)));
+  }
+  const bool is_integral = !has(log, choice->response);
+  const Signal response = is_integral ? choice->integral : choice->response;
+  if (!has(log, response)) {
+    throw InputError(log.file, 0, std::string(logs::name_of(choice->response)),
+                     "axis " + axis + " needs this signal; the column map has none");
+  }
+  const Signal other = counts ? choice->other : choice->other_command;
+  return {stick, has(log, other) ? other : Signal::kCount, response, is_integral};
+}
+
+void append(std::vector<Finding> more, AxisSignals& out) {
+  out.findings.insert(out.findings.end(), more.begin(), more.end());
+}
+
+/// The axis' stick and the other one, mended.
+void take_sticks(const logs::FlightLog& log, const Picked& picked, const std::vector<Range>& asked,
+                 double stick_earlier_s, AxisSignals& out) {
+  const auto mended = [&](Signal stick, std::vector<double>& counts, std::string& name) {
+    name = logs::name_of(stick);
+    counts = log.of(stick);
+    const auto near = beside_gaps_out(inside(log, asked, kMemory_s), log.gap_of({stick}), log.period_s);
+    append(repair_stick(counts, near, {log.start_s, log.period_s, log.row_of(stick)}, name), out);
+    move_earlier(counts, stick_earlier_s / log.period_s);
+  };
+  out.data.stick_row_s = log.row_of(picked.stick);
+  mended(picked.stick, out.data.stick, out.stick_name);
+  if (picked.other != Signal::kCount) {
+    mended(picked.other, out.data.other, out.other_name);
+  }
+}
+
+void take_response(const logs::FlightLog& log, const Picked& picked, AxisSignals& out) {
+  const std::vector<double>& logged = log.of(picked.response);
+  out.data.measured = picked.is_integral ? slope(logged, log.period_s) : logged;
+  out.data.row_s = log.row_of(picked.response);
+  out.response_name = logs::name_of(picked.response);
+}
+
+/// Units of an attitude, then samples that are frozen or lie far out, inside of the ranges.
+void mend_response(const logs::FlightLog& log, const std::string& axis, const Picked& picked,
+                   const std::vector<Range>& asked, AxisSignals& out) {
+  std::vector<char> used = inside(log, asked, kStart_s);
+  if (picked.response == Signal::kAttitudeRoll || picked.response == Signal::kAttitudePitch) {
+    append(repair_units(out.data.measured, used, out.response_name), out);
+  }
+  if (out.findings.empty() || out.findings.back().what != "wrong_unit") {
+    append(unit_contradictions(log, axis, asked), out);
+  }
+  const std::vector<char> wanted = used;
+  std::transform(used.begin(), used.end(), out.data.valid.begin(), used.begin(), std::logical_and<>());
+  append(repair_samples(out.data.measured, used, {log.start_s, log.period_s, out.data.row_s}, out.response_name), out);
+  for (std::size_t i = 0; i < log.size; ++i) {
+    out.data.valid[i] = wanted[i] != 0 ? used[i] : out.data.valid[i];
+  }
+}
+
 }  // namespace
 
 std::vector<double> slope(const std::vector<double>& values, double period_s) {
@@ -80,79 +158,22 @@ std::vector<double> slope(const std::vector<double>& values, double period_s) {
   return out;
 }
 
-// Deviation: over 60 lines; one signal after the other is picked and mended, each once.
 AxisSignals axis_signals(const logs::FlightLog& log, const std::string& axis, const std::vector<Range>& asked,
                          double stick_earlier_s) {
-  const Choice* choice =
-      std::find_if(std::begin(kChoices), std::end(kChoices), [&](const Choice& one) { return axis == one.axis; });
-  if (choice == std::end(kChoices)) {
-    throw InputError("--axis", 0, axis, "not a stick axis; choose roll, pitch, yaw_rate or climb");
-  }
+  const Picked picked = pick(log, axis);
   AxisSignals out;
-  const bool counts = has(log, choice->stick);
-  const Signal stick = counts ? choice->stick : choice->command;
-  if (!has(log, stick)) {
-    throw InputError(log.file, 0, std::string(logs::name_of(choice->stick)),
-                     "axis " + axis + " needs this signal; the column map has neither it nor " +
-                         std::string(logs::name_of(choice->command)));
-  }
-  out.stick_name = logs::name_of(stick);
   out.data.start_s = log.start_s;
   out.data.period_s = log.period_s;
-  out.data.stick = log.of(stick);
-  out.data.stick_row_s = log.row_of(stick);
-  const Signal other = counts ? choice->other : choice->other_command;
-  if (has(log, other)) {
-    out.other_name = logs::name_of(other);
-    out.data.other = log.of(other);
-  }
-  const auto near = [&](Signal one) {
-    return beside_gaps_out(inside(log, asked, kMemory_s), log.gap_of({one}), log.period_s);
-  };
-  std::vector<Finding> jumps =
-      repair_stick(out.data.stick, near(stick), {log.start_s, log.period_s, out.data.stick_row_s}, out.stick_name);
-  if (has(log, other)) {
-    const std::vector<Finding> more =
-        repair_stick(out.data.other, near(other), {log.start_s, log.period_s, log.row_of(other)}, out.other_name);
-    jumps.insert(jumps.end(), more.begin(), more.end());
-  }
-  move_earlier(out.data.stick, stick_earlier_s / log.period_s);
-  move_earlier(out.data.other, stick_earlier_s / log.period_s);
-  if (has(log, choice->response)) {
-    out.data.measured = log.of(choice->response);
-  } else if (has(log, choice->integral)) {
-    out.data.measured = slope(log.of(choice->integral), log.period_s);
-  } else {
-    throw InputError(log.file, 0, std::string(logs::name_of(choice->response)),
-                     "axis " + axis + " needs this signal; the column map has none");
-  }
-  out.response_name = logs::name_of(has(log, choice->response) ? choice->response : choice->integral);
-  out.data.row_s = log.row_of(has(log, choice->response) ? choice->response : choice->integral);
-  out.data.valid.assign(log.size, 1);
-  const auto ground = ground_times(log);
-  out.findings = ground_findings(ground);
-  out.findings.insert(out.findings.end(), jumps.begin(), jumps.end());
-  const Signal measured = has(log, choice->response) ? choice->response : choice->integral;
-  mask_unusable(log, log.gap_of({stick, measured}), ground, kInputMemory_s, out.data.valid);
   for (const logs::Flight& flight : log.flights) {
     out.data.flights.push_back(flight.begin);
   }
-  const auto append = [&](std::vector<Finding> more) {
-    out.findings.insert(out.findings.end(), more.begin(), more.end());
-  };
-  std::vector<char> used = inside(log, asked, kStart_s);
-  if (choice->response == Signal::kAttitudeRoll || choice->response == Signal::kAttitudePitch) {
-    append(repair_units(out.data.measured, used, out.response_name));
-  }
-  if (out.findings.empty() || out.findings.back().what != "wrong_unit") {
-    append(unit_contradictions(log, axis, asked));
-  }
-  const std::vector<char> wanted = used;
-  std::transform(used.begin(), used.end(), out.data.valid.begin(), used.begin(), std::logical_and<>());
-  append(repair_samples(out.data.measured, used, {log.start_s, log.period_s, out.data.row_s}, out.response_name));
-  for (std::size_t i = 0; i < log.size; ++i) {
-    out.data.valid[i] = wanted[i] != 0 ? used[i] : out.data.valid[i];
-  }
+  const auto ground = ground_times(log);
+  out.findings = ground_findings(ground);
+  take_sticks(log, picked, asked, stick_earlier_s, out);
+  take_response(log, picked, out);
+  out.data.valid.assign(log.size, 1);
+  mask_unusable(log, log.gap_of({picked.stick, picked.response}), ground, kInputMemory_s, out.data.valid);
+  mend_response(log, axis, picked, asked, out);
   return out;
 }
 

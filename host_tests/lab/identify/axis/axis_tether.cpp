@@ -56,6 +56,26 @@ AxisData tied(AxisData data, const std::vector<double>& way, const Edge& edge) {
   return data;
 }
 
+/// The edge at which a force that begins there promises most.
+struct Promise {
+  Edge edge;
+  double likelihood_ratio = 0.0;
+};
+
+/// @param pull  an axis with a small force beyond the edge
+Promise best_edge(const AxisData& data, const std::vector<Range>& ranges, const std::vector<double>& way,
+                  std::vector<double> flown, const model::StickAxis& pull, const LeftOver& left) {
+  Promise best{};
+  for (const bool above : {true, false}) {
+    for (const double share : kEdges) {
+      const Edge edge{quantile(flown, above ? share : 1.0 - share), above, quantile(flown, above ? 1.0 : 0.0)};
+      const double one = left.promise(FreeRun(tied(data, way, edge), ranges).error(pull));
+      best = one > best.likelihood_ratio ? Promise{edge, one} : best;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::optional<AxisTether> tether_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
@@ -72,19 +92,9 @@ std::optional<AxisTether> tether_of(const AxisData& data, const std::vector<Rang
   const LeftOver left(run, free, knobs);
   const double gain = free.before.scale_per_count;
   const double scale = family.scale().stick / std::max(1e-9, quantile(flown, 1.0) - quantile(flown, 0.0));
-  Edge best{};
-  double promise = 0.0;
-  for (const bool above : {true, false}) {
-    for (const double share : kEdges) {
-      const Edge edge{quantile(flown, above ? share : 1.0 - share), above, quantile(flown, above ? 1.0 : 0.0)};
-      const AxisData moved = tied(data, way, edge);
-      model::StickAxis axis = free.before;
-      axis.cross_axis = std::copysign(0.05 * scale, -gain);
-      const double one = left.promise(FreeRun(moved, ranges).error(axis));
-      best = one > promise ? edge : best;
-      promise = std::max(promise, one);
-    }
-  }
+  model::StickAxis pull = free.before;
+  pull.cross_axis = std::copysign(0.05 * scale, -gain);
+  const auto [best, promise] = best_edge(data, ranges, way, flown, pull, left);
   if (promise < 0.5 * kThreshold) {
     return std::nullopt;
   }

@@ -68,30 +68,21 @@ Cut cut(const Record& record, double scale, double from_s, double to_s) {
   return out;
 }
 
-// x: gain, log of the dynamics' parameters, start of the simulation (value, slope).
-Dynamics fit(const Record& record, double scale, double from_s, double to_s, bool second) {
-  const Cut data = cut(record, scale, from_s, to_s);
-  const std::size_t rows = data.input.size();
-  const auto model_of = [second](std::span<const double> x) {
-    model::StickAxis axis;
-    axis.scale_per_count = x[0];
-    if (second) {
-      axis.natural_frequency_rad_s = std::exp(x[1]);
-      axis.damping_ratio = std::exp(x[2]);
-    } else {
-      axis.time_constant_s = std::exp(x[1]);
-    }
-    return axis;
-  };
-  const auto residual = [&](std::span<const double> x, std::span<double> out) {
-    const model::StickAxis axis = model_of(x);
-    sysid::AxisDynamics<double> dynamics(axis, data.period_s);
-    dynamics.start(x[second ? 3 : 2], second ? x[4] : 0.0);
-    for (std::size_t row = 0; row < rows; ++row) {
-      out[row] = dynamics.value() - data.output[row];
-      dynamics.step(axis.scale_per_count * data.input[row]);
-    }
-  };
+/// @param x  gain, log of the dynamics' parameters, start of the simulation (value, slope)
+model::StickAxis model_of(std::span<const double> x, bool second) {
+  model::StickAxis axis;
+  axis.scale_per_count = x[0];
+  if (second) {
+    axis.natural_frequency_rad_s = std::exp(x[1]);
+    axis.damping_ratio = std::exp(x[2]);
+  } else {
+    axis.time_constant_s = std::exp(x[1]);
+  }
+  return axis;
+}
+
+/// Where a fit begins, and what bounds it; the simulation begins at the first measured value.
+std::pair<std::vector<double>, std::vector<Box>> start_of(double first_value, bool second) {
   std::vector<double> x{1.0, std::log(second ? 5.0 : 0.3)};
   std::vector<Box> box{{-10.0, 10.0, 1e-5}, {std::log(1e-2), std::log(50.0), 1e-5}};
   if (second) {
@@ -99,16 +90,32 @@ Dynamics fit(const Record& record, double scale, double from_s, double to_s, boo
     box.push_back({std::log(0.02), std::log(5.0), 1e-5});
   }
   for (int start = 0; start < (second ? 2 : 1); ++start) {
-    x.push_back(start == 0 ? data.output[0] : 0.0);
+    x.push_back(start == 0 ? first_value : 0.0);
     box.push_back({-50.0, 50.0, 1e-5});
   }
+  return {x, box};
+}
+
+Dynamics fit(const Record& record, double scale, double from_s, double to_s, bool second) {
+  const Cut data = cut(record, scale, from_s, to_s);
+  const std::size_t rows = data.input.size();
+  const auto residual = [&](std::span<const double> x, std::span<double> out) {
+    const model::StickAxis axis = model_of(x, second);
+    sysid::AxisDynamics<double> dynamics(axis, data.period_s);
+    dynamics.start(x[second ? 3 : 2], second ? x[4] : 0.0);
+    for (std::size_t row = 0; row < rows; ++row) {
+      out[row] = dynamics.value() - data.output[row];
+      dynamics.step(axis.scale_per_count * data.input[row]);
+    }
+  };
+  auto [x, box] = start_of(data.output[0], second);
   std::vector<double> scratch((x.size() + 2) * rows);
   const LmReport report = levenberg_marquardt(residual, std::span<double>(x), box, rows, scratch, {100, 1e-12});
   double power = 0.0;
   for (const double value : data.output) {
     power += value * value;
   }
-  const model::StickAxis axis = model_of(x);
+  const model::StickAxis axis = model_of(x, second);
   return {axis.scale_per_count, axis.time_constant_s, axis.natural_frequency_rad_s, axis.damping_ratio,
           100.0 * (1.0 - std::sqrt(report.sum_of_squares / power))};
 }

@@ -79,10 +79,16 @@ double power(const std::vector<double>& values) {
   return sum;
 }
 
-/// Fits both axes where `moving`, predicts them elsewhere.
-bool hovering_shows(const OwnMotion& motion) {
-  std::array<LineSeries, 2> moving;
-  std::array<LineSeries, 2> hovering;
+using BothAxes = std::array<LineSeries, 2>;
+
+/// The residual where the vehicle moves, and where it hovers.
+struct Parted {
+  BothAxes moving;
+  BothAxes hovering;
+};
+
+Parted parted(const OwnMotion& motion) {
+  Parted out;
   const std::size_t count = motion.speed_m_s.size();
   const auto at_rest = [&](std::size_t k) { return motion.speed_m_s[k] < kHover_m_s; };
   std::size_t resting = 0;
@@ -94,11 +100,17 @@ bool hovering_shows(const OwnMotion& motion) {
   for (std::size_t n = 0; n < 2; ++n) {
     for (std::size_t k = 0; k < count; ++k) {
       const bool fits = all_hover ? k < count / 2 : !at_rest(k);
-      LineSeries& into = fits ? moving[n] : hovering[n];
+      LineSeries& into = fits ? out.moving[n] : out.hovering[n];
       into.time_s.push_back(motion.residual[n].time_s[k]);
       into.values.push_back(motion.residual[n].values[k]);
     }
   }
+  return out;
+}
+
+/// Fits both axes where the vehicle moves, predicts them where it hovers.
+bool hovering_shows(const OwnMotion& motion) {
+  const auto [moving, hovering] = parted(motion);
   if (hovering[0].values.size() < kFewestHovering || moving[0].values.size() < kFewestHovering) {
     return false;
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
 
 namespace m100::lab::identify {
 namespace {
@@ -11,6 +13,36 @@ namespace {
 constexpr double kPiece_s = 5.0;
 constexpr double kSlowest_hz = 4.0;
 constexpr double kFastestShare = 0.45;  // of the sample rate
+
+/// Power of a piece in one of the bins of its Fourier transform, by Goertzel's recurrence.
+double power_in(std::span<const double> piece, std::size_t bin) {
+  const double angle = 2.0 * std::numbers::pi * static_cast<double>(bin) / static_cast<double>(piece.size());
+  const double twice = 2.0 * std::cos(angle);
+  double newer = 0.0;
+  double older = 0.0;
+  for (const double value : piece) {
+    const double next = value + twice * newer - older;
+    older = newer;
+    newer = next;
+  }
+  return 2.0 * (newer * newer + older * older - twice * newer * older) / static_cast<double>(piece.size());
+}
+
+/// How far a bin stands out of the mean of those around it, from `first` to the last; 0: nothing is there.
+double peak(const std::vector<double>& power, std::size_t bin, std::size_t first) {
+  constexpr std::size_t kAround = 12;
+  constexpr std::size_t kOwn = 2;
+  double around = 0.0;
+  double count = 0.0;
+  const std::size_t from = std::max(first, bin > kAround ? bin - kAround : 0);
+  for (std::size_t other = from; other <= std::min(power.size() - 1, bin + kAround); ++other) {
+    if (other + kOwn < bin || other > bin + kOwn) {
+      around += power[other];
+      count += 1.0;
+    }
+  }
+  return around > 0.0 ? power[bin] * count / around : 0.0;
+}
 
 }  // namespace
 
@@ -26,33 +58,14 @@ FastLine fast_line(const std::vector<double>& residual, double period_s, double 
   std::vector<double> power(last + 1, 0.0);
   double total = 0.0;
   for (std::size_t begin = 0; begin + length <= residual.size(); begin += length) {
-    for (std::size_t i = 0; i < length; ++i) {
-      total += residual[begin + i] * residual[begin + i];
-    }
+    const auto piece = std::span(residual).subspan(begin, length);
+    total = std::inner_product(piece.begin(), piece.end(), piece.begin(), total);
     for (std::size_t bin = first; bin <= last; ++bin) {
-      const double angle = 2.0 * std::numbers::pi * static_cast<double>(bin) / static_cast<double>(length);
-      const double twice = 2.0 * std::cos(angle);
-      double newer = 0.0;
-      double older = 0.0;
-      for (std::size_t i = 0; i < length; ++i) {  // Goertzel
-        const double next = residual[begin + i] + twice * newer - older;
-        older = newer;
-        newer = next;
-      }
-      power[bin] += 2.0 * (newer * newer + older * older - twice * newer * older) / static_cast<double>(length);
+      power[bin] += power_in(piece, bin);
     }
   }
   const auto strongest = static_cast<std::size_t>(
       std::max_element(power.begin() + static_cast<std::ptrdiff_t>(first), power.end()) - power.begin());
-  double around = 0.0;
-  double count = 0.0;
-  for (std::size_t bin = std::max(first, strongest > 12 ? strongest - 12 : 0); bin <= std::min(last, strongest + 12);
-       ++bin) {
-    if (bin + 2 < strongest || bin > strongest + 2) {
-      around += power[bin];
-      count += 1.0;
-    }
-  }
   // A line between two bins shares its power among neighbours.
   double held = 0.0;
   for (std::size_t bin = std::max(first, strongest - 1); bin <= std::min(last, strongest + 1); ++bin) {
@@ -60,7 +73,7 @@ FastLine fast_line(const std::vector<double>& residual, double period_s, double 
   }
   line.hz = static_cast<double>(strongest) * resolution_hz;
   line.share = total > 0.0 ? held / total : 0.0;
-  line.peak = around > 0.0 ? power[strongest] * count / around : 0.0;
+  line.peak = peak(power, strongest, first);
   return line;
 }
 

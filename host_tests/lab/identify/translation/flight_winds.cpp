@@ -125,39 +125,58 @@ Winds winds_in(const Fit& fit) {
                                  static_cast<Eigen::Index>(count / 2));
 }
 
-std::vector<FlightWind> flight_winds(const Part& part, const Fit& fit) {
-  const TranslationBlocks& blocks = part.blocks;
-  const Vector left = rows_left(blocks, fit);
-  const Matrix columns = wind_columns(blocks);
-  std::vector<FlightWind> out(part.data.flights.size());
-  std::vector<Winds> block_winds;
+namespace {
+
+/// The winds that each block says by itself.
+std::vector<Winds> winds_of_blocks(const TranslationBlocks& blocks, const Matrix& columns, const Vector& left) {
+  std::vector<Winds> out;
   std::vector<char> seen;
   for (std::size_t b = 0; b < blocks.blocks.size(); ++b) {
     std::vector<int> only(blocks.blocks.size(), 0);
     only[b] = 1;
-    block_winds.push_back(least_squares(blocks, columns, left, only, seen));
+    out.push_back(least_squares(blocks, columns, left, only, seen));
   }
+  return out;
+}
+
+/// A flight's wind with the standard error that the spread of its blocks about `middle` says; of one block none.
+FlightWind flight_wind(const TranslationBlocks& blocks, const std::vector<Winds>& by_block, std::size_t flight,
+                       const Eigen::Vector2d& wind, const Eigen::Vector2d& middle) {
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  double n = 0.0;
+  for (std::size_t b = 0; b < by_block.size(); ++b) {
+    if (flight_of(blocks, b) == flight) {
+      squares += (by_block[b].col(static_cast<Eigen::Index>(flight)) - middle).cwiseAbs2();
+      n += 1.0;
+    }
+  }
+  FlightWind out;
+  out.known = n > 1.0;
+  for (Eigen::Index c = 0; out.known && c < 2; ++c) {
+    out.accel_m_s2[static_cast<std::size_t>(c)] = wind(c);
+    out.sigma_m_s2[static_cast<std::size_t>(c)] = std::sqrt(squares(c) / (n * (n - 1.0)));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<FlightWind> flight_winds(const Part& part, const Fit& fit) {
+  const TranslationBlocks& blocks = part.blocks;
+  const Vector left = rows_left(blocks, fit);
+  const Matrix columns = wind_columns(blocks);
+  const std::vector<Winds> by_block = winds_of_blocks(blocks, columns, left);
+  std::vector<char> seen;
   Winds all = winds_in(fit);
   const Winds again = least_squares(blocks, columns, left, {}, seen);
   all = all.cols() == again.cols() ? Winds(all + again) : again;
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   double known = 0.0;
-  for (std::size_t flight = 0; flight < out.size(); ++flight) {
+  std::vector<FlightWind> out;
+  for (std::size_t flight = 0; flight < part.data.flights.size(); ++flight) {
     const auto k = static_cast<Eigen::Index>(flight);
-    Eigen::Vector2d squares = Eigen::Vector2d::Zero();
-    double n = 0.0;
-    for (std::size_t b = 0; b < block_winds.size(); ++b) {
-      if (flight_of(blocks, b) == flight) {
-        squares += (block_winds[b].col(k) - again.col(k)).cwiseAbs2();
-        n += 1.0;
-      }
-    }
-    out[flight].known = n > 1.0;
-    for (Eigen::Index c = 0; out[flight].known && c < 2; ++c) {
-      out[flight].accel_m_s2[static_cast<std::size_t>(c)] = all(c, k);
-      out[flight].sigma_m_s2[static_cast<std::size_t>(c)] = std::sqrt(squares(c) / (n * (n - 1.0)));
-    }
-    if (out[flight].known) {
+    out.push_back(flight_wind(blocks, by_block, flight, all.col(k), again.col(k)));
+    if (out.back().known) {
       mean += all.col(k);
       known += 1.0;
     }

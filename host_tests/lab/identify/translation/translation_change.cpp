@@ -31,30 +31,36 @@ struct Places {
   std::vector<Segment> segments;
 };
 
-Places places_of(const std::vector<const Part*>& parts) {
-  Places out;
-  const std::size_t axes = parts.front()->data.axes;
-  for (std::size_t c = 0; c < axes; ++c) {
-    std::vector<Place> all;
-    for (const Part* part : parts) {
-      for (const TranslationBlocks::Block& block : part->blocks.blocks) {
-        for (std::size_t k = 0; k < block.samples.size(); ++k) {
-          const auto row = static_cast<Eigen::Index>(block.row + c * block.samples.size() + k);
-          all.push_back({part, row, block.samples[k], c});
-        }
+/// The rows of one axis of all parts in the order of time, every kThin-th.
+std::vector<Place> thinned(const std::vector<const Part*>& parts, std::size_t axis) {
+  std::vector<Place> all;
+  for (const Part* part : parts) {
+    for (const TranslationBlocks::Block& block : part->blocks.blocks) {
+      for (std::size_t k = 0; k < block.samples.size(); ++k) {
+        const auto row = static_cast<Eigen::Index>(block.row + axis * block.samples.size() + k);
+        all.push_back({part, row, block.samples[k], axis});
       }
     }
-    std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.sample < b.sample; });
-    std::vector<Place> thin;
-    for (std::size_t k = 0; k < all.size(); k += kThin) {
-      thin.push_back(all[k]);
-    }
-    const double longest_s = 1.5 * static_cast<double>(kThin) * parts.front()->blocks.sample_period_s;
-    for (const Place& place : thin) {
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.sample < b.sample; });
+  std::vector<Place> out;
+  for (std::size_t k = 0; k < all.size(); k += kThin) {
+    out.push_back(all[k]);
+  }
+  return out;
+}
+
+double time_s(const Place& place) { return place.part->data.time_s(place.sample); }
+
+/// Axis after axis; a segment ends with its axis, and at a hole.
+Places places_of(const std::vector<const Part*>& parts) {
+  Places out;
+  const double longest_s = 1.5 * static_cast<double>(kThin) * parts.front()->blocks.sample_period_s;
+  for (std::size_t c = 0; c < parts.front()->data.axes; ++c) {
+    for (const Place& place : thinned(parts, c)) {
       const auto row = static_cast<Eigen::Index>(out.rows.size());
       const bool goes_on =
-          !out.segments.empty() && out.rows.back().axis == c &&
-          place.part->data.time_s(place.sample) - out.rows.back().part->data.time_s(out.rows.back().sample) < longest_s;
+          !out.segments.empty() && out.rows.back().axis == c && time_s(place) - time_s(out.rows.back()) < longest_s;
       if (!goes_on) {
         out.segments.push_back({row, row});
       }
@@ -93,7 +99,7 @@ ScanRows rows_of(const Places& places, const std::vector<const Part*>& parts, co
     }
   }
   for (const Place& place : places.rows) {
-    out.time_s.push_back(place.part->data.time_s(place.sample));
+    out.time_s.push_back(time_s(place));
   }
   const Searched searched = searched_of(fit);
   const Columns own = columns_of(places, parts, fit.structure, searched);
@@ -123,20 +129,16 @@ bool can_see(const Part& part, const Candidate& candidate) {
          (!needs.tilt_in_thrust || data.source != "force");
 }
 
-}  // namespace
+using Hit = std::pair<const Candidate*, ScanHit>;
 
-std::vector<Change> changes_of(const Part& training, const Part* validation, const Fit& fit) {
+/// What is likely to have changed, candidate by candidate.
+std::vector<Hit> hits_of(const std::vector<const Part*>& parts, const Fit& fit) {
   constexpr double kThreshold = 30.0;
-  constexpr double kNameMargin = 6.0;
-  std::vector<const Part*> parts{&training};
-  if (validation != nullptr) {
-    parts.push_back(validation);
-  }
   const Places places = places_of(parts);
   const ScanRows rows = rows_of(places, parts, fit);
-  std::vector<std::pair<const Candidate*, ScanHit>> hits;
+  std::vector<Hit> hits;
   for (const Candidate& candidate : kCandidates) {
-    if (!can_see(training, candidate)) {
+    if (!can_see(*parts.front(), candidate)) {
       continue;
     }
     const Columns columns = columns_of(places, parts, {"rigid_body", candidate.effect}, searched_of(fit));
@@ -145,32 +147,46 @@ std::vector<Change> changes_of(const Part& training, const Part* validation, con
       hits.emplace_back(&candidate, std::move(hit));
     }
   }
-  const auto best = std::max_element(hits.begin(), hits.end(), [](const auto& a, const auto& b) {
-    return a.second.likelihood_ratio < b.second.likelihood_ratio;
-  });
-  if (best == hits.end()) {
-    return {};
-  }
+  return hits;
+}
+
+/// @param hits  all of them: what is nearly as likely as the best is its rival
+Change change_of(const Hit& best, const std::vector<Hit>& hits, const Part& training) {
+  constexpr double kNameMargin = 6.0;
   // The scan names the last row before the change: it lies between that row and the next, and the filter has smeared it
   // over its own width, of which half the power lies in the middle half.
   const double cell_s = static_cast<double>(kThin) * training.blocks.sample_period_s;
   const double smeared_s = 0.5 * static_cast<double>(training.data.margin) * training.data.period_s;
   Change out;
-  out.at_s = best->second.at_s + 0.5 * cell_s;
-  out.low_s = best->second.low_s - smeared_s;
-  out.high_s = best->second.high_s + cell_s + smeared_s;
-  out.name = best->first->name;
-  out.likelihood_ratio = best->second.likelihood_ratio;
-  for (Eigen::Index k = 0; k < best->second.size.size(); ++k) {
-    const std::string axis = best->second.size.size() > 1 ? (k == 0 ? "_x" : "_y") : "";
-    out.parameters.push_back({std::string("change_of_") + best->first->unit + axis, best->second.size(k)});
+  out.at_s = best.second.at_s + 0.5 * cell_s;
+  out.low_s = best.second.low_s - smeared_s;
+  out.high_s = best.second.high_s + cell_s + smeared_s;
+  out.name = best.first->name;
+  out.likelihood_ratio = best.second.likelihood_ratio;
+  for (Eigen::Index k = 0; k < best.second.size.size(); ++k) {
+    const std::string axis = best.second.size.size() > 1 ? (k == 0 ? "_x" : "_y") : "";
+    out.parameters.push_back({std::string("change_of_") + best.first->unit + axis, best.second.size(k)});
   }
   for (const auto& [candidate, hit] : hits) {
-    if (candidate != best->first && hit.likelihood_ratio > best->second.likelihood_ratio - kNameMargin) {
+    if (candidate != best.first && hit.likelihood_ratio > best.second.likelihood_ratio - kNameMargin) {
       out.rivals.emplace_back(candidate->name);
     }
   }
-  return {out};
+  return out;
+}
+
+}  // namespace
+
+std::vector<Change> changes_of(const Part& training, const Part* validation, const Fit& fit) {
+  std::vector<const Part*> parts{&training};
+  if (validation != nullptr) {
+    parts.push_back(validation);
+  }
+  const std::vector<Hit> hits = hits_of(parts, fit);
+  const auto best = std::max_element(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
+    return a.second.likelihood_ratio < b.second.likelihood_ratio;
+  });
+  return best == hits.end() ? std::vector<Change>{} : std::vector<Change>{change_of(*best, hits, training)};
 }
 
 std::vector<Finding> position_force(const Part& training, const Fit& fit) {

@@ -119,14 +119,23 @@ bool has_force(const FlightLog& log) {
   return log.has3(Signal::kForceX) && log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
 }
 
+/// The acceleration that the force says, with the data's weights.
+void take_force(const FlightLog& log, TranslationData& data) {
+  const std::array<std::vector<double>, 3> force = force_in_world(log, data);
+  for (std::size_t c = 0; c < 3; ++c) {
+    data.measured[c].assign(log.size, 0.0);
+    for (std::size_t i = data.margin; i + data.margin < log.size; ++i) {
+      data.measured[c][i] = data.filtered(force[c], i);
+    }
+  }
+}
+
 /// Acceleration, and velocity where it can be had, with the weights that both saw.
 void take_motion(const FlightLog& log, TranslationData& data) {
   const auto half = static_cast<std::size_t>(std::max(2L, std::lround(kHalfWindow_s / data.period_s)));
   data.weights = slope_weights(half);
   data.margin = half;
   data.source = data.has_velocity ? "velocity" : (log.has3(Signal::kPositionX) ? "position" : "force");
-  const std::array<std::vector<double>, 3> force =
-      has_force(log) ? force_in_world(log, data) : std::array<std::vector<double>, 3>{};
   for (std::size_t c = 0; c < 3; ++c) {
     const int n = static_cast<int>(c);
     if (data.has_velocity) {
@@ -148,12 +157,7 @@ void take_motion(const FlightLog& log, TranslationData& data) {
     data.margin += mean;
   }
   if (data.source == "force") {
-    for (std::size_t c = 0; c < 3; ++c) {
-      data.measured[c].assign(log.size, 0.0);
-      for (std::size_t i = data.margin; i + data.margin < log.size; ++i) {
-        data.measured[c][i] = data.filtered(force[c], i);
-      }
-    }
+    take_force(log, data);
   }
 }
 
@@ -206,6 +210,44 @@ std::vector<std::uint8_t> gap_of_motion(const FlightLog& log, const TranslationD
                      logs::offset(attitude, 2), data.has_thrust ? Signal::kThrustRatio : Signal::kForceZ});
 }
 
+/// @throws InputError where a signal is missing without which there is no translation.
+void check_signals(const FlightLog& log) {
+  const bool has_attitude = log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
+  require(log, has_attitude || log.has3(Signal::kThrustDirX), "attitude_roll",
+          "translation needs attitude_roll and attitude_pitch, or thrust_dir_x, _y, _z");
+  require(log, log.has3(Signal::kVelocityX) || log.has3(Signal::kPositionX) || has_force(log), "velocity_x",
+          "translation needs velocity, position or force, all three axes of it");
+}
+
+/// The heading where it was logged, and the thrust's direction.
+void take_directions(const FlightLog& log, TranslationData& data) {
+  data.has_yaw = log.has(Signal::kAttitudeYaw);
+  for (std::size_t i = 0; data.has_yaw && i < log.size; ++i) {
+    data.heading_cosine[i] = std::cos(log.of(Signal::kAttitudeYaw)[i]);
+    data.heading_sine[i] = std::sin(log.of(Signal::kAttitudeYaw)[i]);
+  }
+  data.direction.fill(std::vector<double>(log.size));
+  if (!log.has3(Signal::kThrustDirX)) {
+    body_axes(log, data);
+    return;
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    data.direction[c] = log.of(logs::offset(Signal::kThrustDirX, static_cast<int>(c)));
+  }
+}
+
+/// Leaves out what a gap reaches through the filter.
+void mask_beside(const std::vector<std::uint8_t>& gap, TranslationData& data) {
+  const std::size_t size = data.valid.size();
+  for (std::size_t i = 0; i < std::min(size, gap.size()); ++i) {
+    if (gap[i] != 0) {
+      const std::size_t from = i > data.margin ? i - data.margin : 0;
+      std::fill(data.valid.begin() + static_cast<std::ptrdiff_t>(from),
+                data.valid.begin() + static_cast<std::ptrdiff_t>(std::min(i + data.margin + 1, size)), char{0});
+    }
+  }
+}
+
 }  // namespace
 
 TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
@@ -214,47 +256,23 @@ TranslationData::TranslationData(const FlightLog& log, Thrust thrust_from)
       heading_cosine(log.size, 1.0),
       heading_sine(log.size, 0.0),
       valid(log.size, 1) {
-  const bool has_attitude = log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
-  const bool has_direction = log.has3(Signal::kThrustDirX);
   has_velocity = log.has3(Signal::kVelocityX);
   for (std::size_t k = 1; k < log.flights.size(); ++k) {
     flights.push_back(log.flights[k].begin);
   }
-  require(log, has_attitude || has_direction, "attitude_roll",
-          "translation needs attitude_roll and attitude_pitch, or thrust_dir_x, _y, _z");
-  require(log, has_velocity || log.has3(Signal::kPositionX) || has_force(log), "velocity_x",
-          "translation needs velocity, position or force, all three axes of it");
+  check_signals(log);
   has_thrust = thrust_from == Thrust::kSetPoint;
   axes = has_thrust ? 3 : 2;
   if (thrust_from == Thrust::kVertical) {
     shown = has_force(log) ? Shown::kAcross : Shown::kOffPlumb;
   }
-  has_yaw = log.has(Signal::kAttitudeYaw);
-  for (std::size_t i = 0; has_yaw && i < log.size; ++i) {
-    heading_cosine[i] = std::cos(log.of(Signal::kAttitudeYaw)[i]);
-    heading_sine[i] = std::sin(log.of(Signal::kAttitudeYaw)[i]);
-  }
-  direction.fill(std::vector<double>(log.size));
   velocity.fill(std::vector<double>(log.size, 0.0));
-  if (has_direction) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      direction[c] = log.of(logs::offset(Signal::kThrustDirX, static_cast<int>(c)));
-    }
-  } else {
-    body_axes(log, *this);
-  }
-
+  take_directions(log, *this);
   take_motion(log, *this);
   take_thrust(log, thrust_from, *this);
   const std::vector<std::uint8_t> gap = gap_of_motion(log, *this);
   mask_unusable(log, gap, ground_times(log), 0.0, valid);
-  for (std::size_t i = 0; i < std::min(log.size, gap.size()); ++i) {
-    if (gap[i] != 0) {
-      const std::size_t from = i > margin ? i - margin : 0;
-      std::fill(valid.begin() + static_cast<std::ptrdiff_t>(from),
-                valid.begin() + static_cast<std::ptrdiff_t>(std::min(i + margin + 1, log.size)), char{0});
-    }
-  }
+  mask_beside(gap, *this);
 }
 
 std::size_t TranslationData::flight_of(std::size_t i) const {

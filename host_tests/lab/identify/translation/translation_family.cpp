@@ -2,6 +2,7 @@
 #include "host_tests/lab/identify/translation/translation_family.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "host_tests/lab/identify/translation/own_clock.h"
@@ -43,6 +44,27 @@ model::Acceleration wind_at_rest(const Fit& fit) {
     }
   }
   return sum;
+}
+
+/// Whether a fit before has found the slot's number.
+bool was_found(const Slot& slot, const Fit* warm) {
+  if (warm == nullptr) {
+    return false;
+  }
+  return slot.parameter().start == model::Start::kWindSpeed ? wind_speed_matters(warm->structure)
+                                                            : has(warm->structure, slot.effect->name);
+}
+
+/// Every start with every value of one number.
+std::vector<Searched> spread(const std::vector<Searched>& starts, std::size_t slot, std::span<const double> values) {
+  std::vector<Searched> out;
+  for (const Searched& start : starts) {
+    for (const double value : values) {
+      out.push_back(start);
+      out.back()[slot] = value;
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -105,34 +127,21 @@ Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weig
 TranslationFamily::Starts TranslationFamily::starts(const Structure& structure, std::span<const int> weights,
                                                     const Fit* warm, const Searched& common) const {
   Starts out{common};
-  const auto spread = [&](std::size_t k, std::span<const double> values) {
-    Starts more;
-    for (const Searched& start : out) {
-      for (const double value : values) {
-        more.push_back(start);
-        more.back()[k] = value;
-      }
-    }
-    out = std::move(more);
-  };
   const std::array<bool, kSearched> used = searched_in(structure);
   for (std::size_t k = 0; k < kSearched; ++k) {
     const Slot& slot = slots()[k];
     const SearchedParameter& parameter = slot.parameter();
-    const bool by_speed = parameter.start == model::Start::kWindSpeed;
-    const bool known =
-        warm != nullptr && (by_speed ? wind_speed_matters(warm->structure) : has(warm->structure, slot.effect->name));
-    if (!used[k] || known) {
+    if (!used[k] || was_found(slot, warm)) {
       continue;
     }
-    if (by_speed) {
+    if (parameter.start == model::Start::kWindSpeed) {
       out = slot.which == 0 ? wind_starts(out, structure, weights) : out;
     } else if (parameter.start == model::Start::kStrongestLine) {
       const Fit plain = fit(without(structure, std::string(slot.effect->name)), weights, warm);
       const Vector left = residual_of(training_, measured_rows(training_), plain);
-      spread(k, std::array{strongest_line_hz(training_, left, weights)});
+      out = spread(out, k, std::array{strongest_line_hz(training_, left, weights)});
     } else {
-      spread(k, std::span(parameter.values).first(parameter.value_count));
+      out = spread(out, k, std::span(parameter.values).first(parameter.value_count));
     }
   }
   return out;

@@ -52,6 +52,13 @@ double Part::fit_percent(const std::vector<double>& predicted) const {
 
 std::vector<std::pair<double, double>> Part::horizon_rmse(const std::vector<double>& predicted,
                                                           const std::vector<double>& horizons_s) const {
+  const auto mean_error = [&](std::size_t from, std::size_t length) {
+    double error = 0.0;
+    for (std::size_t j = from; j < from + length; ++j) {
+      error += (measured[j] - predicted[j]) / static_cast<double>(length);
+    }
+    return error;
+  };
   std::vector<std::pair<double, double>> out;
   for (const double horizon_s : horizons_s) {
     const auto length = static_cast<std::size_t>(std::lround(horizon_s / blocks.sample_period_s));
@@ -61,10 +68,7 @@ std::vector<std::pair<double, double>> Part::horizon_rmse(const std::vector<doub
       for (std::size_t c = 0; c < data.axes; ++c) {
         const std::size_t row = block.row + c * block.samples.size();
         for (std::size_t k = 0; k + length <= block.samples.size(); k += 3) {
-          double error = 0.0;
-          for (std::size_t j = row + k; j < row + k + length; ++j) {
-            error += (measured[j] - predicted[j]) / static_cast<double>(length);
-          }
+          const double error = mean_error(row + k, length);
           sum += error * error;
           ++count;
         }

@@ -82,6 +82,17 @@ RegressorGroup products(const Part& part, const std::string& name, const std::ve
   return out;
 }
 
+/// The horizontal velocity times its size.
+std::array<std::vector<double>, 2> times_speed(const TranslationData& data) {
+  std::array<std::vector<double>, 2> out{data.velocity[0], data.velocity[1]};
+  for (std::size_t i = 0; i < out[0].size(); ++i) {
+    const double speed = std::hypot(out[0][i], out[1][i]);
+    out[0][i] *= speed;
+    out[1][i] *= speed;
+  }
+  return out;
+}
+
 /// Only causes: tilt, thrust, sticks and heading with their past; velocity as it is, because its past contains the
 /// residual's own integral.
 std::vector<RegressorGroup> causes(const Request& request, const Part& part) {
@@ -96,13 +107,7 @@ std::vector<RegressorGroup> causes(const Request& request, const Part& part) {
     out.push_back(group(part, "thrust", {&data.thrust}, {0.0, 0.1, 0.25, 0.5}));
   }
   if (data.has_velocity) {
-    std::vector<double> squared_x(n);
-    std::vector<double> squared_y(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const double speed = std::hypot(data.velocity[0][i], data.velocity[1][i]);
-      squared_x[i] = speed * data.velocity[0][i];
-      squared_y[i] = speed * data.velocity[1][i];
-    }
+    const auto [squared_x, squared_y] = times_speed(data);
     out.push_back(products(part, "tilt * velocity", {&data.direction[0], &data.direction[1]},
                            {&data.velocity[0], &data.velocity[1], &data.velocity[2]}));
     out.push_back(group(part, "velocity", {&data.velocity[0], &data.velocity[1], &data.velocity[2]}, {0.0}));

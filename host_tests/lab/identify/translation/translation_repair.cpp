@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <string>
 
@@ -95,6 +96,28 @@ double left_by(const Reading& reading, const FlightLog& log, const TranslationDa
 
 }  // namespace
 
+namespace {
+
+/// What is wanted and was sampled.
+std::vector<char> without_gaps(std::vector<char> wanted, const std::vector<std::uint8_t>& gap) {
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] = wanted[i] != 0 && gap[i] == 0 ? 1 : 0;
+  }
+  return wanted;
+}
+
+/// A sample that the data are no longer taken from.
+void leave_out(Signal signal, std::size_t sample, FlightLog& log) {
+  log.gap[sample] = 1;
+  if (!log.signal_gap.empty()) {  // else the one answer for all is asked
+    std::vector<std::uint8_t>& own = log.signal_gap[signal];
+    own.resize(log.size, 0);
+    own[sample] = 1;
+  }
+}
+
+}  // namespace
+
 FlightLog repaired(const FlightLog& log, const std::vector<Range>& asked, std::vector<Finding>& findings) {
   constexpr double kFilter_s = 0.3;  // more than the widest filter looks to either side
   FlightLog out = log;
@@ -110,20 +133,11 @@ FlightLog repaired(const FlightLog& log, const std::vector<Range>& asked, std::v
     if (signal == Signal::kAttitudeRoll || signal == Signal::kAttitudePitch) {
       append(repair_units(out.of(signal), wanted, name));
     }
-    std::vector<char> used(out.size);
-    for (std::size_t i = 0; i < out.size; ++i) {
-      used[i] = wanted[i] != 0 && out.gap[i] == 0 ? 1 : 0;
-    }
+    std::vector<char> used = without_gaps(wanted, out.gap);
     append(repair_samples(out.of(signal), used, {out.start_s, out.period_s, out.row_of(signal)}, name));
     for (std::size_t i = 0; i < out.size; ++i) {
-      if (used[i] != 0 || wanted[i] == 0 || out.gap[i] != 0) {
-        continue;
-      }
-      out.gap[i] = 1;
-      if (!out.signal_gap.empty()) {  // else the one answer for all is asked
-        std::vector<std::uint8_t>& own = out.signal_gap[signal];
-        own.resize(out.size, 0);
-        own[i] = 1;
+      if (used[i] == 0 && wanted[i] != 0 && out.gap[i] == 0) {
+        leave_out(signal, i, out);
       }
     }
   }

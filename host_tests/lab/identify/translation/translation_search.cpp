@@ -56,38 +56,45 @@ Bounds bounds_of(const Structure& structure) {
   return out;
 }
 
+/// Moves what leaves the bounds onto them, and says so in `held`. @returns whether anything left.
+bool hold_inside(const Bounds& bounds, Vector& x, std::vector<char>& held) {
+  bool left = false;
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    if (x(k) < bounds.low(k) || x(k) > bounds.high(k)) {
+      x(k) = std::clamp(x(k), bounds.low(k), bounds.high(k));
+      held[static_cast<std::size_t>(k)] = 1;
+      left = true;
+    }
+  }
+  return left;
+}
+
+/// Minimises x' N x / 2 - r' x over what is not held.
+Vector solve_free(const Matrix& normal, const Vector& right, const Vector& x, const std::vector<char>& held) {
+  Matrix reduced = normal;
+  Vector rest = right;
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    if (held[static_cast<std::size_t>(k)] != 0) {
+      rest -= normal.col(k) * x(k);
+    }
+  }
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    if (held[static_cast<std::size_t>(k)] != 0) {
+      reduced.row(k).setZero();
+      reduced.col(k).setZero();
+      reduced(k, k) = 1.0;
+      rest(k) = x(k);
+    }
+  }
+  return reduced.ldlt().solve(rest);
+}
+
 /// Minimises x' N x / 2 - r' x inside the bounds: what leaves them is held at the bound and the rest solved again.
 Vector solve_inside(const Matrix& normal, const Vector& right, const Bounds& bounds) {
   Vector x = normal.ldlt().solve(right);
   std::vector<char> held(static_cast<std::size_t>(x.size()), 0);
-  for (Eigen::Index pass = 0; pass < x.size(); ++pass) {
-    bool left = false;
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      if (x(k) < bounds.low(k) || x(k) > bounds.high(k)) {
-        x(k) = std::clamp(x(k), bounds.low(k), bounds.high(k));
-        held[static_cast<std::size_t>(k)] = 1;
-        left = true;
-      }
-    }
-    if (!left) {
-      break;
-    }
-    Matrix reduced = normal;
-    Vector rest = right;
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      if (held[static_cast<std::size_t>(k)] != 0) {
-        rest -= normal.col(k) * x(k);
-      }
-    }
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      if (held[static_cast<std::size_t>(k)] != 0) {
-        reduced.row(k).setZero();
-        reduced.col(k).setZero();
-        reduced(k, k) = 1.0;
-        rest(k) = x(k);
-      }
-    }
-    x = reduced.ldlt().solve(rest);
+  for (Eigen::Index pass = 0; pass < x.size() && hold_inside(bounds, x, held); ++pass) {
+    x = solve_free(normal, right, x, held);
   }
   return x;
 }
@@ -151,6 +158,21 @@ Solution solve(const TranslationBlocks& part, const Vector& measured, const Stru
   return out;
 }
 
+bool CoordinateSearch::step_along(std::size_t slot, double step, Searched& at, double& best) const {
+  const model::SearchedParameter& range = slots()[slot].parameter();
+  for (const double sign : {1.0, -1.0}) {
+    Searched trial = at;
+    trial[slot] = std::clamp(at[slot] + sign * step, range.low, range.high);
+    const double value = cost(trial);
+    if (value < best) {
+      best = value;
+      at = trial;
+      return true;
+    }
+  }
+  return false;
+}
+
 void CoordinateSearch::refine(Searched& at, double model::SearchedParameter::*step, int rounds) const {
   Searched steps{};
   std::transform(slots().begin(), slots().end(), steps.begin(),
@@ -159,20 +181,8 @@ void CoordinateSearch::refine(Searched& at, double model::SearchedParameter::*st
   for (int round = 0; round < rounds; ++round) {
     bool moved = false;
     for (std::size_t k = 0; k < kSearched; ++k) {
-      if (!used_[k]) {
-        continue;
-      }
-      const model::SearchedParameter& range = slots()[k].parameter();
-      for (const double sign : {1.0, -1.0}) {
-        Searched trial = at;
-        trial[k] = std::clamp(at[k] + sign * steps[k], range.low, range.high);
-        const double value = cost(trial);
-        if (value < best) {
-          best = value;
-          at = trial;
-          moved = true;
-          break;
-        }
+      if (used_[k] && step_along(k, steps[k], at, best)) {
+        moved = true;
       }
     }
     if (!moved) {

@@ -38,6 +38,9 @@ class CoordinateSearch {
   bool anything() const;
 
  private:
+  /// To one side, else to the other, if that is cheaper than the best so far. @returns whether it was.
+  bool step_along(std::size_t slot, double step, Searched& at, double& best) const;
+
   const TranslationBlocks& part_;
   const Vector& measured_;
   const Structure& structure_;

@@ -24,6 +24,12 @@ bool has_own_clock(const std::string& name) {
   return effect != nullptr && effect->own_clock;
 }
 
+std::string words_of(Thrust thrust) {
+  return thrust == Thrust::kVertical ? "what the vertical shows"
+         : thrust == Thrust::kWeight ? "weight over the cosine of the tilt"
+                                     : "g times the tangents of roll and pitch";
+}
+
 }  // namespace
 
 TranslationStudy::TranslationStudy(const Request& request, bool own_winds)
@@ -147,12 +153,13 @@ void TranslationStudy::annotate(const Selection& selection, IdentifyResult& resu
   result.findings.push_back(
       note("acceleration from " + training_.data.source + ", filtered over 0.2 s like the prediction"));
   if (!training_.data.has_thrust) {
-    result.findings.push_back(note(std::string("no thrust set point in the log: thrust is taken as ") +
-                                   (thrust_ == Thrust::kVertical ? "what the vertical shows"
-                                    : thrust_ == Thrust::kWeight ? "weight over the cosine of the tilt"
-                                                                 : "g times the tangents of roll and pitch") +
+    result.findings.push_back(note("no thrust set point in the log: thrust is taken as " + words_of(thrust_) +
                                    ", which these data prefer; only the horizontal axes are tested"));
   }
+  note_own_swing(result);
+}
+
+void TranslationStudy::note_own_swing(IdentifyResult& result) {
   for (const CandidateRow& row : result.candidates) {
     const bool refused = has_own_clock(row.name) && !row.accepted && !row.big_enough && row.cv_gain > 0.25;
     if (refused && row.round == result.candidates.back().round) {

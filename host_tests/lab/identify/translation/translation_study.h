@@ -52,6 +52,8 @@ class TranslationStudy final : public Study {
   static bool swinging(const std::vector<Step>& steps, const IdentifyResult& result);
 
   /// At constant heading a wind, a bias of the body and a trim of the sticks are one and the same: said by name.
+  /// Where a periodic force was refused because the vehicle itself swings.
+  static void note_own_swing(IdentifyResult& result);
   void twins(const std::vector<Step>& steps, IdentifyResult& result) const;
 
   const Request& request_;
