@@ -96,11 +96,7 @@ class Reader {
     }
     if constexpr (requires { into.dead_zone_shape; }) {
       if (key == kShapeKey) {
-        const std::string shape = node.value<std::string>().value_or("");
-        if (shape != "continuous" && shape != "jump") {
-          fail(file_, &node, full, "must be \"continuous\" or \"jump\"");
-        }
-        into.dead_zone_shape = shape == "jump" ? DeadZoneShape::kJump : DeadZoneShape::kContinuous;
+        into.dead_zone_shape = shape(node, full);
         return;
       }
     }
@@ -112,6 +108,14 @@ class Reader {
       }
     }
     fail(file_, &node, full, "unknown key");
+  }
+
+  DeadZoneShape shape(const toml::node& node, const std::string& full) const {
+    const std::string word = node.value<std::string>().value_or("");
+    if (word != "continuous" && word != "jump") {
+      fail(file_, &node, full, "must be \"continuous\" or \"jump\"");
+    }
+    return word == "jump" ? DeadZoneShape::kJump : DeadZoneShape::kContinuous;
   }
 
   double number(const toml::node& node, const std::string& full, double low, double high, bool may_be_absent) const {

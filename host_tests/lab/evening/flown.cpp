@@ -113,6 +113,21 @@ bool note_errors(Folder& folder, const std::string& name, const std::string& veh
   return true;
 }
 
+namespace {
+
+/// In which note a flight keeps a file that it read; empty: in none.
+std::string note_of(const std::string& file) {
+  if (file == "flight.toml") {
+    return companion::kFlightNote;
+  }
+  if (file == "course.txt") {
+    return companion::kCourseNote;
+  }
+  return file.ends_with(".toml") ? companion::kVehicleNote : "";
+}
+
+}  // namespace
+
 std::string flown_with_others(const Folder& folder, const std::string& name, const std::vector<std::string>& reads) {
   const std::string log = name + ".ulg";
   if (reads.empty() || !folder.has(log)) {
@@ -125,10 +140,7 @@ std::string flown_with_others(const Folder& folder, const std::string& name, con
     return wrong.what();
   }
   for (const std::string& file : reads) {
-    const std::string note = file == "flight.toml"     ? companion::kFlightNote
-                             : file == "course.txt"    ? companion::kCourseNote
-                             : file.ends_with(".toml") ? companion::kVehicleNote
-                                                       : "";
+    const std::string note = note_of(file);
     if (!note.empty() && notes[note] != whole_file(folder.file(file))) {
       return log + ": was flown with another " + file + " than the folder's";
     }

@@ -138,24 +138,40 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
   }
 }
 
-Made make(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
-  Made out{.wish = options.wish, .axis = {}, .manoeuvre = {}, .table = {}};
-  excite::Wish& wish = out.wish;
+/// The wish for one axis, with the air and the room that belong to it.
+excite::Wish wish_for(const std::string& axis, excite::Wish wish) {
   wish.axis = axis;
-  wish.rate = axis == "climb" || axis == "yaw_rate";
-  wish.air = axis == "climb" ? kAirClimb_m_s : axis == "yaw_rate" ? kAirYaw_rad_s : wish.air;
-  wish.push = axis == "climb" ? kPushClimb_m_s : axis == "yaw_rate" ? kPushYaw_rad_s : wish.push;
-  wish.fence_m = wish.fence_m > 0.0 ? wish.fence_m : axis == "climb" ? 2.0 : wish.rate ? 3.0 : 8.0;
-  out.axis = axis == "roll"    ? vehicle.roll
-             : axis == "pitch" ? vehicle.pitch
-             : axis == "climb" ? vehicle.climb
-                               : vehicle.yaw_rate;
+  double room_m = 8.0;
+  if (axis == "climb") {
+    wish.rate = true;
+    wish.air = kAirClimb_m_s;
+    wish.push = kPushClimb_m_s;
+    room_m = 2.0;
+  } else if (axis == "yaw_rate") {
+    wish.rate = true;
+    wish.air = kAirYaw_rad_s;
+    wish.push = kPushYaw_rad_s;
+    room_m = 3.0;
+  }
+  wish.fence_m = wish.fence_m > 0.0 ? wish.fence_m : room_m;
+  return wish;
+}
+
+const model::StickAxis& axis_of(const model::Vehicle& vehicle, const std::string& axis) {
+  return axis == "roll"    ? vehicle.roll
+         : axis == "pitch" ? vehicle.pitch
+         : axis == "climb" ? vehicle.climb
+                           : vehicle.yaw_rate;
+}
+
+Made make(const std::string& axis, const ExciteOptions& options, const model::Vehicle& vehicle) {
+  Made out{.wish = wish_for(axis, options.wish), .axis = axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
   try {
-    out.manoeuvre = excite::make(wish, out.axis);
+    out.manoeuvre = excite::make(out.wish, out.axis);
   } catch (const std::invalid_argument& wrong) {
     throw InputError("excite", 0, "", wrong.what());
   }
-  out.table = excite::forecast(out.manoeuvre, out.axis, wish);
+  out.table = excite::forecast(out.manoeuvre, out.axis, out.wish);
   return out;
 }
 

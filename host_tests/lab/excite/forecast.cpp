@@ -47,27 +47,45 @@ std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis&
   return respond(manoeuvre, StickFlight(with, wish.rate));
 }
 
+namespace {
+
+/// What the vehicle does without any effect, at most.
+struct Largest {
+  double response = 0.0;
+  double rate_per_s = 0.0;
+};
+
+Largest largest(const std::vector<double>& response, double period_s) {
+  Largest out;
+  for (std::size_t k = 0; k < response.size(); ++k) {
+    out.response = std::max(out.response, std::abs(response[k]));
+    const double change = k > 0 ? std::abs(response[k] - response[k - 1]) : 0.0;
+    out.rate_per_s = std::max(out.rate_per_s, change / period_s);
+  }
+  return out;
+}
+
+double medium_size(const model::AxisEffect& effect, const model::StickAxis& axis, const Largest& largest) {
+  using Of = model::Typical::Of;
+  const double size = effect.typical.size;
+  return effect.typical.of == Of::kBesideOwn         ? axis.*effect.numbers[0].member + size
+         : effect.typical.of == Of::kLargestResponse ? size * largest.response
+         : effect.typical.of == Of::kFastestResponse ? size * largest.rate_per_s
+                                                     : size;
+}
+
+}  // namespace
+
 /// The effects that a forecast is made of, each with its size.
 std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeuvre, const model::StickAxis& axis,
                                                          const Wish& wish, const std::vector<double>& plain) {
-  using Of = model::Typical::Of;
-  double largest = 0.0;
-  double fastest = 0.0;
-  for (std::size_t k = 0; k < plain.size(); ++k) {
-    largest = std::max(largest, std::abs(plain[k]));
-    fastest = k > 0 ? std::max(fastest, std::abs(plain[k] - plain[k - 1]) / manoeuvre.period_s) : fastest;
-  }
+  const Largest without = largest(plain, manoeuvre.period_s);
   std::vector<std::pair<std::string, double>> sizes;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
     if (effect.typical.size == 0.0 || (wish.rate && effect.needs_other_stick)) {
       continue;
     }
-    const double own = axis.*effect.numbers[0].member;
-    const double size = effect.typical.size;
-    sizes.emplace_back(effect.name, effect.typical.of == Of::kBesideOwn         ? own + size
-                                    : effect.typical.of == Of::kLargestResponse ? size * largest
-                                    : effect.typical.of == Of::kFastestResponse ? size * fastest
-                                                                                : size);
+    sizes.emplace_back(effect.name, medium_size(effect, axis, without));
   }
   return sizes;
 }

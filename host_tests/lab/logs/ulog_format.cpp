@@ -160,10 +160,8 @@ void UlogFormats::list(const std::string& name, const std::string& prefix, std::
   }
   for (const Field& field : format->fields) {
     const bool plain = basic(field.type) != nullptr;
-    for (std::size_t i = 0; i < (field.named ? field.count : 0); ++i) {
-      if (out.size() >= most) {
-        return;
-      }
+    const std::size_t count = field.named ? field.count : 0;
+    for (std::size_t i = 0; i < count && out.size() < most; ++i) {
       const std::string full = prefix + field.name + (field.is_array ? "[" + std::to_string(i) + "]" : "");
       plain ? out.push_back(full) : list(field.type, full + ".", most, out);
     }
