@@ -179,6 +179,11 @@ void tell(Runner<S>& runner, const WanderTick& tick) {
 }
 
 template <typename S>
+void count_not_positive(const AxisFilter<S>& filter, long& count) {
+  count += positive(filter) ? 0 : 1;
+}
+
+template <typename S>
 void finish(const Runner<S>& runner, double count, ScalarReport& report) {
   report.position_rms_m = std::sqrt(report.position_rms_m / count);
   report.velocity_rms_m_s = std::sqrt(report.velocity_rms_m_s / count);
@@ -220,9 +225,9 @@ inline LongRunReport long_run(double hours, std::uint32_t seed) {
       report.disturbance_error_rms_m_s2 += error * error;
     }
     if (tick % 100 == 0) {
-      report.fixed.not_positive += detail::positive(fixed.filter) ? 0 : 1;
-      report.single.not_positive += detail::positive(single.filter) ? 0 : 1;
-      report.not_positive_double += detail::positive(reference.filter) ? 0 : 1;
+      detail::count_not_positive(fixed.filter, report.fixed.not_positive);
+      detail::count_not_positive(single.filter, report.single.not_positive);
+      detail::count_not_positive(reference.filter, report.not_positive_double);
     }
   }
   const double n = static_cast<double>(ticks - kSettled - 1);

@@ -18,9 +18,7 @@ struct Case {
   const char* kind;
   std::uint64_t seed;
 };
-void PrintTo(const Case& one, std::ostream* out) {  // NOLINT: the name is GoogleTest's
-  *out << one.kind << ", seed " << one.seed;
-}
+void PrintTo(const Case& one, std::ostream* out) { *out << one.kind << ", seed " << one.seed; }
 
 class StrangersLog : public ::testing::TestWithParam<Case> {};
 

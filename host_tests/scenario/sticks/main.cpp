@@ -68,6 +68,19 @@ std::vector<Case> battery(const std::string& name) {
                              : short_battery();
 }
 
+/// An empty folder for the cases, and where everything else lies.
+Places places_of(std::map<std::string, std::string>& options) {
+  Places places{.m100 = options["--m100"],
+                .lab = options["--lab"],
+                .vehicle = options["--vehicle"],
+                .gains = options["--gains"],
+                .folder = options["--folder"].empty() ? temporary_folder() : options["--folder"],
+                .keep = options["--keep"] == "all"};
+  std::filesystem::remove_all(places.folder);
+  std::filesystem::create_directories(places.folder);
+  return places;
+}
+
 int run(std::map<std::string, std::string> options) {
   for (const char* const needed : {"--m100", "--lab", "--vehicle", "--gains"}) {
     if (options[needed].empty()) {
@@ -78,14 +91,7 @@ int run(std::map<std::string, std::string> options) {
   const bool is_losses = options["--battery"] == "losses";
   std::vector<Case> cases = battery(options["--battery"]);
   std::erase_if(cases, [&](const Case& one) { return one.name().find(options["--only"]) == std::string::npos; });
-  const Places places{.m100 = options["--m100"],
-                      .lab = options["--lab"],
-                      .vehicle = options["--vehicle"],
-                      .gains = options["--gains"],
-                      .folder = options["--folder"].empty() ? temporary_folder() : options["--folder"],
-                      .keep = options["--keep"] == "all"};
-  std::filesystem::remove_all(places.folder);
-  std::filesystem::create_directories(places.folder);
+  const Places places = places_of(options);
   const std::size_t jobs = options["--jobs"].empty() ? 4 : std::stoul(options["--jobs"]);
   if (!can_mount()) {
     std::cout << "left out: what needs a file system of its own (no user namespaces here)\n";

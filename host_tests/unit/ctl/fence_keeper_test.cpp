@@ -7,6 +7,7 @@
 #include <cmath>
 #include <deque>
 #include <string>
+#include <vector>
 
 #include "firmware/ctl/settle.h"
 #include "firmware/mpc/generated/gain_table.h"
@@ -113,6 +114,24 @@ double way_to_a_stop(const Aircraft& aircraft, const Start& start) {
 
 class EveryAircraft : public ::testing::TestWithParam<Aircraft> {};
 
+/// Speeds, tilts, winds and drags, as far as a tilt is left to brake with: what happens beyond is the ladder's (a place
+/// that cannot be held).
+std::vector<Start> starts_of(const Aircraft& aircraft) {
+  std::vector<Start> out;
+  for (double speed = 0.5; speed <= 6.0; speed += 0.5) {
+    for (const double tilt : {-1.0, 0.0, 0.5, 1.0}) {
+      for (const double wind : {0.0, 0.75, 1.5}) {
+        for (const double drag : {0.0, 0.15, 0.3}) {
+          if (wind + 0.45 <= 0.9 * 9.8066 * aircraft.slope_limit) {
+            out.push_back({speed, tilt * std::atan(aircraft.slope_limit), wind - drag * speed, drag});
+          }
+        }
+      }
+    }
+  }
+  return out;
+}
+
 // By construction: whatever state is admitted, full braking ends inside. Catches a reserve that forgets the way until
 // the attitude has turned, the speed that is still gained meanwhile, the wind, the drag that the speed has hidden in
 // it, or whose aircraft it is.
@@ -121,32 +140,23 @@ TEST_P(EveryAircraft, StopsInsideFromWhateverStateIsAdmitted) {
   const Aircraft& aircraft = GetParam();
   FenceKeeper<double> keeper(box(), braking_of(aircraft));
   int admitted = 0;
-  for (double speed = 0.5; speed <= 6.0; speed += 0.5) {
-    for (const double tilt : {-1.0, 0.0, 0.5, 1.0}) {
-      for (const double wind : {0.0, 0.75, 1.5}) {
-        for (const double drag : {0.0, 0.15, 0.3}) {
-          if (wind + 0.45 > 0.9 * 9.8066 * aircraft.slope_limit) {
-            continue;  // no tilt is left to brake with: what then happens is the ladder's (a place that cannot be held)
-          }
-          const Start start{speed, tilt * std::atan(aircraft.slope_limit), wind - drag * speed, drag};
-          est::Estimate<double> estimate;
-          estimate.x = {.position_m = -4.0,
-                        .velocity_m_s = speed,
-                        .tilt_rad = start.tilt_rad,
-                        .disturbance_m_s2 = start.wind_m_s2};
-          ref::Window<double> window = goal(4.0, 1.5);
-          keeper.hold(window, estimate);
-          if (keeper.reserve_m() < 0.0) {
-            EXPECT_TRUE(keeper.brakes());
-            EXPECT_LT(window.x[0].position_m, -4.0) << "a goal behind the aircraft";
-            continue;
-          }
-          ++admitted;
-          EXPECT_LT(-4.0 + way_to_a_stop(aircraft, start), 5.0)
-              << speed << " m/s, tilt " << start.tilt_rad << ", wind " << wind << ", drag " << drag;
-        }
-      }
+  for (const Start& start : starts_of(aircraft)) {
+    est::Estimate<double> estimate;
+    estimate.x = {.position_m = -4.0,
+                  .velocity_m_s = start.speed_m_s,
+                  .tilt_rad = start.tilt_rad,
+                  .disturbance_m_s2 = start.wind_m_s2};
+    ref::Window<double> window = goal(4.0, 1.5);
+    keeper.hold(window, estimate);
+    if (keeper.reserve_m() < 0.0) {
+      EXPECT_TRUE(keeper.brakes());
+      EXPECT_LT(window.x[0].position_m, -4.0) << "a goal behind the aircraft";
+      continue;
     }
+    ++admitted;
+    EXPECT_LT(-4.0 + way_to_a_stop(aircraft, start), 5.0)
+        << start.speed_m_s << " m/s, tilt " << start.tilt_rad << ", wind with the drag " << start.wind_m_s2 << ", drag "
+        << start.drag_per_s;
   }
   EXPECT_GT(admitted, 30);
 }

@@ -6,11 +6,18 @@
 #include <array>
 #include <cmath>
 #include <sstream>
+#include <string>
 
 namespace m100::mavlink {
 namespace {
 
 constexpr std::array kBauds{57600.0, 115200.0, 230400.0, 460800.0, 921600.0};
+
+/// A share in per cent; in brackets where doctor refuses it.
+std::string cell(double share) {
+  const std::string percent = std::to_string(std::lround(100.0 * share));
+  return share > kMostPoseShare ? " (" + percent + " %) |" : " " + percent + " % |";
+}
 
 // The table of the README: each message at each baud rate, unsigned and signed; in brackets what doctor refuses.
 TEST(PoseWire, WhatAPoseTakesOfALine) {
@@ -21,9 +28,7 @@ TEST(PoseWire, WhatAPoseTakesOfALine) {
       wire.bytes += more;
       table << "| " << wire.name << (more > 0 ? ", signed" : "") << " | " << wire.bytes << " |";
       for (const double baud : kBauds) {
-        const double share = line_share(wire, 100.0, baud);
-        const long percent = std::lround(100.0 * share);
-        table << (share > kMostPoseShare ? " (" : " ") << percent << (share > kMostPoseShare ? " %) |" : " % |");
+        table << cell(line_share(wire, 100.0, baud));
       }
       table << "\n";
     }
