@@ -139,13 +139,11 @@ std::string flown_with_others(const Folder& folder, const std::string& name, con
   } catch (const companion::FlightLogError& wrong) {
     return wrong.what();
   }
-  for (const std::string& file : reads) {
+  const auto other = std::find_if(reads.begin(), reads.end(), [&](const std::string& file) {
     const std::string note = note_of(file);
-    if (!note.empty() && notes[note] != whole_file(folder.file(file))) {
-      return log + ": was flown with another " + file + " than the folder's";
-    }
-  }
-  return "";
+    return !note.empty() && notes[note] != whole_file(folder.file(file));
+  });
+  return other == reads.end() ? "" : log + ": was flown with another " + *other + " than the folder's";
 }
 
 }  // namespace m100::lab::evening
