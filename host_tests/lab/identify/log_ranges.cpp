@@ -127,6 +127,11 @@ struct Gap {
   std::size_t holes = 0;  ///< with samples between them, or in different ranges
   double from_s = std::numeric_limits<double>::infinity();
   double to_s = -std::numeric_limits<double>::infinity();
+  void add(const logs::FlightLog& log, std::size_t sample) {
+    from_s = std::min(from_s, log.time_s(sample));
+    to_s = std::max(to_s, log.time_s(sample + 1));
+    ++samples;
+  }
 };
 
 Gap gap_in(const logs::FlightLog& log, const std::vector<Range>& ranges, const std::vector<std::uint8_t>& missing) {
@@ -135,10 +140,10 @@ Gap gap_in(const logs::FlightLog& log, const std::vector<Range>& ranges, const s
     bool before = false;
     for (std::size_t k = log.index_of(range.first); k < log.index_of(range.second); ++k) {
       const bool now = missing[k] != 0;
-      gap.holes += now && !before ? 1U : 0U;
-      gap.samples += now ? 1U : 0U;
-      gap.from_s = now ? std::min(gap.from_s, log.time_s(k)) : gap.from_s;
-      gap.to_s = now ? std::max(gap.to_s, log.time_s(k + 1)) : gap.to_s;
+      if (now) {
+        gap.holes += before ? 0U : 1U;
+        gap.add(log, k);
+      }
       before = now;
     }
   }
