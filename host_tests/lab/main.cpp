@@ -45,7 +45,8 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-int main(int argc, char** argv) {
+// Before the try only this program's own words are read.
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();
   CLI::App lab{"m100-lab: identify a Matrice 100 from its logs, make its gain tables, fly it in simulation"};

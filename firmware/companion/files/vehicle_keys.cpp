@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -35,9 +36,7 @@ std::vector<NumberKey<StickAxis>> keys_of(AxisUnit unit) {
   });
   std::stable_sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<NumberKey<StickAxis>> keys;
-  for (const auto& [place, key] : placed) {
-    keys.push_back(key);
-  }
+  std::transform(placed.begin(), placed.end(), std::back_inserter(keys), [](const auto& one) { return one.second; });
   return keys;
 }
 

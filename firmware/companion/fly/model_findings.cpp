@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 
 #include "firmware/app/config.h"
 #include "firmware/model/tilt_limit.h"
@@ -55,9 +56,8 @@ std::vector<Finding> findings(const FlightModel& model) {
 
 std::vector<std::string> names_for_override() {
   std::vector<std::string> out;
-  for (const est::Check check : kChecksInFlight) {
-    out.emplace_back(est::name(check));
-  }
+  std::transform(std::begin(kChecksInFlight), std::end(kChecksInFlight), std::back_inserter(out),
+                 [](est::Check check) { return std::string(est::name(check)); });
   out.insert(out.end(), kNames.begin(), kNames.end());
   return out;
 }

@@ -148,7 +148,7 @@ ref::Waypoint<T> Goals<T>::brake(core::TimePoint now) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
   const std::array<ref::AxisReference<T>, 3> axes{window.x[0], window.y[0], window.height};
   const double speed = speed_of(window);
-  const ref::Waypoint<T> here = place_of(window);
+  ref::Waypoint<T> here = place_of(window);
   trajectory_.hold(here);
   trajectory_.start(now);
   const double turns_rad_s = as_double(window.yaw_rate_rad_s);

@@ -43,7 +43,7 @@ FlownController::Square transition_of(const FlownController& c) {
 /// One scalar correction. @returns its gain
 FlownController::Six correct(FlownController::Square& p, const FlownController::Six& h, double variance) {
   const FlownController::Six ph = p * h;
-  const FlownController::Six gain = ph / (h.dot(ph) + variance);
+  FlownController::Six gain = ph / (h.dot(ph) + variance);
   p -= gain * ph.transpose();
   p = (0.5 * (p + p.transpose())).eval();
   return gain;

@@ -262,6 +262,7 @@ class Loader {
       throw InputError(raw_.file(), 0, key, "has a message counter that does not count");
     }
     std::vector<double> times;
+    times.reserve(own.size());
     std::size_t hint = 0;
     for (const double number : own) {
       times.push_back(interpolate(table.time_s, table.values, number, hint));

@@ -52,7 +52,7 @@ const Basic* basic(std::string_view type) {
 }
 
 /// ROS 2 calls its time builtin_interfaces/Time; it is the same eight bytes.
-std::string plain_type(std::string type) {
+std::string plain_type(const std::string& type) {
   if (type.ends_with("builtin_interfaces/Time") || type.ends_with("builtin_interfaces/msg/Time")) {
     return "time";
   }

@@ -89,6 +89,7 @@ void solve(const gains::InstanceFile& file, bool setpoint) {
     }
   }
   std::vector<std::unique_ptr<mpc::HorizontalMpc<T>>> controllers;
+  controllers.reserve(tables.size());
   for (const mpc::GainTable<T>& table : tables) {
     controllers.push_back(std::make_unique<mpc::HorizontalMpc<T>>(table));
   }

@@ -301,7 +301,7 @@ plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin)
 }
 
 std::string write_report(const IdentifyResult& result, const ReportOrigin& origin, const std::string& directory) {
-  const std::string path = directory + "/" + result.axis + ".html";
+  std::string path = directory + "/" + result.axis + ".html";
   report_page(result, origin).write(path);
   return path;
 }

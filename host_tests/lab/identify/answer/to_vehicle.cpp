@@ -175,7 +175,7 @@ std::vector<std::string> update_vehicle_file(const std::string& path, const Iden
   if (std::filesystem::exists(path)) {
     file = companion::load_vehicle(path);
   }
-  const std::vector<std::string> homeless = put_axis(result, file.vehicle);
+  std::vector<std::string> homeless = put_axis(result, file.vehicle);
   file.sources[(result.axis == "translation" ? "" : "axis.") + result.axis] = source;
   companion::save_vehicle(path, file.vehicle, file.sources);
   return homeless;

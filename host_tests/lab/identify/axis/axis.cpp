@@ -327,7 +327,7 @@ class AxisInquiry {
   /// Under the final structure; or under the declared one, where the change explains more than all that was named.
   AxisChange change_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = study_->axis_family();
-    const AxisChange with_effects = change_of(run, family, chosen.final_model.fit);
+    AxisChange with_effects = change_of(run, family, chosen.final_model.fit);
     if (chosen.steps.empty()) {
       return with_effects;
     }

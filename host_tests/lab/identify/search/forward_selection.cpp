@@ -91,13 +91,11 @@ void ForwardSelection::start_anew(const Judged& from, std::vector<Tried>& tried)
 const ForwardSelection::Tried* ForwardSelection::winner_of(const std::vector<Tried>& tried) const {
   const Tried* winner = nullptr;
   for (const Tried& one : tried) {
-    if (!one.accepted) {
-      continue;
-    }
-    if (winner == nullptr) {
-      winner = &one;
-    } else if (one.judged.fit.free_parameters < winner->judged.fit.free_parameters &&
-               one.judged.cv < winner->judged.cv * (1.0 + options_.simpler_margin)) {
+    const auto simpler_and_as_good = [&] {
+      return one.judged.fit.free_parameters < winner->judged.fit.free_parameters &&
+             one.judged.cv < winner->judged.cv * (1.0 + options_.simpler_margin);
+    };
+    if (one.accepted && (winner == nullptr || simpler_and_as_good())) {
       winner = &one;
     }
   }
