@@ -85,7 +85,7 @@ inline void refuse_empty_words(CLI::App& app) {
 /// CLI11 complains about an option that is missing before one that it does not know, which may be the same, misspelt.
 inline std::string unknown_option(const CLI::App& app, std::span<char* const> words) {
   const CLI::App* at = &app;
-  for (const std::string word : words) {
+  for (std::string word : words) {
     const std::vector<const CLI::App*> named =
         at->get_subcommands([&](const CLI::App* command) { return command->get_name() == word; });
     if (!named.empty()) {
