@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -84,6 +85,20 @@ TEST(WrapPi, LeavesAnglesInsideAlone) {
   }
   EXPECT_EQ(wrap_pi(-kPi), kPi);
   EXPECT_GT(wrap_pi(-static_cast<float>(kPi)), 0.F);  // -pi as float lies beyond -pi, so it comes out on the other side
+}
+
+// Catches a half turn that comes out as -pi, which no angle is: odd half turns as float, of which some lie on each
+// side.
+TEST(WrapPi, NeverIsMinusPi) {
+  const auto half_turn = static_cast<float>(kPi);
+  for (int half_turns = -201; half_turns <= 201; half_turns += 2) {
+    auto angle_rad = static_cast<float>(half_turns * kPi);
+    for (int step = 0; step < 3; ++step, angle_rad = std::nextafter(angle_rad, 1e9F)) {
+      EXPECT_GT(wrap_pi(angle_rad), -half_turn) << angle_rad;
+      EXPECT_LE(wrap_pi(angle_rad), half_turn) << angle_rad;
+    }
+  }
+  EXPECT_EQ(wrap_pi(-0x1.2d97c8p+3F), half_turn) << "-3 pi, one and a half turns";
 }
 
 TEST(WrapPi, TakesWholeTurnsOff) {

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <deque>
 #include <random>
+#include <span>
 
 namespace m100::core {
 namespace {
@@ -35,6 +38,27 @@ TEST(SpscRing, AgreesWithAPlainQueueUnderAnySequenceOfPushesAndPops) {
     ASSERT_EQ(ring.size(), queue.size());
   }
   EXPECT_EQ(ring.dropped(), refused);
+}
+
+// Catches a second piece that is read from the wrong place, and one more element than there is or fits. The indices run
+// round the ring many times, so that every place of the seam occurs with every length.
+TEST(SpscRing, AgreesWithAPlainQueueWhereManyArePoppedAtOnce) {
+  SpscRing<int, 8> ring;
+  EXPECT_EQ(ring.capacity(), 8U);
+  std::deque<int> queue;
+  std::mt19937 random(11);
+  std::array<int, 10> room{};
+  for (int step = 0; step < 20000; ++step) {
+    for (auto pushes = random() % 9; pushes > 0 && ring.push(step); --pushes) {
+      queue.push_back(step);
+    }
+    const std::size_t fits = random() % (room.size() + 1);
+    const std::span<int> popped = ring.pop_into(std::span(room).first(fits));
+    ASSERT_EQ(popped.size(), std::min(fits, queue.size()));
+    ASSERT_TRUE(std::equal(popped.begin(), popped.end(), queue.begin()));
+    queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(popped.size()));
+    ASSERT_EQ(ring.size(), queue.size());
+  }
 }
 
 }  // namespace
