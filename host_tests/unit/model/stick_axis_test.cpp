@@ -82,6 +82,27 @@ TEST(StickLaw, BacklashFollowsAndHolds) {
   EXPECT_NEAR(law.command(20.0, 0.0, 0.0), 30.0, 1e-12);
 }
 
+// Catches a slew that limits the way to the very first command, or only one direction, or is taken per sample.
+TEST(StickLaw, SlewLimitsEachStepOfTheCommandButNotItsBeginning) {
+  M axis = unit_gain();
+  axis.command_slew_per_s = 500.0;
+  StickLaw<double> law(axis, kPeriod_s);
+  EXPECT_NEAR(law.command(100.0, 0.0, 0.0), 100.0, 1e-12);
+  EXPECT_NEAR(law.command(112.0, 0.0, 0.0), 105.0, 1e-12);
+  EXPECT_NEAR(law.command(112.0, 0.0, 0.0), 110.0, 1e-12);
+  EXPECT_NEAR(law.command(112.0, 0.0, 0.0), 112.0, 1e-12) << "arrived";
+  EXPECT_NEAR(law.command(0.0, 0.0, 0.0), 107.0, 1e-12);
+}
+
+// The tilt is limited as one vector of both axes, each by its own scale; inside of the limit nothing is changed.
+TEST(StickLaw, TiltLimitTakesTheOtherAxisByItsOwnScale) {
+  M axis = unit_gain();
+  axis.tilt_limit = 25.0;
+  axis.other_scale_per_count = 2.0;
+  EXPECT_NEAR(StickLaw<double>(axis, kPeriod_s).command(30.0, 20.0, 0.0), 15.0, 1e-12);
+  EXPECT_NEAR(StickLaw<double>(axis, kPeriod_s).command(12.0, 8.0, 0.0), 12.0, 1e-12);
+}
+
 // Catches a number of the struct that no effect of the table is about: files, fits and reports would not know it. The
 // slew of a command is the one exception; it is the rate limit at its other place.
 TEST(AxisEffects, EveryNumberOfTheStructHasARow) {
@@ -104,6 +125,7 @@ TEST(AxisEffects, ANewAxisHasNoEffects) {
 // Catches two effects of one name, an effect that needs or contains one that there is not, and an effect that no fit
 // would ever start.
 TEST(AxisEffects, NamesAreUniqueAndReferToEffects) {
+  EXPECT_EQ(axis_effect("no such effect"), nullptr);
   std::set<std::string_view> names;
   for (const AxisEffect& effect : kAxisEffects) {
     EXPECT_TRUE(names.insert(effect.name).second) << effect.name;
