@@ -56,5 +56,21 @@ TEST(AxisDynamics, RateLimitHoldsInEveryStep) {
   }
 }
 
+// Catches a limit that only the second order keeps. From rest a fast axis runs at its limit until it is there.
+TEST(AxisDynamics, FirstOrderKeepsItsRateLimitAndArrives) {
+  model::StickAxis axis;
+  axis.time_constant_s = 0.02;
+  axis.rate_limit_per_s = 0.5;
+  AxisDynamics<double> dynamics(axis, kPeriod_s);
+  dynamics.start(0.0, 0.0);
+  for (int k = 1; k <= 10; ++k) {
+    EXPECT_NEAR(dynamics.step(-0.2), -0.005 * k, 1e-12) << "after " << k << " periods at -0.5 per second";
+  }
+  for (int k = 0; k < 100; ++k) {
+    dynamics.step(-0.2);
+  }
+  EXPECT_NEAR(dynamics.value(), -0.2, 1e-9);
+}
+
 }  // namespace
 }  // namespace m100::sysid

@@ -168,6 +168,15 @@ TEST(AxisResidual, ThrowsABlockWithAGapAway) {
   EXPECT_EQ(residual.report().blocks, 0U);
 }
 
+// Catches a stick that is no number and spoils the prediction for good: it costs its block as a lost measurement does.
+TEST(AxisResidual, ThrowsABlockWithAStickThatIsNoNumberAway) {
+  lab::identify::AxisData data = fly(measured_roll(), 900, 0.002);
+  data.stick[150] = std::numeric_limits<double>::infinity();
+  const ResidualReport<double> seen = watch(measured_roll(), data, 0.008);
+  EXPECT_EQ(seen.blocks, 2U) << "of three, the first is lost";
+  EXPECT_LT(seen.ratio, 1.0);
+}
+
 // float is what flies: its residual must be the same within a few millionths of the axis' range.
 TEST(AxisResidual, FloatAgreesWithDouble) {
   const lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
@@ -189,6 +198,7 @@ TEST(ResidualMonitor, SaysWhichChannelIsWorst) {
   vehicle.climb.scale_per_count = 2.65e-3;
   vehicle.climb.time_constant_s = 0.33;
   ResidualMonitor<double> monitor(vehicle, {}, kPeriod_s, 0.015);
+  EXPECT_FALSE(monitor.departed()) << "before anything has flown";
   for (int i = 0; i < 600; ++i) {
     ResidualMonitor<double>::Sample sample;
     sample.measured = {0.0, 0.2 * std::sin(0.03 * i), 0.0, 0.0};  // pitch goes where no stick sent it
