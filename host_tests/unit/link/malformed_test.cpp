@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Frames whose sums are right and whose content is not: each is counted by its kind, and control goes on.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "firmware/link/serial_link.h"
+#include "host_tests/sim/ports/link_bench.h"
+#include "protocol/catalogue.h"
+#include "protocol/frame_encoder.h"
+
+namespace m100::link::malformed {
+namespace {
+
+using safety::Stage;
+using Bytes = std::vector<std::byte>;
+
+/// Hides nothing: it is only to be another's key.
+class PlainCipher final : public protocol::Cipher {
+ public:
+  void encrypt(std::span<std::byte, protocol::kCipherBlockBytes>) const override {}
+  void decrypt(std::span<std::byte, protocol::kCipherBlockBytes>) const override {}
+};
+
+class Malformed : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(bench_.take_control());
+    before_ = bench_.link.health();
+  }
+  /// Says it in the autopilot's place, and waits until it has come.
+  void say(const protocol::Envelope& envelope, const protocol::MessageId* id, const Bytes& value,
+           const protocol::Cipher* cipher = nullptr) {
+    std::array<std::byte, protocol::kMaxFrameBytes> space;
+    const auto frame = protocol::encode_frame(envelope, id, value, space, cipher);
+    ASSERT_TRUE(frame);
+    ASSERT_EQ(bench_.cable().b().write(*frame).value_or(0), frame->size());
+    bench_.run(std::chrono::milliseconds(50));
+  }
+  std::uint32_t bad() const { return bench_.link.health().bad_packages - before_.bad_packages; }
+  bool in_control() const { return bench_.link.authority().stage == Stage::kInControl; }
+
+  sim::LinkBench bench_{{}};
+  LinkHealth before_;
+};
+
+TEST_F(Malformed, WhatNoKeyOpensIsCountedAsSuch) {
+  const PlainCipher cipher;
+  const protocol::MessageId id = protocol::ids::kTelemetry;
+  say({.encrypted = true}, &id, Bytes(20), &cipher);
+  EXPECT_EQ(bench_.link.health().undecipherable, 1U);
+  EXPECT_EQ(bad(), 0U);
+  EXPECT_TRUE(in_control());
+}
+
+// Catches a package that is read beyond its end, and one whose half is believed.
+TEST_F(Malformed, TelemetryThatIsShorterThanItsItemsIsBad) {
+  const protocol::MessageId id = protocol::ids::kTelemetry;
+  say({}, &id, Bytes{std::byte{0xFF}, std::byte{0xFF}, std::byte{1}});
+  EXPECT_EQ(bad(), 1U);
+  EXPECT_TRUE(in_control());
+}
+
+// Catches a loss of control that any frame of this id brings about, and an unknown push that ends something.
+TEST_F(Malformed, PushesOfAnotherSizeOrNameAreBadAndEndNothing) {
+  const protocol::MessageId lost = protocol::ids::kControlLost;
+  say({}, &lost, Bytes{std::byte{4}, std::byte{4}});
+  EXPECT_EQ(bad(), 1U);
+  const protocol::MessageId unknown{.set = 0x02, .id = 0x7F};
+  say({}, &unknown, Bytes{std::byte{4}});
+  EXPECT_EQ(bad(), 2U);
+  say({}, nullptr, {});
+  EXPECT_EQ(bad(), 2U) << "an empty frame says nothing at all";
+  EXPECT_TRUE(in_control());
+}
+
+// Catches an answer that is made anew, or kept back, where the autopilot has not heard it: it repeats until it does.
+TEST_F(Malformed, AReliablePushIsAnsweredEachTimeItComesAndObeyedOnce) {
+  bench_.commanding = false;
+  bench_.run(std::chrono::milliseconds(200));
+  const protocol::MessageId lost = protocol::ids::kControlLost;
+  const protocol::Envelope reliable{.session = protocol::kFirstReliableSession, .sequence = 77};
+  const std::uint64_t sent = bench_.link.health().bytes_sent;
+  say(reliable, &lost, Bytes{std::byte{4}});
+  EXPECT_FALSE(in_control());
+  const std::uint64_t answer = bench_.link.health().bytes_sent - sent;
+  EXPECT_EQ(answer, protocol::frame_bytes(2, false)) << "an acknowledgement with its code";
+  say(reliable, &lost, Bytes{std::byte{4}});
+  EXPECT_EQ(bench_.link.health().bytes_sent - sent, 2 * answer);
+  EXPECT_EQ(bad(), 0U);
+}
+
+}  // namespace
+}  // namespace m100::link::malformed
