@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the observer does where attitudes are refused by the gate, and the words for what it did.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string_view>
+
+#include "firmware/est/disturbance_ekf.h"
+#include "host_tests/unit/est/scalars.h"
+
+namespace m100::est::refused {
+namespace {
+
+model::Vehicle vehicle() {
+  model::Vehicle v;
+  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
+    axis->natural_frequency_rad_s = 9.36;
+    axis->damping_ratio = 0.68;
+    axis->transport_delay_s = 0.033;
+  }
+  v.climb.time_constant_s = 0.334;
+  v.yaw_rate.time_constant_s = 0.19;
+  return v;
+}
+
+template <typename Ekf>
+class RefusedAttitude : public ::testing::Test {};
+TYPED_TEST_SUITE(RefusedAttitude, Scalars);
+
+// Catches an observer that holds on to a tilt which no attitude agrees with any more, and one that gives up too early.
+TYPED_TEST(RefusedAttitude, StartsItAnewAfterHalfASecond) {
+  using Real = typename TypeParam::Real;
+  typename TypeParam::Filter filter(vehicle());
+  Estimate<Real> estimate;
+  const auto fly = [&](int ticks, Real roll_rad) {
+    for (int i = 0; i < ticks; ++i) {
+      Measurement<Real> measured;
+      measured.attitude.is_new = true;
+      measured.attitude.roll_rad = roll_rad;
+      measured.pose.is_new = true;
+      measured.pose.set_captured_at(measured.now);
+      estimate = filter.update(measured, {}, core::kTickPeriod);
+    }
+  };
+  fly(500, Real(0));
+  ASSERT_TRUE(estimate.healthy);
+  ASSERT_EQ(filter.counters().attitudes_refused, 0U);
+  fly(49, Real(0.5));
+  EXPECT_EQ(filter.counters().attitudes_refused, 49U);
+  EXPECT_EQ(filter.counters().last_recovery, Recovery::kNone);
+  fly(1, Real(0.5));
+  EXPECT_EQ(filter.counters().last_recovery, Recovery::kAttitude);
+  EXPECT_FALSE(estimate.healthy);
+  fly(20, Real(0.5));
+  EXPECT_EQ(filter.counters().attitudes_refused, 50U) << "it has begun at the attitude that is said";
+}
+
+TEST(RecoveryName, IsAnotherWordForEach) {
+  std::set<std::string_view> words;
+  for (const Recovery recovery : {Recovery::kNone, Recovery::kPoseMoved, Recovery::kLongDropout, Recovery::kAttitude,
+                                  Recovery::kNotFinite, static_cast<Recovery>(99)}) {
+    EXPECT_TRUE(words.insert(name(recovery)).second) << name(recovery);
+  }
+  EXPECT_EQ(name(Recovery::kNotFinite), "a state was not a number");
+}
+
+}  // namespace
+}  // namespace m100::est::refused
