@@ -59,5 +59,12 @@ TEST(AxisEffects, HaveNamesAndKeysOfTheirOwn) {
   }
 }
 
+// Catches a model that no axis can have beside the others, and a search that has nothing to add effects to.
+TEST(AxisEffects, TwoAreTheModelsThatTheOthersAreAddedTo) {
+  const auto bases = std::count_if(kAxisEffects.begin(), kAxisEffects.end(), is_base);
+  EXPECT_EQ(bases, 2);
+  EXPECT_FALSE(is_base(*axis_effect("dead_zone")));
+}
+
 }  // namespace
 }  // namespace m100::model

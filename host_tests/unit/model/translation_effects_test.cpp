@@ -171,5 +171,14 @@ TEST(OuterAcceleration, IsTheSumOfTheForcesThatTheNumbersDescribe) {
   EXPECT_FALSE(simulated("mass_kg")) << "it is no effect's";
 }
 
+TEST(Translation, WithOneNumberChangedKeepsTheOthers) {
+  for (const auto& number : kTranslationNumbers) {
+    const Translation changed = Translation{}.with(number.key, 0.125);
+    for (const auto& other : kTranslationNumbers) {
+      EXPECT_EQ(changed.*other.member, other.key == number.key ? 0.125 : Translation{}.*other.member) << number.key;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace m100::model
