@@ -119,6 +119,8 @@ TEST(InverseLags, DivideByTheLeadZero) {
   EXPECT_NEAR(inverse_lags(axis).first_s, 0.2, 1e-12);
   EXPECT_NEAR(inverse_lags(axis).second_s2, 0.04, 1e-12);
   axis.lead_zero_s = 0.05;
+  EXPECT_EQ(inverse_lags(model::StickAxis{}).first_s, 0.0) << "of an axis that is not identified, nothing is inverted";
+  EXPECT_EQ(inverse_lags(model::StickAxis{}).second_s2, 0.0);
   EXPECT_NEAR(inverse_lags(axis).first_s, 0.15, 1e-12);
   EXPECT_NEAR(inverse_lags(axis).second_s2, 0.0325, 1e-12);
   axis = first_order(0.3, 0.03);

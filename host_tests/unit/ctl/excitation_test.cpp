@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <string_view>
 #include <vector>
 
 namespace m100::ctl {
@@ -136,6 +138,16 @@ TEST(WithoutAPlan, ThereIsNothingToFly) {
   none.update({}, {}, true, false, at(2.0));
   EXPECT_EQ(none.state(), Excitation<float>::State::kIdle);
   EXPECT_EQ(none.counts(), 0);
+}
+
+// Catches two reasons of one name in a log: the reader could not tell why an excitation ended.
+TEST(AbortName, IsAnotherWordForEach) {
+  std::set<std::string_view> words;
+  for (const Abort abort : {Abort::kNone, Abort::kLadder, Abort::kFence, Abort::kDistance, Abort::kTilt, Abort::kSpeed,
+                            Abort::kNotAtRest}) {
+    EXPECT_TRUE(words.insert(Excitation<double>::name(abort)).second) << Excitation<double>::name(abort);
+  }
+  EXPECT_EQ(Excitation<double>::name(static_cast<Abort>(99)), "none") << "a byte of a damaged log";
 }
 
 }  // namespace
