@@ -58,5 +58,20 @@ TEST_F(TaskRequests, AreNotRepeatedBehindALossOfControl) {
   EXPECT_EQ(bench.link.request(kLanding, bench.clock.now()), core::Status::kRefused) << "control is the pilot's";
 }
 
+// Catches motors that are asked for without control, and a second ask before the first is answered.
+TEST_F(TaskRequests, MotorsAreAskedForLikeATask) {
+  const auto ask = [this](bool start) {
+    return bench.link.request(protocol::MotorRequest{.start = start}, bench.clock.now());
+  };
+  ASSERT_TRUE(bench.vehicle.state().motors_on);
+  ASSERT_EQ(ask(true), core::Status::kOk);
+  EXPECT_EQ(ask(true), core::Status::kRefused) << "one is open";
+  bench.run(milliseconds(60));
+  EXPECT_EQ(bench.link.authority().answer.code, protocol::motor_ack::kAlready);
+  bench.autopilot.set_mode(sim::N1Mode::kP);
+  bench.run(seconds(1));
+  EXPECT_EQ(ask(true), core::Status::kRefused) << "control is the pilot's";
+}
+
 }  // namespace
 }  // namespace m100::link
