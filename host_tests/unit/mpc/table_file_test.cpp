@@ -62,6 +62,20 @@ TEST_F(TableFile, WithLimitsThatCrossIsRefused) {
   EXPECT_EQ(storage->load(to_file(crossed), file.digest), Status::kInvalidArgument);
 }
 
+// Catches rows that are written behind the room that there is for them.
+TEST_F(TableFile, WithMoreLawsOrNodesThanThereIsRoomForIsRefused) {
+  TableSet full = made_from(file);
+  full.x.laws.assign(kMaxSetpointLaws * kLawNumbers, -2.0);
+  EXPECT_EQ(storage->load(to_file(full), file.digest), Status::kOk);
+  TableSet laws = made_from(file);
+  laws.x.laws.assign((kMaxSetpointLaws + 1) * kLawNumbers, -2.0);
+  EXPECT_EQ(storage->load(to_file(laws), file.digest), Status::kInvalidArgument);
+  TableSet nodes = made_from(file);
+  nodes.x.nodes.assign(kMaxSetpointNodes + 1, nodes.x.nodes.back());
+  nodes.x.planes.assign((kMaxSetpointNodes + 1) * kNodeNumbers + 1, 0.5);
+  EXPECT_EQ(storage->load(to_file(nodes), file.digest), Status::kInvalidArgument);
+}
+
 #ifdef __SANITIZE_ADDRESS__
 constexpr std::size_t kStride = 13;  // the release build walks through all of them; under sanitizers that takes minutes
 #else
