@@ -57,6 +57,17 @@ TEST_F(OrderLineTest, HearsTheSwitchBetweenPosesAndPassesEveryByteOn) {
   EXPECT_EQ(line.take(), Order::kNone) << "and each counts once";
 }
 
+// Catches a wrapper that keeps what is sent, or the line's own errors, to itself.
+TEST_F(OrderLineTest, SendsAndCountsErrorsAsTheLineDoes) {
+  const std::array sent{std::byte{1}, std::byte{2}, std::byte{3}};
+  ASSERT_EQ(line.write(sent).value_or(0), sent.size());
+  std::array<std::byte, 3> came{};
+  EXPECT_EQ(pair.b().read(came).value_or(0), sent.size());
+  EXPECT_EQ(came, sent);
+  ASSERT_EQ(line.line_errors().has_value(), pair.a().line_errors().has_value());
+  EXPECT_TRUE(line.line_errors().value_or(hal::LineErrors{}) == pair.a().line_errors().value_or(hal::LineErrors{}));
+}
+
 // Catches an order to stop that is lost because the switch bounced, or went on again between two ticks; and an order to
 // fly that outlives the order to stop behind it.
 TEST_F(OrderLineTest, AnOrderToStopIsNeverLost) {
@@ -93,6 +104,7 @@ TEST(BoardFence, HoldsTheCoursesOfTheBoard) {
   RecordProperty("promise", "R16");
   for (const char* const name : {"hover", "step", "trajectory"}) {
     ref::Trajectory<float> course;
+    EXPECT_EQ(lay_board_course("loop", course), core::Status::kInvalidArgument) << "there is none of this name";
     ASSERT_EQ(lay_board_course(name, course), core::Status::kOk);
     course.start(core::TimePoint{});
     for (core::TimePoint at{}; !course.finished(at); at += std::chrono::milliseconds(50)) {

@@ -113,6 +113,24 @@ TEST_F(SignedLineTest, HandsOnWhatIsSignedAndNewAndCountsTheRest) {
   EXPECT_EQ(network.answered, (std::vector<std::size_t>{0, 6})) << "only who was believed is answered";
 }
 
+// Catches a sender too many who takes the place of one that is known, and with it what keeps his old frames out.
+TEST_F(SignedLineTest, RemembersSixteenSendersAndTakesNoOther) {
+  const auto signed_by = [this](std::uint8_t system) {
+    mavlink::Frame frame = mavlink::encode(mavlink::AttPosMocap{.time_usec = 1}, {.system = system, .component = 1}, 0);
+    mavlink::sign(frame, kKey, 2, kNow + system);
+    send(bytes_of(frame));
+    (void)tick();
+  };
+  for (std::uint8_t system = 1; system <= mavlink::ReplayGuard::kStreams; ++system) {
+    signed_by(system);
+  }
+  EXPECT_EQ(line.stats().accepted, mavlink::ReplayGuard::kStreams);
+  signed_by(100);
+  EXPECT_EQ(line.stats().too_many, 1U);
+  signed_by(1);
+  EXPECT_EQ(line.stats().replayed, 1U) << "the first is still known";
+}
+
 // Would catch a line that takes a frame of MAVLink 1, which cannot be signed.
 TEST_F(SignedLineTest, RefusesTheOlderProtocol) {
   const Packet heartbeat_1{std::byte{0xFE}, std::byte{9}, std::byte{0}, std::byte{1}, std::byte{1}, std::byte{0}};
