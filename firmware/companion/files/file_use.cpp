@@ -2,6 +2,10 @@
 #include "firmware/companion/files/file_use.h"
 
 #include <fcntl.h>
+#include <linux/magic.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <sys/vfs.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -32,6 +36,42 @@ bool keeps_one_only(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   return !fs::exists(status) || fs::is_regular_file(status);
+}
+
+/// Whether opening the pipe returns at once whoever is at its other end: one that a shell made (`| cat`, `>(cat)`,
+/// /dev/stdout) has no name of its own in the file system; one of mkfifo waits for a reader, for ever if none comes.
+bool is_unnamed_pipe(const std::string& path) {
+  struct statfs system {};
+  return ::statfs(path.c_str(), &system) == 0 && system.f_type == PIPEFS_MAGIC;
+}
+
+/// Whether the device is one to write text to: null, zero and full; the terminal of this program; or what it was given
+/// as a standard stream. Any other may be the autopilot's port, or a disk.
+bool is_text_device(const struct stat& device) {
+  constexpr unsigned kMemoryDevices = 1;
+  const dev_t terminal = makedev(5, 0);  // /dev/tty
+  if (major(device.st_rdev) == kMemoryDevices || device.st_rdev == terminal) {
+    return true;
+  }
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    struct stat given {};
+    if (::fstat(stream, &given) == 0 && S_ISCHR(given.st_mode) && given.st_rdev == device.st_rdev) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Why what is there already is no place for an output; empty: it is one, or nothing is there.
+std::string why_no_place(const std::string& path) {
+  struct stat there {};
+  if (::stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode) || S_ISDIR(there.st_mode)) {
+    return "";  // a folder is the system's to refuse
+  }
+  if (S_ISFIFO(there.st_mode)) {
+    return is_unnamed_pipe(path) ? "" : "is a named pipe, which waits for its reader: give a file, or /dev/stdout";
+  }
+  return S_ISCHR(there.st_mode) && is_text_device(there) ? "" : "is no file, and no device for text";
 }
 
 /// Files and folders that were made to see whether they can be; gone again with this.
@@ -68,7 +108,7 @@ class Trial {
   int open_file(const std::string& path) {
     std::error_code error;
     const fs::file_status before = fs::status(path, error);
-    if (fs::exists(before) && !fs::is_regular_file(before)) {  // opening a pipe would wait for its reader
+    if (fs::exists(before) && !fs::is_regular_file(before)) {  // why_no_place() has looked at it
       return fs::is_directory(before) ? EISDIR : ::access(path.c_str(), W_OK) == 0 ? 0 : errno;
     }
     const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
@@ -146,6 +186,11 @@ void FileUse::refuse_what_is_there(const Entry& entry) {
   }
   if (entry.kind == Kind::kCreated && fs::exists(there)) {
     throw FileUseError(entry.path + ": exists already; a log is not overwritten (" + entry.option + ")");
+  }
+  if (entry.kind == Kind::kWritten) {
+    if (const std::string why = why_no_place(entry.path); !why.empty()) {
+      throw FileUseError(entry.path + ": cannot be written: " + why + " (" + entry.option + ")");
+    }
   }
   if (entry.kind != Kind::kRead) {
     return;

@@ -142,6 +142,11 @@ class Bench:
             paths[output] = "/nope/x"
             if output not in self.links:
                 yield from self.expect_refused(paths, [output], "/nope/x: cannot be written")
+            paths = self.fresh()
+            os.mkfifo(paths[output])  # nobody reads it
+            says = "exists already" if output == "--log" else "is a named pipe"
+            if output not in self.links:
+                yield from self.expect_refused(paths, [output], says)
         for output in self.folders:
             paths = self.fresh()
             paths[output].write_text("a file, no folder\n")

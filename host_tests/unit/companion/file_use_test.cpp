@@ -2,10 +2,15 @@
 // What a command may do with the files that it is given: each rule by the situation that it is for.
 #include "firmware/companion/files/file_use.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -130,8 +135,51 @@ TEST_F(FileUseTest, WhatCannotBeWrittenIsSaid) {
   // One that can be written was tried before: it is gone again.
   EXPECT_NE(refusal(FileUse().writes("--a", path("first")).writes("--b", path("no/second"))), "");
   EXPECT_FALSE(fs::exists(path("first")));
+}
+
+// Opening a named pipe waits for its reader, which may never come, or may have gone when the work is done; writing to a
+// port would speak to the autopilot.
+TEST_F(FileUseTest, AnOutputThatWouldWaitOrSpeakToADeviceIsRefused) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
-  EXPECT_EQ(refusal(FileUse().writes("--json", path("pipe"))), "") << "and nobody waits for its reader";
+  const std::string no_pipe =
+      ": cannot be written: is a named pipe, which waits for its reader: give a file, or /dev/stdout (--json)";
+  EXPECT_EQ(refusal(FileUse().writes("--json", path("pipe"))), path("pipe") + no_pipe);
+  fs::create_symlink(path("pipe"), folder / "alias");
+  EXPECT_EQ(refusal(FileUse().writes("--json", path("alias"))), path("alias") + no_pipe);
+  const int reader = open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK);
+  EXPECT_EQ(refusal(FileUse().writes("--json", path("pipe"))), path("pipe") + no_pipe) << "it may have gone by then";
+  close(reader);
+  fs::create_directory(folder / "report");
+  ASSERT_EQ(mkfifo(path("report/roll.html").c_str(), 0600), 0);
+  EXPECT_NE(refusal(FileUse().fills("--report", path("report"), "roll.html")).find("is a named pipe"),
+            std::string::npos);
+
+  const int line = posix_openpt(O_RDWR | O_NOCTTY);
+  ASSERT_EQ(grantpt(line) + unlockpt(line), 0);
+  const std::string port = ptsname(line);
+  EXPECT_EQ(refusal(FileUse().writes("--json", port)),
+            port + ": cannot be written: is no file, and no device for text (--json)");
+  close(line);
+  const int server = socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+  ASSERT_LT(path("socket").copy(address.sun_path, sizeof address.sun_path - 1), sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(server, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_NE(refusal(FileUse().writes("--json", path("socket"))).find("is no file"), std::string::npos);
+  close(server);
+}
+
+// `--json /dev/stdout | jq`, `--json >(gzip > a.gz)` and `--json /dev/null` stay what they are.
+TEST_F(FileUseTest, AShellsOwnPipesAndWhatTakesTextAreOutputs) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const std::string shells = "/dev/fd/" + std::to_string(ends[1]);
+  EXPECT_EQ(refusal(FileUse().writes("--json", shells)), "");
+  close(ends[0]);
+  EXPECT_EQ(refusal(FileUse().writes("--json", shells)), "") << "nothing waits, whether its reader is there or gone";
+  close(ends[1]);
+  for (const char* device : {"/dev/null", "/dev/full"}) {
+    EXPECT_EQ(refusal(FileUse().writes("--json", device)), "") << device;
+  }
 }
 
 TEST_F(FileUseTest, AFileIsReadWholeUpToItsLimit) {
