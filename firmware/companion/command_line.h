@@ -12,6 +12,8 @@
 #include <string>
 #include <string_view>
 
+#include "firmware/companion/files/plain_number.h"
+
 namespace m100::companion {
 
 // What the main functions of both programs do with their subcommands.
@@ -78,6 +80,25 @@ inline void refuse_empty_words(CLI::App& app) {
   }
   for (CLI::App* const command : app.get_subcommands({})) {
     refuse_empty_words(*command);
+  }
+}
+
+/// Numbers on a command line are decimal and finite. To be called when all subcommands have their options.
+inline void refuse_odd_numbers(CLI::App& app) {
+  for (CLI::Option* const option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    const bool whole = type.starts_with("INT") || type.starts_with("UINT");
+    if (whole || type.starts_with("FLOAT")) {
+      option->check(
+          [whole](const std::string& word) {
+            const bool is_plain = whole ? is_plain_whole_number(word) : is_plain_number(word);
+            return is_plain ? std::string() : "'" + word + "' is no " + (whole ? "whole number" : "decimal number");
+          },
+          "");
+    }
+  }
+  for (CLI::App* const command : app.get_subcommands({})) {
+    refuse_odd_numbers(*command);
   }
 }
 

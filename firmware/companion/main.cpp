@@ -45,6 +45,7 @@ int main(int argc, char** argv) {
   m100::companion::add_replay(m100);
   m100::companion::add_examples(m100, kExamples);
   m100::companion::refuse_empty_words(m100);
+  m100::companion::refuse_odd_numbers(m100);
   if (argc > 1 && argv[1][0] != '-' &&
       m100.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
     std::cerr << "m100: no subcommand '" << m100::companion::printable(argv[1], 60) << "'; --help lists them\n";

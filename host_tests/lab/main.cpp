@@ -74,6 +74,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see abo
   m100::lab::add_bridge(lab);
   m100::companion::add_examples(lab, kExamples);
   m100::companion::refuse_empty_words(lab);
+  m100::companion::refuse_odd_numbers(lab);
   if (argc > 1 && argv[1][0] != '-' &&
       lab.get_subcommands([&](const CLI::App* known) { return known->get_name() == argv[1]; }).empty()) {
     std::cerr << "m100-lab: no subcommand '" << m100::lab::printable(argv[1], 60) << "'; --help lists them\n";

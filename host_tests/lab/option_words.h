@@ -1,36 +1,47 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cmath>
+#include <algorithm>
 #include <cstdlib>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include "firmware/companion/files/mode.h"
+#include "firmware/companion/files/plain_number.h"
 #include "firmware/mpc/law.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab {
 
-/// "a,b,c" at every `between`.
+/// "a,b,c" at every `between`: one part more than there are of these, so that "a," has an empty one at its end.
 inline std::vector<std::string> parts(const std::string& text, char between) {
-  std::vector<std::string> out;
-  std::stringstream stream(text);
-  for (std::string part; std::getline(stream, part, between);) {
-    out.push_back(part);
+  std::vector<std::string> out(1);
+  for (const char letter : text) {
+    if (letter == between) {
+      out.emplace_back();
+    } else {
+      out.back() += letter;
+    }
+  }
+  return out;
+}
+
+/// The words of an option's list, with commas between. @throws InputError naming the option: one of them is empty,
+/// where a word was forgotten, or a shell knew no such variable.
+inline std::vector<std::string> list_of(const std::string& option, const std::string& text) {
+  std::vector<std::string> out = parts(text, ',');
+  if (std::find(out.begin(), out.end(), "") != out.end()) {
+    throw InputError(option, 0, text, "has an empty word in its list");
   }
   return out;
 }
 
 /// @throws InputError naming the option: not a finite number, or more than one.
 inline double number(const std::string& option, const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(value)) {
-    throw InputError(option, 0, text, "not a number");
+  if (!companion::is_plain_number(text)) {
+    throw InputError(option, 0, text.empty() ? "''" : text, "not a number");
   }
-  return value;
+  return std::strtod(text.c_str(), nullptr);
 }
 
 /// What --law says. @throws InputError where it is no law.

@@ -107,7 +107,7 @@ void write_sticks(const std::vector<Made>& all, const std::string& file) {
   }
   out << ",forecast_position_m,forecast_speed_m_s\n";
   write_samples(all, out);
-  if (!out) {
+  if (!out.flush()) {
     throw InputError(file, 0, "--out", "cannot be written");
   }
 }
@@ -196,6 +196,17 @@ nlohmann::json to_json(const Made& one) {
   return json;
 }
 
+std::vector<std::string> axes_of(const std::string& words) {
+  const std::vector<std::string> axes = list_of("--axis", words);
+  for (const std::string& axis : axes) {
+    const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
+    if (!is_known || std::count(axes.begin(), axes.end(), axis) != 1) {
+      throw InputError("--axis", 0, axis, "roll, pitch, climb or yaw_rate, each once");
+    }
+  }
+  return axes;
+}
+
 void run(const ExciteOptions& options) {
   companion::FileUse()
       .reads("--vehicle", options.vehicle)
@@ -205,18 +216,11 @@ void run(const ExciteOptions& options) {
   const model::Vehicle vehicle =
       options.vehicle.empty() ? mpc::generated::kVehicle : companion::load_vehicle(options.vehicle).vehicle;
   std::vector<Made> all;
-  for (const std::string& axis : parts(options.axes, ',')) {
-    const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
-    const bool is_repeated =
-        std::any_of(all.begin(), all.end(), [&](const Made& one) { return one.wish.axis == axis; });
-    if (!is_known || is_repeated) {
-      throw InputError("--axis", 0, axis, "roll, pitch, climb or yaw_rate, each once");
-    }
+  for (const std::string& axis : axes_of(options.axes)) {
     all.push_back(make(axis, options, vehicle));
-    print(all.back().manoeuvre, all.back().table, all.back().wish);
   }
-  if (all.empty()) {
-    throw InputError("--axis", 0, "", "roll, pitch, climb or yaw_rate, each once");
+  for (const Made& one : all) {
+    print(one.manoeuvre, one.table, one.wish);
   }
   if (!options.out.empty()) {
     write_sticks(all, options.out);

@@ -212,7 +212,7 @@ void write_answer(const IdentifyOptions& options, const identify::IdentifyResult
 identify::Request request_of(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other) {
   identify::Request request;
   request.axis = options.axis;
-  request.declared = parts(options.declare, ',');
+  request.declared = list_of("--declare", options.declare);
   request.log = &log;
   request.validation_log = other != nullptr ? other : &log;
   request.noise_floor = options.noise_floor;

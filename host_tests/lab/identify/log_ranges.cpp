@@ -175,12 +175,12 @@ void refuse_data_used_twice(const Request& request) {
 }
 
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log) {
-  std::vector<Range> out;
-  for (const std::string& part : parts(text, ',')) {
-    out.push_back(range_of(option, part, log));
-  }
-  if (out.empty()) {
+  if (text.empty()) {
     throw InputError(option, 0, "", "is needed (or --split)");
+  }
+  std::vector<Range> out;
+  for (const std::string& part : list_of(option, text)) {
+    out.push_back(range_of(option, part, log));
   }
   return out;
 }

@@ -27,7 +27,7 @@ struct InjectOptions {
 
 hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   hidden::Hidden out;
-  for (const std::string& one : parts(text, ',')) {
+  for (const std::string& one : list_of("--effect", text)) {
     const std::vector<std::string> halves = parts(one, '=');
     if (halves.size() != 2) {
       throw InputError("--effect", 0, one, "an effect is NAME=VALUE");
@@ -42,7 +42,9 @@ hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
       text_of_range << "is outside [" << range->low << ", " << range->high << "]";
       throw InputError("--effect", 0, one, text_of_range.str());
     }
-    out[halves[0]] = value;
+    if (!out.emplace(halves[0], value).second) {
+      throw InputError("--effect", 0, halves[0], "is named twice");
+    }
   }
   return out;
 }
@@ -74,7 +76,7 @@ void run(const InjectOptions& options) {
   if (options.axis != "translation") {
     identify::Request request;
     request.axis = options.axis;
-    request.declared = parts(options.declare, ',');
+    request.declared = list_of("--declare", options.declare);
     request.log = &log;
     request.validation_log = &log;
     const std::vector<std::string> ends = parts(options.train, ':');

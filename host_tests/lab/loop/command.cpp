@@ -60,7 +60,7 @@ void run(const LoopOptions& options) {
   loop.seed = options.seed;
   loop.seeds = options.seeds;
   loop.law = law_of(options.law);
-  loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : parts(options.tasks, ',');
+  loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
   for (const std::string& task : loop.tasks) {
     if (task != "hover" && task != "step" && task != "trajectory") {
       throw InputError("--tasks", 0, task, "is no task: hover, step, trajectory, or none");

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """What both programs say about themselves and about wrong words: --version, an example in every --help, whose options
-there are, --json where something is reported, and one printable line where something is wrong.
+there are, numbers and lists that are none, --json where something is reported, and one printable line where something is wrong.
 
 Usage: words_test.py M100 LAB VEHICLE TABLE FLIGHT. Prints one line per offence.
 """
@@ -128,6 +128,47 @@ def option_offences(lab, m100, folder):
     yield from one_line(m100, ["fly", "--foo"], "--foo")
 
 
+def number_offences(program):
+    """Every option of every subcommand that takes a number refuses what is none, or another one than was meant."""
+    odd = {"UINT": ["nan", "0x10", "010", "1e1", "99999999999999999999", "-1", "1.5"], "INT": ["0x10", "010", "1.5", "9" * 20],
+           "FLOAT": ["nan", "inf", "-inf", "0x10", "1e400", " 5", "5s"]}
+    for words in subcommands(program):
+        for option, kind in re.findall(r"^\s+(?:-\w,)?(--[\w-]+)\S* (UINT|INT|FLOAT)", run(program, *words, "--help")[1], re.M):
+            for number in odd[kind]:
+                yield from one_line(program, [*words, f"{option}={number}"], option)
+
+
+def list_offences(lab, folder):
+    """A list with an empty word in it: where a word was forgotten, or a shell did not know its variable."""
+    log = file_of(folder, "e.csv", "t_s,rc_roll,roll\n" + "".join(f"{k / 100:.2f},1024,0\n" for k in range(600)))
+    columns = file_of(folder, "e.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "roll"\n')
+    world = file_of(folder, "v.toml", "# as measured\n")
+    of_log = ["--log", log, "--columns", columns, "--axis", "roll"]
+    identify = ["identify", *of_log, "--declare", "first_order"]
+    inject = ["inject", *of_log, "--out", folder / "eo.csv"]
+    for words, option, good in [
+            (["excite"], "--axis", "roll"), (["campaign", world, "--flights", 1], "--tasks", "hover"),
+            (["loop", "--plant", world, "--out", folder / "eo.toml"], "--tasks", "hover"),
+            (["identify", *of_log, "--split", "alternate:3"], "--declare", "first_order"),
+            ([*identify, "--validate", "3:5"], "--train", "0:2"), ([*identify, "--train", "0:2"], "--validate", "3:5"),
+            ([*identify, "--split", "alternate:3"], "--within", "0:5"),
+            ([*inject, "--train", "0:5"], "--effect", "dead_zone=20"),
+            ([*inject, "--train", "0:5", "--effect", "dead_zone=20"], "--declare", "second_order")]:
+        for text in (f"{good},", f",{good}", f"{good},,{good}", ","):
+            yield from one_line(lab, [*words, option, text], option)
+    for words, says in [(["excite", "--axis", "roll,bank"], "'bank'"), (["excite", "--axis", "roll,roll"], "each once"),
+                        ([*inject, "--train", "0:5", "--effect", "dead_zone=20,dead_zone=30"], "is named twice"),
+                        ([*inject, "--train", "0:5:", "--effect", "dead_zone=20"], "FROM:TO"),
+                        ([*inject, "--train", "0:5", "--effect", "dead_zone=20="], "NAME=VALUE"),
+                        ([*inject, "--train", "0:5", "--effect", "dead_zone=0x14"], "not a number"),
+                        ([*identify, "--split", "alternate:3:"], "alternate:SECONDS"),
+                        ([*identify, "--split", "alternate:0x3"], "not a number")]:
+        code, out, _ = run(lab, *words)
+        yield from one_line(lab, words, says)
+        if out:
+            yield f"{words}: begins its work and then refuses (exit code {code}): {out[:60]!r}"
+
+
 def json_offences(m100, folder, vehicle, table, flight):
     """Of what did not report as JSON before; the log that replay needs is of another test."""
     answer = folder / "check.json"
@@ -161,11 +202,13 @@ def main():
     programs = {"m100": sys.argv[1], "m100-lab": sys.argv[2]}
     vehicle, table, flight = sys.argv[3:6]
     found = [one for name, program in programs.items() for one in help_offences(name, program)]
+    found += [one for name, program in programs.items() for one in number_offences(program)]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         found += escape_offences(programs["m100"], folder, vehicle, table)
         found += key_offences(programs, folder)
         found += option_offences(programs["m100-lab"], programs["m100"], folder)
+        found += list_offences(programs["m100-lab"], folder)
         found += json_offences(programs["m100"], folder, vehicle, table, flight)
         found += lab_json_offences(programs["m100-lab"], folder)
     for one in found:
