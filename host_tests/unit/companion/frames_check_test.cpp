@@ -51,11 +51,12 @@ struct Seen {
 };
 using Error = std::function<Seen(const Seen&)>;
 
-/// The checks by name, after 30 s of motion. @param late of the pose behind the autopilot.
-std::map<std::string, Check> moved(const Error& error, double length_s = 30.0, double late_s = 0.02,
-                                   double unit = 1.0) {
+/// The checks by name, after 30 s of motion. @param late of the pose behind the autopilot. @param north how far the
+/// autopilot's world is turned against the room.
+std::map<std::string, Check> moved(const Error& error, double length_s = 30.0, double late_s = 0.02, double unit = 1.0,
+                                   double north_rad = 2.1) {
   FramesCheck frames;
-  const Rotation north(Eigen::AngleAxisd(2.1, Vector::UnitZ()));  // the autopilot's world is turned against the room
+  const Rotation north(Eigen::AngleAxisd(north_rad, Vector::UnitZ()));
   for (double t_s = 0.1; t_s < length_s; t_s += 0.01) {
     const Hand now = hand_at(t_s), then = hand_at(t_s - late_s);
     const Seen seen = error({then.position, then.wb});
@@ -85,6 +86,17 @@ std::string bad_ones(const std::map<std::string, Check>& checks) {
 
 TEST(FramesCheck, RightAxesAreRight) {
   EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; })), "");
+}
+
+// Would catch a force that is turned wrongly into the world: the room's x may lie anywhere, also exactly along north.
+TEST(FramesCheck, WhereverNorthLiesRightAxesAreRight) {
+  for (const double north_rad : {-3.1, -1.6, -0.02, 0.0, 0.02, 0.8, 1.5707963, 3.1}) {
+    EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; }, 30.0, 0.02, 1.0, north_rad)), "") << north_rad;
+    const auto mirrored = [](const Seen& seen) {
+      return Seen{Vector(seen.position.x(), -seen.position.y(), seen.position.z()), seen.wb};
+    };
+    EXPECT_EQ(bad_ones(moved(mirrored, 30.0, 0.02, 1.0, north_rad)), "position y: is reversed; ") << north_rad;
+  }
 }
 
 TEST(FramesCheck, AnAutopilotThatTellsItsForceInGIsUnderstood) {
