@@ -29,7 +29,7 @@ AREAS = (
     ("firmware/companion/fly/autopilot_task", ("scenario_faults",), ()),
     ("firmware/companion/fly/hand_back", ("scenario_faults",), ()),
     ("firmware/companion/fly/pilotage", ("scenario_faults",), ()),
-    ("firmware/companion/fly/words", ("scenario_faults",), ()),
+    ("firmware/companion/fly/words", ("unit_fly_words",), ("scenario_faults",)),
     ("firmware/companion/record/clock_fit", ("unit_recorder",), ()),
     ("firmware/companion/record/recorder", ("unit_recorder",), ()),
     ("firmware/companion/doctor/frames_check", ("unit_frames_check",), ()),

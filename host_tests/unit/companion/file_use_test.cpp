@@ -132,6 +132,10 @@ TEST_F(FileUseTest, WhatCannotBeWrittenIsSaid) {
             in + "/a.svg: cannot be written: Not a directory (--folder)");
   EXPECT_EQ(refusal(FileUse().fills("--folder", in + "/deeper", "a.svg")),
             in + "/deeper/a.svg: cannot be written: Not a directory (--folder)");
+  // Not the end of it, that the folder is not there, but why it cannot be made.
+  const std::string sealed = refusal(FileUse().fills("--folder", "/sys/m100", "a.svg"));
+  EXPECT_NE(sealed.find("cannot be written: "), std::string::npos) << sealed;
+  EXPECT_EQ(sealed.find("No such file"), std::string::npos) << sealed;
   // One that can be written was tried before: it is gone again.
   EXPECT_NE(refusal(FileUse().writes("--a", path("first")).writes("--b", path("no/second"))), "");
   EXPECT_FALSE(fs::exists(path("first")));

@@ -90,6 +90,16 @@ TEST_F(ExcitationTest, WaitsUntilTheAircraftIsAtRestAtItsPlace) {
   EXPECT_EQ(excitation.abort(), Abort::kNotAtRest);
 }
 
+// The time counts from where the way back began, and its last moment belongs to it.
+TEST_F(ExcitationTest, WaitsForAsLongAsItSays) {
+  const core::TimePoint began = at(now_s);
+  estimate.x.velocity_m_s = 0.3;
+  excitation.update(estimate, reference, true, false, began + Excitation<double>::kPatience);
+  EXPECT_EQ(excitation.state(), State::kReturning);
+  excitation.update(estimate, reference, true, false, began + Excitation<double>::kPatience + core::Duration(1));
+  EXPECT_EQ(excitation.state(), State::kAborted);
+}
+
 struct LimitCase {
   const char* name;
   double left_m, velocity_left_m_s, tilt_rad, yaw_rad;

@@ -62,6 +62,12 @@ class MotionCheckTest : public ::testing::Test {
   std::normal_distribution<double> normal_;
 };
 
+TEST_F(MotionCheckTest, BeforeAnyMotionThereIsNoEvidenceAndNoDistance) {
+  EXPECT_EQ(check_.evidence(), 0.0);
+  EXPECT_EQ(check_.apart_m(), 0.0);
+  EXPECT_EQ(check_.allowed_m(), 0.0);
+}
+
 TEST_F(MotionCheckTest, IsSilentForTenMinutesOfHoverAndOfTravel) {
   RecordProperty("promise", "R17");
   EXPECT_EQ(fly(300.0, hovers, truly), 300.0);

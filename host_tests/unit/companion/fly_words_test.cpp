@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the operator reads: which obstacle is named first, and that a sentence tells the numbers that it is about.
+#include "firmware/companion/fly/words.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <string>
+
+#include "firmware/est/cross_check.h"
+
+namespace m100::companion {
+namespace {
+
+using safety::Cause;
+using safety::Observation;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr safety::Limits kLimits;
+
+Observation ready() {
+  Observation seen;
+  seen.pose_age = milliseconds(20);
+  seen.telemetry_age = milliseconds(10);
+  seen.estimate_healthy = true;
+  seen.outside_m = -1.0;
+  return seen;
+}
+
+std::string said(Cause cause, const Observation& seen) {
+  TextLine line;
+  describe(line, cause, seen, kLimits);
+  return std::string(line.text());
+}
+
+// Each at its limit and one step beyond.
+TEST(Obstacle, IsWhatStandsInTheWayNow) {
+  Observation seen = ready();
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kNone);
+  seen.telemetry_age = kLimits.telemetry_stale;
+  seen.pose_age = kLimits.pose_fresh;
+  seen.refused_for = kLimits.gate_shut - core::Duration(1);
+  seen.outside_m = 0.0;
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kNone);
+
+  seen.outside_m = 0.01;
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kFenceLeft);
+  seen = ready();
+  seen.estimate_healthy = false;
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kEstimateLost);
+  seen = ready();
+  seen.pose_age = kLimits.pose_fresh + core::Duration(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseOld);
+  seen = ready();
+  seen.refused_for = kLimits.gate_shut;
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseRefused);
+  seen = ready();
+  seen.telemetry_age = kLimits.telemetry_stale + core::Duration(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kTelemetryOld);
+}
+
+// The nearest to the root first: who sees to it makes the rest go away. Poses that are refused by an estimate that is
+// none are no obstacle of their own.
+TEST(Obstacle, TheCauseOfTheOthersIsNamedFirst) {
+  Observation seen = ready();
+  seen.outside_m = 1.0;
+  seen.pose_age = seconds(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseOld);
+  seen.refused_for = seconds(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseRefused);
+  seen.estimate_healthy = false;
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseOld);
+  seen.telemetry_age = seconds(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kTelemetryOld);
+}
+
+TEST(Obstacle, APoseOfALateSourceIsFreshForLonger) {
+  Observation seen = ready();
+  seen.pose_latency = {.least = milliseconds(60), .jitter = milliseconds(10), .interval = milliseconds(20)};
+  seen.pose_age = milliseconds(110);  // 60 + 2 * 10 + 20 + 10
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kNone);
+  seen.pose_age += core::Duration(1);
+  EXPECT_EQ(obstacle(seen, kLimits), Cause::kPoseOld);
+}
+
+TEST(Obstacle, WhatHelpsIsSaid) {
+  EXPECT_EQ(what_helps(Cause::kFenceLeft), "bring it inside, or take a larger box");
+  EXPECT_EQ(what_helps(Cause::kTelemetryOld), "see to the cable and the autopilot's telemetry");
+  EXPECT_EQ(what_helps(Cause::kTelemetrySilent), what_helps(Cause::kTelemetryOld));
+  for (const Cause cause : {Cause::kPoseOld, Cause::kPoseRefused, Cause::kEstimateLost}) {
+    EXPECT_EQ(what_helps(cause), "see to the source of pose");
+  }
+}
+
+TEST(FlyWords, ARefusalTellsByHowMuchAndByWhom) {
+  Observation seen = ready();
+  seen.refused_by_m = 0.314;
+  seen.refused_allowed_m = 0.021;
+  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from where it must be, allowed 0.02 m");
+  seen.refused_turn_rad = 0.35;
+  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from where it must be, allowed 0.02 m");
+  seen.refused_turn_rad = 0.5;
+  EXPECT_EQ(said(Cause::kPoseRefused, seen),
+            "pose refused: turned by 0.50 rad from where it must be, allowed 0.35 rad");
+  seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kAnswer);
+  EXPECT_EQ(said(Cause::kPoseRefused, seen).find("attitude refused: it does not answer to our commands"), 0U);
+  seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kRates);
+  EXPECT_EQ(said(Cause::kPoseRefused, seen).find("attitude refused: the autopilot's rates contradict it"), 0U);
+  seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kForce);
+  EXPECT_EQ(said(Cause::kPoseRefused, seen).find("pose refused: the autopilot contradicts it"), 0U);
+}
+
+TEST(FlyWords, AnAgeStandsBesideItsLimit) {
+  Observation seen = ready();
+  seen.telemetry_age = milliseconds(640);
+  seen.pose_age = milliseconds(75);
+  EXPECT_EQ(said(Cause::kTelemetryOld, seen), "telemetry old: 0.640 s, allowed 0.100 s");
+  EXPECT_EQ(said(Cause::kTelemetrySilent, seen), "telemetry silent: 0.640 s, allowed 0.500 s");
+  EXPECT_EQ(said(Cause::kPoseOld, seen), "pose old: 0.075 s, allowed 0.060 s");
+  seen.pose_age = core::Duration::max();
+  EXPECT_EQ(said(Cause::kPoseOld, seen), "pose old: none has come");
+}
+
+TEST(FlyWords, WhatTookControlAwayIsTold) {
+  Observation seen = ready();
+  seen.authority = true;
+  EXPECT_EQ(said(Cause::kControlGone, seen), "the mode switch left F");
+  seen.authority = false;
+  EXPECT_EQ(said(Cause::kControlGone, seen), "control is not ours any more");
+  seen.error_m = 0.456;
+  seen.reserve_m = 0.4;
+  EXPECT_EQ(said(Cause::kReserveSpent, seen),
+            "without a pose the position is known to 0.46 m, and the fence leaves 0.40 m");
+  seen.outside_m = 0.27;
+  EXPECT_EQ(said(Cause::kFenceLeft, seen), "the aircraft is 0.27 m outside its fence");
+  seen.push_m_s2 = 1.26;
+  seen.place_lost_for = milliseconds(3100);
+  EXPECT_EQ(said(Cause::kPlaceLost, seen), "the wind pushes with 1.3 m/s^2, and for 3.1 s the place has not been held");
+  seen.swing_rad = 0.1745329;
+  seen.swing_hz = 0.84;
+  EXPECT_EQ(said(Cause::kSwinging, seen).find("the aircraft swings by itself, by 10 degrees to and fro, 0.8 times"),
+            0U);
+}
+
+}  // namespace
+}  // namespace m100::companion
