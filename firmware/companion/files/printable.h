@@ -10,9 +10,18 @@
 
 namespace m100::companion {
 
+/// Whether three bytes of UTF-8 give an order to who shows them: U+2028 and U+2029 end a line, U+202A to U+202E and
+/// U+2066 to U+2069 turn the order of what follows round, so that a line reads as another one than it is.
+inline bool is_order_to_show(std::string_view three) {
+  const auto last = static_cast<unsigned char>(three[2]);
+  return (three.starts_with("\xE2\x80") && last >= 0xA8 && last <= 0xAE) ||
+         (three.starts_with("\xE2\x81") && last >= 0xA6 && last <= 0xA9);
+}
+
 /// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. Control
-/// characters of the second kind (U+0080 to U+009F) count as none, and so does what RFC 3629 forbids: a character that
-/// is written longer than it need be (a control character might hide so), half of a pair, and what is past U+10FFFF.
+/// characters of the second kind (U+0080 to U+009F) count as none, and so do those of is_order_to_show() and what RFC
+/// 3629 forbids: a character that is written longer than it need be (a control character might hide so), half of a
+/// pair, and what is past U+10FFFF.
 inline std::size_t utf8_sequence(std::string_view text) {
   struct Row {  // RFC 3629: what a sequence begins with, how long it is, what its second byte may be
     unsigned first, last;
@@ -35,7 +44,7 @@ inline std::size_t utf8_sequence(std::string_view text) {
       return 0;
     }
   }
-  return row->length;
+  return row->length == 3 && is_order_to_show(text.substr(0, 3)) ? 0 : row->length;
 }
 
 /// Text that came from a file or a command line, fit for a terminal: control characters and bytes that are no UTF-8

@@ -18,6 +18,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/plant_file.h"
@@ -146,7 +147,7 @@ void run(const Options& options) {
   write_json(options.json, report);
   if (!options.report.empty()) {
     write_page(options.report, report);
-    std::cout << "wrote " << options.report << "/campaign.html\n";
+    std::cout << "wrote " << printable(options.report) << "/campaign.html\n";
   }
   if (!all_stayed(report)) {
     throw CLI::RuntimeError(kAnswerIsNo);

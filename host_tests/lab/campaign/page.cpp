@@ -10,6 +10,7 @@
 #include "host_tests/lab/plot/heat_map.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/printable.h"
 
 namespace m100::lab::campaign {
 namespace {
@@ -87,15 +88,16 @@ void print_table(std::ostream& out, const Json& report) {
   for (const std::vector<std::string>& row : rows) {
     for (std::size_t c = 0; c < row.size(); ++c) {
       out << (c > 0 ? "  " : "") << (c == 0 ? std::left : std::right) << std::setw(static_cast<int>(widths[c]))
-          << row[c];
+          << printable(row[c]);
     }
     out << "\n";
   }
   for (const auto& [name, world] : report.at("worlds").items()) {
     for (const Json& failure : world.value("failures", Json::array())) {
-      out << name << ", " << failure.at("task").get<std::string>() << ", seed " << failure.at("seed").dump() << ", at "
-          << plot::number(failure.at("at_s").get<double>()) << " s: " << failure.at("why").get<std::string>() << "\n  "
-          << failure.at("command").get<std::string>() << "\n";
+      out << printable(name) << ", " << printable(failure.at("task").get<std::string>()) << ", seed "
+          << failure.at("seed").dump() << ", at " << plot::number(failure.at("at_s").get<double>())
+          << " s: " << printable(failure.at("why").get<std::string>()) << "\n  "
+          << printable(failure.at("command").get<std::string>()) << "\n";
     }
   }
   out << summary(report) << "\n";

@@ -9,7 +9,7 @@
 
 #include "host_tests/lab/campaign/campaign.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/whole_file.h"
+#include "host_tests/lab/read_json.h"
 
 namespace m100::lab::campaign {
 namespace {
@@ -212,12 +212,36 @@ Json settings_json(const Campaign& campaign) {
           {"options", campaign.options}};
 }
 
+/// What the table and the page are going to ask is asked of each part alone, so that a refusal names the file.
+void require_whole(const Json& part, const std::string& path) {
+  const auto require = [&path](bool is_so, const char* what) {
+    if (!is_so) {
+      throw InputError(path, 0, what, "is no report of m100-lab campaign: not as one has it");
+    }
+  };
+  const Json& settings = part.at("campaign");
+  require(settings.at("flights").is_number_unsigned(), "flights");
+  for (const Json& flight : part.at("flown")) {
+    require(flight.at("number").is_number_unsigned() && flight.at("seed").is_number_unsigned(), "number");
+    require(flight.at("at_s").is_number() && flight.at("why").is_string(), "why");
+  }
+  std::size_t flights = 0;
+  const Json report = assembled(settings, Json(), part.at("flown"));
+  for (const Json& world : report.at("worlds")) {
+    for (const Json& task : world.value("tasks", Json::object())) {
+      flights += task.at("flights").get<std::size_t>();
+    }
+  }
+  require(flights == part.at("flown").size(), "flown");  // each belongs to a world and a task of the campaign
+}
+
 Json read_part(const std::string& path) {
-  Json part = Json::parse(whole_file(path), nullptr, false);
+  Json part = parse_json<Json>(whole_file(path));
   if (part.is_discarded() || !part.is_object() || !part.contains("campaign") || !part.contains("flown") ||
       !part.at("flown").is_array()) {
     throw InputError(path, 0, "", "is no report of m100-lab campaign");
   }
+  of_json(path, "is no report of m100-lab campaign", [&] { require_whole(part, path); });
   return part;
 }
 

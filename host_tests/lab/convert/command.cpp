@@ -69,8 +69,8 @@ void run(const ConvertOptions& options) {
   if (!options.map.empty()) {
     logs::write_column_map(log, options.map);
   }
-  std::cout << options.out << ": " << log.size << " samples from " << log.start_s << " to " << log.time_s(log.size - 1)
-            << " s; streams aligned by " << log.alignment.evidence << "\n";
+  std::cout << printable(options.out) << ": " << log.size << " samples from " << log.start_s << " to "
+            << log.time_s(log.size - 1) << " s; streams aligned by " << log.alignment.evidence << "\n";
   for (const std::string& note : log.notes) {
     std::cout << "  " << printable(note) << "\n";
   }

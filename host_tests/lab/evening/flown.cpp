@@ -11,6 +11,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/replay/replay.h"
 #include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
@@ -58,7 +59,7 @@ class Reference {
 }  // namespace
 
 json result_of(const Folder& folder, const std::string& result) {
-  const json read = json::parse(whole_file(folder.file(result)), nullptr, false);
+  const json read = parse_json(whole_file(folder.file(result)));
   return read.is_object() ? read : json::object();
 }
 

@@ -10,6 +10,7 @@
 
 #include "firmware/core/sha256.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
@@ -84,7 +85,7 @@ Folder::Folder(std::string path) : path_(made(path)) {
     return;
   }
   try {
-    const json state = json::parse(whole_file(file(kStateFile)));
+    const json state = parse_json(whole_file(file(kStateFile)));
     if (state.at("format") != kFormat) {
       throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
     }

@@ -15,6 +15,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/sim/world/plant_file.h"
 
@@ -152,7 +153,7 @@ void run_rates(const ExperimentsOptions& options) {
   write_json(options.json, experiments::rates_to_json(costs), 2);
   if (!options.report.empty()) {
     experiments::write_rates_report(options.report, costs, about(options));
-    std::cout << "wrote " << options.report << "/rates.html\n";
+    std::cout << "wrote " << printable(options.report) << "/rates.html\n";
   }
 }
 
@@ -162,7 +163,7 @@ void run_motion(const ExperimentsOptions& options) {
   write_json(options.json, experiments::motion_to_json(points), 2);
   if (!options.report.empty()) {
     experiments::write_motion_report(options.report, points, about(options));
-    std::cout << "wrote " << options.report << "/motion.html\n";
+    std::cout << "wrote " << printable(options.report) << "/motion.html\n";
   }
   answer_no_unless(std::all_of(points.begin(), points.end(), [](const auto& point) { return point.flown(); }));
 }
@@ -180,7 +181,7 @@ void run(const ExperimentsOptions& options) {
   write_json(options.json, experiments::to_json(results), 2);
   if (!options.report.empty()) {
     experiments::write_report(options.report, results, about(options));
-    std::cout << "wrote " << options.report << "/experiments.html\n";
+    std::cout << "wrote " << printable(options.report) << "/experiments.html\n";
   }
 }
 

@@ -19,6 +19,7 @@
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/key_file.h"
+#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/aes256.h"
 #include "protocol/frame_parser.h"
@@ -126,7 +127,7 @@ void encode(const FramesOptions& options) {
     if (text.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
     }
-    const Json line = Json::parse(text, nullptr, false);
+    const Json line = parse_json<Json>(text);
     if (!line.is_object()) {
       throw InputError(origin.file, origin.line, "", "is not a JSON object");
     }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/read_json.h"
 
 namespace m100::lab::gains {
 namespace {
@@ -18,7 +19,7 @@ using Json = nlohmann::json;
 class Record {
  public:
   Record(const std::string& text, std::string file, long line) : file_(std::move(file)), line_(line) {
-    json_ = Json::parse(text, nullptr, false);
+    json_ = parse_json(text);
     if (!json_.is_object()) {
       fail("", "not a JSON object");
     }

@@ -28,6 +28,7 @@
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -127,10 +128,17 @@ nlohmann::json read_forecast(const IdentifyOptions& options) {
   if (options.forecast.empty()) {
     return nullptr;
   }
-  nlohmann::json forecast = nlohmann::json::parse(whole_file(options.forecast), nullptr, false);
+  nlohmann::json forecast = parse_json(whole_file(options.forecast));
   if (!forecast.is_object() || !forecast.contains("forecast")) {
     throw InputError(options.forecast, 0, "", "is no forecast of m100-lab excite --json");
   }
+  identify::IdentifyResult nothing;  // every value is asked for once before the work
+  nothing.axis = options.axis;
+  of_json(options.forecast, "is no forecast of m100-lab excite --json", [&] {
+    if (const nlohmann::ordered_json one = identify::compare_with_forecast(forecast, nothing); !one.empty()) {
+      static_cast<void>(identify::forecast_sentence(one));
+    }
+  });
   return forecast;
 }
 
@@ -142,7 +150,7 @@ nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::
   nlohmann::ordered_json comparison = identify::compare_with_forecast(forecast, result);
   if (!comparison.empty()) {
     comparison["text"] = identify::forecast_sentence(comparison);
-    std::cout << "  forecast: " << comparison["text"].get<std::string>() << "\n";
+    std::cout << "  forecast: " << printable(comparison["text"].get<std::string>()) << "\n";
   }
   return comparison;
 }
@@ -254,7 +262,7 @@ void write_page(const IdentifyOptions& options, const identify::IdentifyResult& 
   const bool split = !options.split.empty();
   const identify::ReportOrigin origin{base_names(options.logs), split ? options.split : options.train + " s",
                                       split ? options.split : options.validate + " s", false};
-  std::cout << "wrote " << identify::write_report(result, origin, options.report) << "\n";
+  std::cout << "wrote " << printable(identify::write_report(result, origin, options.report)) << "\n";
 }
 
 void run(const IdentifyOptions& options) {

@@ -16,6 +16,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace m100::lab {
@@ -93,7 +94,8 @@ void run(const InjectOptions& options) {
   if (!options.map.empty()) {
     logs::write_column_map(out, options.map);
   }
-  std::cout << options.out << ": " << options.effect << " added to " << options.axis << " of " << options.log << "\n";
+  std::cout << printable(options.out) << ": " << options.effect << " added to " << options.axis << " of "
+            << printable(options.log) << "\n";
   write_answer(options, fitted, effects);
 }
 

@@ -15,6 +15,7 @@
 #include "host_tests/lab/loop/flown_log.h"
 #include "host_tests/lab/option_checks.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/sim/world/plant_file.h"
 
@@ -78,7 +79,7 @@ void run(const LoopOptions& options) {
   if (!options.report.empty()) {
     const std::string page = options.report + "/loop.html";
     loop::write_page(result, page);
-    std::cout << "wrote " << page << "\n";
+    std::cout << "wrote " << printable(page) << "\n";
   }
   write_json(options.json, loop::to_json(result), 2);
 }

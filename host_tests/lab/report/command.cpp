@@ -10,6 +10,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/printable.h"
 #include "host_tests/lab/report/summary.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
@@ -83,7 +84,7 @@ void run(const ReportOptions& options) {
   whole.heading("In detail");
   whole.raw(contents + "</ul>\n" + bodies);
   whole.write(options.out);
-  std::cout << "wrote " << options.out << "\n";
+  std::cout << "wrote " << printable(options.out) << "\n";
 }
 
 }  // namespace

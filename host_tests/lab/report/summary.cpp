@@ -6,7 +6,7 @@
 
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/svg.h"
-#include "host_tests/lab/whole_file.h"
+#include "host_tests/lab/read_json.h"
 
 namespace m100::lab::report {
 namespace {
@@ -20,7 +20,7 @@ json read(const std::string& file) {
   if (file.empty()) {
     return json::object();
   }
-  json out = json::parse(whole_file(file), nullptr, false);
+  json out = parse_json(whole_file(file));
   if (!out.is_object()) {
     throw InputError(file, 0, "", "is no result of m100-lab");
   }
@@ -47,7 +47,7 @@ double number_at(const json& from, const std::string& path) {
 /// The first screen as it grows: rows of before and after, and what was not reached.
 class Summary {
  public:
-  explicit Summary(const Sources& sources) : measured_(sources.measured) {
+  explicit Summary(const Sources& sources) : sources_(sources), measured_(sources.measured) {
     for (const std::string& file : sources.identified) {
       identified_.push_back(read(file));
     }
@@ -57,11 +57,16 @@ class Summary {
   }
 
   void write(plot::Page& page) {
-    identified();
-    loop_predictions();
-    loop_flights();
-    paper();
-    margins();
+    constexpr const char* kNone = "is no result of m100-lab";
+    for (std::size_t i = 0; i < identified_.size(); ++i) {
+      of_json(sources_.identified[i], kNone, [&] { identified(identified_[i]); });
+    }
+    of_json(sources_.loop, kNone, [&] {
+      loop_predictions();
+      loop_flights();
+    });
+    of_json(sources_.experiments, kNone, [&] { paper(); });
+    of_json(sources_.margins, kNone, [&] { margins(); });
     page.verdict(sentence(), missed_.empty() ? "good" : "warn");
     if (!found_.empty()) {
       page.paragraph("Found beside the declared model: " + found_ + ".");
@@ -96,19 +101,17 @@ class Summary {
                      simulated ? "simulated" : "measured"});
   }
 
-  void identified() {
-    for (const json& one : identified_) {
-      const std::string axis = one.value("axis", "");
-      std::string names;
-      for (const json& effect : one.value("effects", json::array())) {
-        names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
-      }
-      found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + (names.empty() ? "nothing" : names);
-      row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
-          number_at(one, "/final/validation_rmse"), !measured_);
-      if (one.value("verdict", "") == "unexplained") {
-        missed_.push_back(spaced(axis) + ": a part of the log's error is explained by no effect that is known here");
-      }
+  void identified(const json& one) {
+    const std::string axis = one.value("axis", "");
+    std::string names;
+    for (const json& effect : one.value("effects", json::array())) {
+      names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
+    }
+    found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + (names.empty() ? "nothing" : names);
+    row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
+        number_at(one, "/final/validation_rmse"), !measured_);
+    if (one.value("verdict", "") == "unexplained") {
+      missed_.push_back(spaced(axis) + ": a part of the log's error is explained by no effect that is known here");
     }
   }
 
@@ -181,6 +184,7 @@ class Summary {
                       : std::to_string(missed_.size()) + " things were not reached; they stand below.");
   }
 
+  const Sources& sources_;
   bool measured_;
   std::vector<json> identified_;
   json experiments_;

@@ -169,6 +169,64 @@ def list_offences(lab, folder):
             yield f"{words}: begins its work and then refuses (exit code {code}): {out[:60]!r}"
 
 
+def merge_offences(lab, folder):
+    """A part of a campaign with one value that is none names its file; a world's name reaches no terminal as an order."""
+    world = file_of(folder, "wi\x1b[31mnd.toml", "# as measured\n")
+    whole = folder / "whole.json"
+    flown = ["campaign", world, "--flights", 1, "--tasks", "hover", "--json", whole]
+    code, out, err = run(lab, *flown, "--report", folder / "pages")
+    if code != 0 or not all(c == "\n" or c.isprintable() for c in out + err):
+        yield f"{flown}: exit code {code}, {out + err!r}"
+    sound = json.loads(whole.read_text())
+    if run(lab, "campaign", "--merge", whole)[0] != 0:
+        yield "m100-lab campaign --merge: refuses a whole one"
+    flight = {"number", "world", "task", "seed", "stayed", "coasted", "released", "fence_breach", "oscillating",
+              "worst_tilt_deg", "pose_rms_m", "tilt_rms_deg", "command_deg_s", "nees_sum", "nees_count", "at_s", "why"}
+    places = [("flown", 0, key) for key in sorted(flight)]
+    places += [("campaign", key) for key in ("worlds", "tasks", "flights")] + [("campaign", "worlds", 0, "name"), ("flown", 0)]
+    for place in places:
+        for wrong in (None, -1, 1e300, "x", [], {}):
+            spoilt = json.loads(json.dumps(sound))
+            inner = spoilt
+            for step in place[:-1]:
+                inner = inner[step]
+            was = inner[place[-1]]
+            counts = place[-1] in ("number", "seed", "flights")
+            if (type(wrong) in (int, float) and type(was) in (int, float) and not counts) or type(wrong) is type(was) is str:
+                continue  # another number, another text
+            inner[place[-1]] = wrong
+            part = file_of(folder, "spoilt.json", json.dumps(spoilt))
+            yield from one_line(lab, ["campaign", "--merge", part], "spoilt.json")
+
+
+def json_file_offences(lab, folder):
+    """A result that is nested without end, has names without end, or a value of another kind is refused by its name, at
+    once: a library that copies what is nested ends on its stack, one that keeps the order of names looks through all."""
+    page = file_of(folder, "p.html", "<html><body><h1>x</h1></body></html>")
+    log = file_of(folder, "f.csv", "t_s,rc_roll,roll\n" + "".join(f"{k / 100:.2f},1024,0\n" for k in range(600)))
+    columns = file_of(folder, "f.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "roll"\n')
+    deep = "[" * 400000 + "]" * 400000
+    many = "{" + ",".join(f'"k{k}":1' for k in range(200000)) + "}"
+    texts = [deep, f'{{"a":{deep},"b":1,"c":1,"campaign":2,"flown":[]}}', many, f'{{"campaign":1,"flown":[{many}]}}', "[" * 400000,
+             '{"forecast":' + many + "}"]
+    kinds = {"--identified": '{"axis":1}', "--experiments": '{"hover":{"calm":{"compared":"x"}}}', "--margins": '{"flown":[1]}'}
+    for text in texts:
+        spoilt = file_of(folder, "spoilt.json", text)
+        for words in [["campaign", "--merge", spoilt], ["frames", "encode", spoilt], ["mpc", "solve", spoilt],
+                      ["identify", "--log", log, "--columns", columns, "--axis", "roll", "--declare", "first_order",
+                       "--split", "alternate:3", "--forecast", spoilt],
+                      *(["report", page, "--out", folder / "o.html", option, spoilt] for option in kinds)]:
+            yield from one_line(lab, words, "spoilt.json")
+    for option, text in kinds.items():
+        spoilt = file_of(folder, "spoilt.json", text)
+        yield from one_line(lab, ["report", page, "--out", folder / "o.html", option, spoilt], "spoilt.json: is no result")
+    for text in ('{"axis":"roll","forecast":[{"effect":1}]}', '{"axis":"roll","forecast":[{"enough":null}]}',
+                 '{"axis":[],"forecast":[]}', '{"axis":"roll","forecast":[1]}'):
+        spoilt = file_of(folder, "spoilt.json", text)
+        yield from one_line(lab, ["identify", "--log", log, "--columns", columns, "--axis", "roll", "--declare", "first_order",
+                                  "--split", "alternate:3", "--forecast", spoilt], "spoilt.json: is no forecast")
+
+
 def json_offences(m100, folder, vehicle, table, flight):
     """Of what did not report as JSON before; the log that replay needs is of another test."""
     answer = folder / "check.json"
@@ -209,6 +267,8 @@ def main():
         found += key_offences(programs, folder)
         found += option_offences(programs["m100-lab"], programs["m100"], folder)
         found += list_offences(programs["m100-lab"], folder)
+        found += merge_offences(programs["m100-lab"], folder)
+        found += json_file_offences(programs["m100-lab"], folder)
         found += json_offences(programs["m100"], folder, vehicle, table, flight)
         found += lab_json_offences(programs["m100-lab"], folder)
     for one in found:

@@ -24,6 +24,19 @@ TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(printable("\xc2\x80\xc2\x9f"), "\\xc2\\x80\\xc2\\x9f");
 }
 
+// A name in a file that is shown backwards, or as two lines, is another name than it says.
+TEST(Printable, EscapesWhatTurnsALineRoundOrEndsIt) {
+  EXPECT_EQ(printable("a\xe2\x80\xae"
+                      "b"),
+            "a\\xe2\\x80\\xaeb");
+  for (const char* text : {"\xe2\x80\xa8", "\xe2\x80\xa9", "\xe2\x80\xaa", "\xe2\x81\xa6", "\xe2\x81\xa9"}) {
+    EXPECT_EQ(printable(text).size(), 12U) << text;
+  }
+  for (const char* text : {"\xe2\x80\xa7", "\xe2\x80\xaf", "\xe2\x81\xa5", "\xe2\x81\xaa", "\xe2\x82\xac"}) {
+    EXPECT_EQ(printable(text), text);
+  }
+}
+
 // Would catch a sequence that is believed for its first byte.
 TEST(Printable, EscapesWhatIsNoUtf8) {
   EXPECT_EQ(printable("\x80"), "\\x80") << "a byte that continues nothing";
