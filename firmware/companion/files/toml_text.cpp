@@ -141,10 +141,30 @@ void copy_long_literal_string(Copy& copy) {
   copy.keep(3);
 }
 
+/// A name of so many parts is none of ours (three at the most), and toml++ goes down its parts on the stack: a million
+/// of them ended the program.
+class NameParts {
+ public:
+  void see(Copy& copy) {
+    constexpr int kMost = 16;
+    const char letter = copy.next();
+    if (letter == '.' && ++dots_ > kMost) {
+      copy.refuse("a name has too many parts");
+    }
+    if (std::string_view("=,[]{}\n").find(letter) != std::string_view::npos) {
+      dots_ = 0;
+    }
+  }
+
+ private:
+  int dots_ = 0;
+};
+
 }  // namespace
 
 std::string ascii_toml(std::string_view text) {
   Copy copy(text);
+  NameParts parts;
   while (!copy.done()) {
     if (copy.next() == '#') {
       copy_comment(copy);
@@ -157,6 +177,7 @@ std::string ascii_toml(std::string_view text) {
     } else if (copy.next() == '\'') {
       copy_literal_string(copy);
     } else if (is_ascii(copy.next())) {
+      parts.see(copy);
       copy.keep();
     } else {
       copy.refuse("a character that is not ASCII stands outside quotes: put the name or the value in double quotes");

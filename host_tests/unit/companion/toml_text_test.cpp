@@ -50,6 +50,34 @@ TEST(TomlText, WhatTheLibraryDidNotThinkOfIsRefusedToo) {
   EXPECT_TRUE(line == 2 || line == 3) << line;
 }
 
+// A megabyte of "a.a.a" ended the program on its stack; names that are nested otherwise are toml++'s to refuse.
+TEST(TomlText, ANameOfTooManyPartsIsRefusedByItsLine) {
+  const auto name = [](int parts, const std::string& part) {
+    std::string out = part;
+    for (int k = 1; k < parts; ++k) {
+      out += "." + part;
+    }
+    return out;
+  };
+  for (const std::string part : {"a", "1", "\"b\"", "'c'", " d "}) {
+    for (const int parts : {18, 1000000}) {
+      EXPECT_EQ(refused_at("x = 1\n" + name(parts, part) + " = 1\n"), 2) << part;
+      EXPECT_EQ(refused_at("\n\n[" + name(parts, part) + "]\n"), 3) << part;
+      EXPECT_EQ(refused_at("y = { " + name(parts, part) + " = 1 }\n"), 1) << part;
+    }
+  }
+  EXPECT_EQ(refused_at(name(17, "a") + " = 1\n"), 0);
+  EXPECT_EQ(
+      refused_at("a = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8]\n"),
+      0);
+  EXPECT_EQ(refused_at("# " + name(100, "a") + "\ns = \"" + name(100, "a") + "\"\n"), 0);
+  std::string nested = "1";
+  for (int k = 0; k < 200; ++k) {
+    nested = "{ " + name(17, "a") + " = " + nested + " }";
+  }
+  EXPECT_EQ(refused_at("a = " + nested + "\n"), 0);
+}
+
 TEST(TomlText, WhatIsLeftOpenIsRefused) {
   for (const char* open : {"\n\"ä", "\n'ä", "\na = \"\"\"ä", "\na = '''", "\na = 'ä\n'", "\na = \"ä\\"}) {
     EXPECT_GE(refused_at(open), 2) << open;
