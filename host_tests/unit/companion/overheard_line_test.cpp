@@ -69,6 +69,35 @@ TEST_F(OverheardLineTest, AnOrderToStopAlwaysFindsRoom) {
   EXPECT_EQ(all.back(), (std::pair<int, float>{kGuided, 0.F})) << "and nothing that came in excess flies behind it";
 }
 
+// What stands in the result of a flight: nothing before anybody spoke, and each once.
+TEST_F(OverheardLineTest, WhatWasHeardIsCounted) {
+  const HeardStats& heard = line.stats();
+  for (const std::uint32_t count :
+       {heard.goals, heard.orders, heard.requests, heard.orders_lost, heard.requests_lost}) {
+    EXPECT_EQ(count, 0U);
+  }
+  for (std::size_t i = 0; i < OverheardLine::kMostOrders + 3; ++i) {
+    say(kRequestMessage, 1.F);
+  }
+  say(kRequestMessage, 1.F, 9);  // another aircraft's
+  EXPECT_EQ(heard.orders, OverheardLine::kMostOrders + 3);
+  EXPECT_EQ(heard.orders_lost, 3U);
+  const std::size_t most = [&] {
+    std::size_t asked = 0;
+    for (; asked < 100 && line.requests().size() == asked; ++asked) {
+      const mavlink::Frame frame =
+          mavlink::encode(mavlink::MissionRequestList{.target_system = 1}, kStation, sequence++);
+      EXPECT_EQ(pair.b().write(frame.bytes()).value_or(0), frame.bytes().size());
+      std::vector<std::byte> got(frame.bytes().size());
+      EXPECT_EQ(line.read(got).value_or(0), got.size());
+    }
+    return asked;
+  }();
+  EXPECT_EQ(heard.requests, most);
+  EXPECT_EQ(heard.requests_lost, 1U) << "the one that found no room, of " << most;
+  EXPECT_EQ(heard.goals, 0U);
+}
+
 // Catches a ground station that waits for a list that never comes, beside an excitation.
 TEST_F(OverheardLineTest, AFlightWithoutMissionsAnswersWhoAsksForOne) {
   const auto ask = [this](const auto& message) {

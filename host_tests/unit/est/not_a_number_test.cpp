@@ -10,11 +10,33 @@
 #include "firmware/est/answer_check.h"
 #include "firmware/est/cross_check.h"
 #include "firmware/est/dead_reckoning.h"
+#include "firmware/est/estimate.h"
 #include "firmware/est/motion_check.h"
 #include "firmware/est/tilt_check.h"
 
 namespace m100::est {
 namespace {
+
+// Who has estimated nothing yet says nothing good: no field of a fresh estimate lets anybody fly.
+TEST(Estimate, AFreshOneIsWorthNothing) {
+  const Estimate<double> fresh;
+  EXPECT_FALSE(fresh.healthy);
+  EXPECT_FALSE(fresh.predicts);
+  for (const AxisEstimate<double>& axis : {fresh.x, fresh.y}) {
+    for (const double value : {axis.position_m, axis.velocity_m_s, axis.tilt_rad, axis.tilt_rate_rad_s,
+                               axis.disturbance_m_s2, axis.input_offset_rad, axis.position_variance_m2,
+                               axis.filter_variance_m2, axis.position_velocity_m2_s, axis.velocity_variance_m2_s2}) {
+      EXPECT_EQ(value, 0.0);
+    }
+  }
+  for (const double value :
+       {fresh.height_m, fresh.climb_m_s, fresh.climb_offset_m_s, fresh.yaw_rad, fresh.yaw_rate_rad_s,
+        fresh.refusal.distance_m, fresh.refusal.allowed_m, fresh.refusal.turned_rad}) {
+    EXPECT_EQ(value, 0.0);
+  }
+  EXPECT_EQ(fresh.refused_poses, 0U);
+  EXPECT_EQ(fresh.refused_for, core::Duration{0});
+}
 
 constexpr float kTick_s = 0.01F;
 constexpr float kGravity_m_s2 = 9.8066F;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "firmware/safety/observation.h"
 #include "firmware/safety/supervisor.h"
 
 namespace m100::safety {
@@ -285,6 +286,23 @@ TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
       flight.later(moved, seen);
     }
     EXPECT_EQ(flight.supervisor.rung(), moved == microseconds(1000) ? Rung::kNominal : Rung::kCoast) << moved.count();
+  }
+}
+
+// What nobody has seen yet speaks against flying, and nobody has given an order.
+TEST(Observation, AFreshOneLetsNobodyFly) {
+  const Observation fresh;
+  EXPECT_EQ(fresh.pose_age, core::Duration::max());
+  EXPECT_EQ(fresh.telemetry_age, core::Duration::max());
+  EXPECT_FALSE(fresh.estimate_healthy || fresh.authority || fresh.mode_f || fresh.operator_engages);
+  EXPECT_FALSE(fresh.operator_releases || fresh.task_flies || fresh.swings || fresh.swings_on || fresh.trim_drifted);
+  EXPECT_EQ(fresh.left_model, (std::array<bool, 4>{}));
+  EXPECT_EQ(fresh.refused_poses + fresh.contradicted_by, 0U);
+  EXPECT_EQ(fresh.refused_for + fresh.place_lost_for, core::Duration{0});
+  for (const double value : {fresh.refused_by_m, fresh.refused_allowed_m, fresh.error_m, fresh.speed_m_s,
+                             fresh.speed_then_m_s, fresh.push_m_s2, fresh.swing_rad, fresh.swing_hz,
+                             fresh.refused_turn_rad, fresh.contradicted_with, fresh.contradicted_allowed}) {
+    EXPECT_EQ(value, 0.0);
   }
 }
 
