@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string_view>
 
 namespace m100::companion {
 namespace {
@@ -183,6 +185,17 @@ TEST_F(GoalsTest, AFlightThatBeginsAnewHoldsItsPlace) {
   EXPECT_EQ(reference().x, -1.0);
   EXPECT_EQ(reference().y, 2.0);
   EXPECT_EQ(reference().z, 1.2);
+}
+
+// What the operator reads where a goal is answered: a name for each, and none twice.
+TEST(GoalAnswers, EachHasAnotherName) {
+  std::set<std::string_view> names;
+  for (const GoalAnswer answer : {GoalAnswer::kFlies, GoalAnswer::kSame, GoalAnswer::kNotFlying, GoalAnswer::kFrame,
+                                  GoalAnswer::kMask, GoalAnswer::kNoNumber, GoalAnswer::kGoesHome}) {
+    EXPECT_GT(name(answer).size(), 8U) << name(answer);
+    names.insert(name(answer));
+  }
+  EXPECT_EQ(names.size(), 7U);
 }
 
 }  // namespace

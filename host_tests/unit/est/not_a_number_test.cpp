@@ -6,16 +6,31 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include "firmware/est/answer_check.h"
 #include "firmware/est/cross_check.h"
 #include "firmware/est/dead_reckoning.h"
+#include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/estimate.h"
 #include "firmware/est/motion_check.h"
 #include "firmware/est/tilt_check.h"
 
 namespace m100::est {
 namespace {
+
+// What the log and the operator read where the observer began anew: a name for each, and none twice.
+TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
+  std::set<std::string_view> names;
+  for (const Recovery recovery :
+       {Recovery::kNone, Recovery::kPoseMoved, Recovery::kLongDropout, Recovery::kAttitude, Recovery::kNotFinite}) {
+    EXPECT_GE(name(recovery).size(), 4U);
+    EXPECT_NE(name(recovery), "unknown");
+    names.insert(name(recovery));
+  }
+  EXPECT_EQ(names.size(), 5U);
+}
 
 // Who has estimated nothing yet says nothing good: no field of a fresh estimate lets anybody fly.
 TEST(Estimate, AFreshOneIsWorthNothing) {
