@@ -38,8 +38,8 @@ struct PoseLatencyTest : ::testing::Test {
     }
   }
 };
-using Scalars = ::testing::Types<float, double>;
-TYPED_TEST_SUITE(PoseLatencyTest, Scalars);
+using BothReals = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(PoseLatencyTest, BothReals);
 
 // 3 ms: a tick of 10 ms is a third of that off where the integral is cut in the wrong place.
 TYPED_TEST(PoseLatencyTest, IsFoundInMotionWhateverWasBelieved) {
