@@ -121,7 +121,9 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   EXPECT_LE(examiner["obtain_requests"], 3);
   // Two seconds between requests, less what the line and the steps of both programs add or take: 20 ms.
   const double lag_s = examiner["longest_lag_s"];
-  EXPECT_GE(examiner["least_obtain_spacing_s"].get<double>(), 1.98 - lag_s);
+  if (examiner["obtain_requests"] > 1) {
+    EXPECT_GE(examiner["least_obtain_spacing_s"].get<double>(), 1.98 - lag_s);
+  }
   EXPECT_EQ(examiner["control_after_loss"], 0);
 
   const bool sticks = std::string(line.channel) == "virtual_rc";

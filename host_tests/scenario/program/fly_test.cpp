@@ -131,7 +131,7 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
     for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
       line += " " + word;
     }
-    ASSERT_EQ(Process("/bin/sh", {"-c", line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
+    ASSERT_EQ(Process("/bin/sh", {"-c", "exec " + line + " <&- >&- 2>&-"}).wait(std::chrono::seconds(30)), 0);
     EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
     const json examiner = examined(*autopilot);
     EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";

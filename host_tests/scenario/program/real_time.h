@@ -4,33 +4,11 @@
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <functional>
-#include <thread>
+
+#include "host_tests/scenario/program/stall_meter.h"
 
 namespace m100::scenario {
-
-/// How long the machine keeps a process waiting that wants to run: the programs' times are late by that.
-class StallMeter {
- public:
-  double longest_s() const { return longest_s_; }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds kLook{5};
-
-  std::atomic<double> longest_s_{0.0};
-  std::jthread thread_{[this](const std::stop_token& stop) {
-    for (Clock::time_point last = Clock::now(); !stop.stop_requested();) {
-      std::this_thread::sleep_for(kLook);
-      const Clock::time_point now = Clock::now();
-      longest_s_ = std::max(longest_s_.load(), std::chrono::duration<double>(now - last - kLook).count());
-      last = now;
-    }
-  }};
-};
 
 /// Telemetry is dead after 0.5 s (safety::Limits), and four processes stand in line on its way into a test: autopilot,
 /// program, keeper and the test itself. A machine that keeps each waiting for a quarter of it may end a flight, as it
@@ -48,7 +26,7 @@ void judge_in_real_time(const std::function<void()>& begin_again, const std::fun
   for (int attempt = 1; attempt <= kAttempts; ++attempt) {
     ::testing::TestPartResultArray seen;
     {
-      const Meter machine;
+      Meter machine;
       const ::testing::ScopedFakeTestPartResultReporter held(
           ::testing::ScopedFakeTestPartResultReporter::INTERCEPT_ALL_THREADS, &seen);
       flight();

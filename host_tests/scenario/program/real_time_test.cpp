@@ -2,6 +2,10 @@
 // What counts of a flight in real time: a failure on a machine that kept pace, and nothing on one that stalled.
 #include "host_tests/scenario/program/real_time.h"
 
+#include <sched.h>
+
+#include "host_tests/scenario/program/process.h"
+
 namespace m100::scenario {
 namespace {
 
@@ -39,6 +43,30 @@ TEST(RealTime, AFlightThatPassedInAStallHasPassed) {
   Flights flights;
   flights.judge(1, 0);
   EXPECT_EQ(flights.flown, 1);
+}
+
+// Two programs that compute, tied to one processor, each wait half of the time; the meter's own thread may not.
+TEST(RealTime, SeesAProgramThatWaitsWhileOthersRun) {
+  cpu_set_t all, one;
+  ASSERT_EQ(sched_getaffinity(0, sizeof all, &all), 0);
+  CPU_ZERO(&one);
+  for (std::size_t i = 0; CPU_COUNT(&one) == 0; ++i) {
+    if (CPU_ISSET(i, &all)) {
+      CPU_SET(i, &one);
+    }
+  }
+  if (RunDelays::now().empty()) {
+    GTEST_SKIP() << "this kernel does not count how long a thread waits";
+  }
+  StallMeter machine;
+  {
+    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+    const Process first("/bin/sh", {"-c", "while :; do :; done"});
+    const Process second("/bin/sh", {"-c", "while :; do :; done"});
+    ASSERT_EQ(sched_setaffinity(0, sizeof all, &all), 0);
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+  }
+  EXPECT_GE(machine.longest_s(), kStall_s);
 }
 
 TEST(RealTime, ADefectIsFoundBehindStalls) {
