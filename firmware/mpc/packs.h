@@ -31,8 +31,8 @@
 // Loops over packs are unrolled where registers are wide; where they are not, only that of add_columns() is, which is
 // one function there: seventy kilobytes of flash would go into unrolling all.
 #define M100_PRAGMA(text) _Pragma(#text)
-#if defined(__SANITIZE_ADDRESS__)
-#define M100_UNROLL(times)  // the instrumented loop is no longer one that GCC can annotate
+#if defined(M100_SANITIZED)
+#define M100_UNROLL(times)  // an instrumented loop is not one that a compiler can unroll
 #elif defined(M100_LANES_SCALAR)
 #define M100_UNROLL(times) M100_PRAGMA(GCC unroll 1)
 #else

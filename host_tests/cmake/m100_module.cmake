@@ -50,6 +50,7 @@ target_compile_options(m100_warnings INTERFACE
 if(M100_SANITIZE)
   # Compiling takes most of the sanitized part of a run: -O0, but for what computes (m100_module, COMPUTES).
   set(CMAKE_CXX_FLAGS_DEBUG "-O0 -g1")
+  target_compile_definitions(m100_numerics INTERFACE $<BUILD_INTERFACE:M100_SANITIZED>)  # GCC alone has a name for it
   target_compile_options(m100_numerics INTERFACE
     $<BUILD_INTERFACE:-fsanitize=address,undefined> $<BUILD_INTERFACE:-fno-sanitize=vptr>
     $<BUILD_INTERFACE:-fno-sanitize-recover=all> $<BUILD_INTERFACE:-fno-omit-frame-pointer>)
@@ -218,15 +219,16 @@ function(m100_own_folder)
   target_link_libraries(m100_own_folder PRIVATE m100::core m100_warnings)
 endfunction()
 
-# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE] [COMPUTES])
+# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE] [OPTIMISED] [COMPUTES])
 #
 # Makes the program <label>_<name> and registers each of its GoogleTest cases with ctest under the label. In a cross
 # build the whole program is one test, because each start of the emulator costs more than most cases; a program whose
 # libraries this machine does not have is left out, by name, and so is one that is NATIVE: it asks the kernel for what
-# qemu-user does not pass on. One that COMPUTES for long has the label `computes` as well and stands in target
+# qemu-user does not pass on. One that is OPTIMISED does much itself and is compiled with -O1 under sanitizers. One that
+# COMPUTES for long has the label `computes` as well and stands in target
 # tests_computing instead of tests_<label>: by day it runs optimised, under sanitizers at night.
 function(m100_tests)
-  cmake_parse_arguments(arg "NATIVE;COMPUTES" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(arg "NATIVE;OPTIMISED;COMPUTES" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
   set(program ${arg_LABEL}_${arg_NAME})
   if(CMAKE_CROSSCOMPILING)
     if(arg_NATIVE)
@@ -245,7 +247,11 @@ function(m100_tests)
   m100_join(${program})
   target_link_libraries(${program} PRIVATE ${arg_DEPS} m100_own_folder m100::core m100_warnings m100_compiled_soon
     GTest::gtest_main)
-  m100_test_headers(${program})
+  if(arg_OPTIMISED AND M100_SANITIZE)
+    target_compile_options(${program} PRIVATE -O1)  # the precompiled headers are those of -O0
+  else()
+    m100_test_headers(${program})
+  endif()
   if(CMAKE_CROSSCOMPILING)
     # Deviation: GCC 12 for ARM warns falsely about std::string operator+ where <string> comes precompiled; the PC's
     # build of the same files keeps the warnings.

@@ -68,7 +68,7 @@ struct MostChanges {
 };
 
 MostChanges most_changes(const AxisProblem& axis) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef M100_SANITIZED
   constexpr std::size_t kEvery = 19;  // instrumented code takes a share of them
 #else
   constexpr std::size_t kEvery = 1;
@@ -210,7 +210,7 @@ TEST(SetpointLaw, TheMostChangesOfTheActiveSetInItsBoxByEnumeration) {
     cold += (cold.empty() ? "" : ", ") + std::to_string(most.cold);
     kept += (kept.empty() ? "" : ", ") + std::to_string(most.kept);
   }
-#ifndef __SANITIZE_ADDRESS__
+#ifndef M100_SANITIZED
   RecordProperty("figure.box_changes.cold", cold);
   RecordProperty("figure.box_changes.kept", kept);
 #endif

@@ -19,7 +19,7 @@ std::size_t allocations = 0;
 
 // Deviation: replacing the allocator is the point of this program. operator new of the library ends in malloc; Eigen
 // asks malloc itself. The sanitizers have an allocator of their own: there, operator new alone is counted.
-#ifdef __SANITIZE_ADDRESS__
+#ifdef M100_SANITIZED
 void* operator new(std::size_t size) {
   ++allocations;
   if (void* const memory = std::malloc(size); memory != nullptr) {
@@ -57,7 +57,7 @@ TEST(NoHeap, IsCounted) {
   std::size_t before = allocations;
   const auto by_new = std::make_unique<std::vector<int>>(1000);
   EXPECT_GE(allocations - before, 2U);
-#ifndef __SANITIZE_ADDRESS__
+#ifndef M100_SANITIZED
   before = allocations;
   Eigen::MatrixXd by_eigen(30, 30);
   by_eigen.setZero();

@@ -76,7 +76,7 @@ TEST_F(TableFile, WithMoreLawsOrNodesThanThereIsRoomForIsRefused) {
   EXPECT_EQ(storage->load(to_file(nodes), file.digest), Status::kInvalidArgument);
 }
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef M100_SANITIZED
 constexpr std::size_t kStride = 13;  // the release build walks through all of them; under sanitizers that takes minutes
 #else
 constexpr std::size_t kStride = 1;
