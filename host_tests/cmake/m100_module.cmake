@@ -259,7 +259,7 @@ function(m100_tests)
   endif()
   set(labels "${arg_LABEL};${arg_NAME}")
   set(all tests_${arg_LABEL})  # all programs of a label, for those who want to build no more
-  if(arg_COMPUTES)
+  if(arg_COMPUTES AND NOT CMAKE_CROSSCOMPILING)
     list(APPEND labels computes)
     set(all tests_computing)
   endif()

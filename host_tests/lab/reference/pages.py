@@ -96,7 +96,7 @@ def messages_table(root):
         r'"(\w+)"', causes[causes.index("kCauseNames{"):causes.index("static_assert")])]
     words = source("firmware/companion/fly/words.cpp")
     rows += [row("an excitation aborted", spoken(text)) for text in re.findall(
-        r"case Excitation::Abort::k\w+:\s*line\.add\(" + TEXT + r"\)", words)]
+        r"case Abort::k\w+:\s*line\.add\(" + TEXT + r"\)", words)]
     return {"columns": ["what the program advises"], "rows": rows}
 
 
