@@ -10,24 +10,13 @@
 
 #include "firmware/core/tilt.h"
 #include "firmware/est/units.h"
+#include "host_tests/unit/est/observed_vehicle.h"
 #include "host_tests/unit/est/scalars.h"
 
 namespace m100::est {
 namespace {
 
 using std::chrono::milliseconds;
-
-model::Vehicle vehicle() {
-  model::Vehicle v;
-  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
-    axis->natural_frequency_rad_s = 9.36;
-    axis->damping_ratio = 0.68;
-    axis->transport_delay_s = 0.033;
-  }
-  v.climb.time_constant_s = 0.334;
-  v.yaw_rate.time_constant_s = 0.19;
-  return v;
-}
 
 /// A vehicle that hovers in a wind, tilted against it; measured with noise of a fixed seed.
 template <typename Real>

@@ -6,22 +6,11 @@
 #include <string_view>
 
 #include "firmware/est/disturbance_ekf.h"
+#include "host_tests/unit/est/observed_vehicle.h"
 #include "host_tests/unit/est/scalars.h"
 
 namespace m100::est::refused {
 namespace {
-
-model::Vehicle vehicle() {
-  model::Vehicle v;
-  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
-    axis->natural_frequency_rad_s = 9.36;
-    axis->damping_ratio = 0.68;
-    axis->transport_delay_s = 0.033;
-  }
-  v.climb.time_constant_s = 0.334;
-  v.yaw_rate.time_constant_s = 0.19;
-  return v;
-}
 
 template <typename Ekf>
 class RefusedAttitude : public ::testing::Test {};

@@ -6,23 +6,12 @@
 #include <cmath>
 
 #include "firmware/est/disturbance_ekf.h"
+#include "host_tests/unit/est/observed_vehicle.h"
 
 namespace m100::est {
 namespace {
 
 using std::chrono::milliseconds;
-
-model::Vehicle vehicle() {
-  model::Vehicle v;
-  for (model::StickAxis* axis : {&v.roll, &v.pitch}) {
-    axis->natural_frequency_rad_s = 9.36;
-    axis->damping_ratio = 0.68;
-    axis->transport_delay_s = 0.033;
-  }
-  v.climb.time_constant_s = 0.334;
-  v.yaw_rate.time_constant_s = 0.19;
-  return v;
-}
 
 /// A level aircraft that glides at a constant speed; measured without noise, poses of this moment.
 template <typename Ekf, typename Real>
