@@ -194,6 +194,8 @@ TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
     Process program(M100_PROGRAM, flight({"--once", "--hold", "60", "--json", result.string()}), errors);
     ASSERT_TRUE(wait_for_control());
     std::this_thread::sleep_for(std::chrono::seconds(1));
+    fs::remove(port);  // as udev does; the number behind it soon is somebody else's terminal
+    fs::remove(pose);
     autopilot->send(SIGKILL);
     autopilot.reset();  // its pseudo-terminals are gone
     EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
