@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/log_file.h"
@@ -20,6 +21,7 @@
 #include "firmware/companion/fly/model_findings.h"
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/preparation.h"
+#include "firmware/companion/fly/screen.h"
 #include "firmware/companion/fly/words.h"
 #include "firmware/companion/room/room_orders.h"
 #include "firmware/companion/subcommands.h"
@@ -219,8 +221,11 @@ OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& co
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
               Live& live) {
   live.finish();  // its line must not stand among the words
-  print(std::cout, controller.link().health());
-  print(std::cout, controller.pose_link().stats(), pose.signatures());
+  std::ostringstream words;
+  print(words, controller.link().health());
+  print(words, controller.pose_link().stats(), pose.signatures());
+  std::cout << std::flush;
+  write_at_last(words.str());
   result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
   write_result(options.json, result);
 }
@@ -233,6 +238,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const FlightModel model = sound_model(options, orders.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
+  do_not_wait_for_screens();
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
   keeper.hold(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -128,6 +129,8 @@ void say(std::string_view line) {
   pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
   if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
     std::cout << line_begin() << line << std::endl;
+    std::cout.clear();  // a line that was not taken is lost, those behind it are not
+    std::clearerr(stdout);
   }
 }
 

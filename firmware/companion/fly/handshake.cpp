@@ -11,6 +11,7 @@
 #include "firmware/companion/fly/hand_back.h"
 #include "firmware/companion/fly/keeper.h"
 #include "firmware/companion/fly/link_report.h"
+#include "firmware/companion/fly/screen.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -190,6 +191,7 @@ void shake_hands(const FlyOptions& options) {
             << " s; the propellers must be off" << std::endl;
   hal::SerialPort port(options.port, options.baud);
   open_or_explain(port);
+  do_not_wait_for_screens();
   Keeper keeper(neutral_of(options), prepared.config.cipher, options.port);
   link::SerialLink link(port, prepared.config);
   Session session(options, link);
@@ -204,8 +206,10 @@ void shake_hands(const FlyOptions& options) {
     }
   }
   link.authority().owed ? keeper.speak() : keeper.dismiss();
-  std::cout << (session.succeeded() ? "released" : "not completed") << "\n";
-  print(std::cout, link.health());
+  std::ostringstream words;
+  words << (session.succeeded() ? "released" : "not completed") << "\n";
+  print(words, link.health());
+  write_at_last(words.str());
   write_result(options.json, result_of(options, session, link, clock));
   if (!session.succeeded()) {
     throw CLI::RuntimeError(kAnswerIsNo);

@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 
 #include "firmware/companion/fly/keeper_channel.h"
+#include "firmware/companion/fly/screen.h"
 
 namespace m100::companion {
 namespace {
@@ -104,7 +104,7 @@ class Watch {
     for (std::size_t round = 0; round < Keeper::kRounds; ++round) {
       speak(round == 0 && in_control && just_now);
       if (round == 0) {
-        tell(line);
+        write_now(STDERR_FILENO, line);
       }
       if (round + 1 < Keeper::kRounds) {
         pause();
@@ -143,7 +143,7 @@ class Watch {
     last_beats_ = beats | KeeperBoard::kSpoken;
     speak(false);
     if (rounds_left_ == Keeper::kRounds) {
-      tell("m100: the flying program does not answer; control was given back\n");
+      write_now(STDERR_FILENO, "m100: the flying program does not answer; control was given back\n");
     }
     --rounds_left_;
     next_round_ = now + Keeper::kRepeat;
@@ -162,14 +162,6 @@ class Watch {
         return;  // the port is gone
       }
       left = left.subspan(count > 0 ? static_cast<std::size_t>(count) : 0);
-    }
-  }
-
-  /// A terminal that stands still must not hold the keeper, and with it the port.
-  static void tell(const char* line) {
-    pollfd screen{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
-    if (poll(&screen, 1, 0) > 0 && (screen.revents & POLLOUT) != 0) {
-      (void)!write(STDERR_FILENO, line, std::strlen(line));
     }
   }
 

@@ -3,7 +3,6 @@
 
 #include <arpa/inet.h>
 #include <malloc.h>
-#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -15,6 +14,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "firmware/companion/fly/screen.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
@@ -29,13 +29,6 @@ std::atomic<bool> line_stands{false};
 std::size_t columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1U : kNoEnd;
-}
-
-void put(std::string_view text) {
-  pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
-  if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
-    (void)!::write(STDOUT_FILENO, text.data(), text.size());
-  }
 }
 
 double milliseconds(double seconds) { return 1000.0 * seconds; }
@@ -177,7 +170,7 @@ void Live::start() {
     }
     show_all();
     if (has_line_) {
-      put(kBegin);
+      write_now(STDOUT_FILENO, kBegin);
     }
   });
 }
@@ -219,7 +212,7 @@ void Live::show_line(const LiveState& state) {
   const auto came = static_cast<double>(state.poses - former.poses);
   former = state;
   const std::string line = status_of(state, lost / std::max(1.0, lost + came));
-  put(std::string(kBegin) + line.substr(0, columns()));
+  write_now(STDOUT_FILENO, std::string(kBegin) + line.substr(0, columns()));
 }
 
 }  // namespace m100::companion

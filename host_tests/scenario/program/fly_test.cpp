@@ -3,6 +3,9 @@
 #include <fcntl.h>
 #include <stdlib.h>
 #include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
 
 #include "firmware/companion/files/recorded_flight.h"
 #include "host_tests/scenario/program/program_fixture.h"
@@ -139,24 +142,73 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
   });
 }
 
+/// A terminal of our own: what programs write on its screen waits until somebody reads it at its other end.
+class Terminal {
+ public:
+  Terminal() : other_end_(posix_openpt(O_RDWR | O_NOCTTY)) {
+    EXPECT_TRUE(other_end_ >= 0 && grantpt(other_end_) == 0 && unlockpt(other_end_) == 0);
+    screen_ = open(ptsname(other_end_), O_RDWR | O_NOCTTY);
+    EXPECT_GE(screen_, 0);
+  }
+  ~Terminal() {
+    close(screen_);
+    close(other_end_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  int screen() const { return screen_; }
+  /// Writes so much on the screen, or what it takes. @returns how much that was.
+  std::size_t fill(std::size_t bytes) const {
+    const int own = open(ptsname(other_end_), O_WRONLY | O_NOCTTY | O_NONBLOCK);
+    const std::string text(64, '.');
+    std::size_t written = 0;
+    for (ssize_t count = 1; count > 0 && written < bytes;
+         written += static_cast<std::size_t>(std::max<ssize_t>(count, 0))) {
+      count = ::write(own, text.data(), std::min(text.size(), bytes - written));
+    }
+    close(own);
+    return written;
+  }
+
+ private:
+  int other_end_, screen_ = -1;
+};
+
 // Ctrl-S in the terminal: its output stands still, the tick does not.
 TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
   RecordProperty("promise", "R9");
   in_real_time([&] {
     const auto autopilot = start_autopilot();
-    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-    ASSERT_TRUE(terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0);
-    const int screen = open(ptsname(terminal), O_RDWR | O_NOCTTY);
-    ASSERT_GE(screen, 0);
-    Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, screen);
+    const Terminal terminal;
+    Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, terminal.screen());
     ASSERT_TRUE(wait_for_control());
-    ASSERT_EQ(tcflow(screen, TCOOFF), 0);
+    ASSERT_EQ(tcflow(terminal.screen(), TCOOFF), 0);
     EXPECT_TRUE(wait_for("\"released\"")) << "control went back although nobody can read about it";
-    EXPECT_EQ(tcflow(screen, TCOON), 0);
+    EXPECT_EQ(tcflow(terminal.screen(), TCOON), 0);
     EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
-    close(screen);
-    close(terminal);
+  });
+}
+
+constexpr std::size_t kFewLines = 1500;  ///< bytes: some of what is said before control and in three seconds of it
+
+// A session over the network that broke off: nobody reads the terminal any more, and there is room for part of a line.
+TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
+  RecordProperty("promise", "R9");
+  in_real_time([&] {
+    const auto autopilot = start_autopilot();
+    const Terminal terminal;
+    const std::size_t all = Terminal().fill(1'000'000);
+    ASSERT_GT(all, kFewLines);
+    terminal.fill(all - kFewLines);
+    Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string(), "--status", "always"}), errors,
+                    terminal.screen());
+    EXPECT_EQ(program.wait(std::chrono::seconds(30)), 0);
+    const json told = json::parse(std::ifstream(result));
+    EXPECT_TRUE(told["released"]);
+    EXPECT_EQ(told["last_reason"], "released") << told;
+    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
 

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/fly/screen.h"
+
+#include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+
+namespace m100::companion {
+namespace {
+
+/// Whether it has room for something, at the latest behind this time.
+bool takes(int descriptor, std::chrono::milliseconds patience) {
+  pollfd screen{.fd = descriptor, .events = POLLOUT, .revents = 0};
+  return poll(&screen, 1, static_cast<int>(patience.count())) > 0 && (screen.revents & POLLOUT) != 0;
+}
+
+}  // namespace
+
+void do_not_wait_for_screens() {
+  for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) {
+    if (isatty(descriptor) != 1) {
+      continue;
+    }
+    std::array<char, 32> path{};
+    std::snprintf(path.data(), path.size(), "/proc/self/fd/%d", descriptor);
+    const int anew = open(path.data(), O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (anew >= 0) {
+      (void)dup2(anew, descriptor);
+      (void)close(anew);
+    }
+  }
+}
+
+void write_now(int descriptor, std::string_view text) {
+  if (takes(descriptor, std::chrono::milliseconds(0))) {
+    (void)!::write(descriptor, text.data(), text.size());
+  }
+}
+
+void write_at_last(std::string_view text) {
+  // A pipe that takes anything takes so much at once; a terminal takes what it has room for.
+  while (!text.empty() && takes(STDOUT_FILENO, kScreenPatience)) {
+    const ssize_t count = ::write(STDOUT_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
+    if (count < 0 && errno != EAGAIN && errno != EINTR) {
+      return;  // nobody is there to read
+    }
+    text.remove_prefix(count > 0 ? static_cast<std::size_t>(count) : 0);
+  }
+}
+
+}  // namespace m100::companion
