@@ -219,16 +219,21 @@ function(m100_own_folder)
   target_link_libraries(m100_own_folder PRIVATE m100::core m100_warnings)
 endfunction()
 
-# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE] [OPTIMISED] [COMPUTES])
+# Flights in real time mostly wait, and are judged by what they waited for the processor. So they begin early and by twos,
+# whatever the number of tests at once, and what computes has the other places. Each takes one of two lanes, in turn.
+set(M100_IN_REAL_TIME_COST 30)
+
+# m100_tests(LABEL unit NAME est SOURCES files... DEPS m100::est [TIMEOUT 1200] [NATIVE] [OPTIMISED] [COMPUTES] [REAL_TIME])
 #
 # Makes the program <label>_<name> and registers each of its GoogleTest cases with ctest under the label. In a cross
 # build the whole program is one test, because each start of the emulator costs more than most cases; a program whose
 # libraries this machine does not have is left out, by name, and so is one that is NATIVE: it asks the kernel for what
 # qemu-user does not pass on. One that is OPTIMISED does much itself and is compiled with -O1 under sanitizers. One that
 # COMPUTES for long has the label `computes` as well and stands in target
-# tests_computing instead of tests_<label>: by day it runs optimised, under sanitizers at night.
+# tests_computing instead of tests_<label>: by day it runs optimised, under sanitizers at night. The cases of one in
+# REAL_TIME take the lanes above.
 function(m100_tests)
-  cmake_parse_arguments(arg "NATIVE;OPTIMISED;COMPUTES" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(arg "NATIVE;OPTIMISED;COMPUTES;REAL_TIME" "LABEL;NAME;TIMEOUT" "SOURCES;DEPS" ${ARGN})
   set(program ${arg_LABEL}_${arg_NAME})
   if(CMAKE_CROSSCOMPILING)
     if(arg_NATIVE)
@@ -284,6 +289,11 @@ function(m100_tests)
   set(file ${CMAKE_CURRENT_BINARY_DIR}/${program}_labels.cmake)
   file(WRITE ${file} "if(${program}_cases)\n  set_tests_properties(\${${program}_cases} PROPERTIES LABELS "
                      "\"${labels}\")\nendif()\n")
+  if(arg_REAL_TIME)
+    file(APPEND ${file} "set(lane 0)\nforeach(case IN LISTS ${program}_cases)\n"
+                        "  set_tests_properties(\${case} PROPERTIES RESOURCE_LOCK real_time_\${lane} COST ${M100_IN_REAL_TIME_COST})\n"
+                        "  math(EXPR lane \"1 - \${lane}\")\nendforeach()\n")
+  endif()
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${file})
 endfunction()
 

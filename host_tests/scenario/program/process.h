@@ -20,7 +20,7 @@ namespace m100::scenario {
 
 /// The program that a test starts: `program`, or for the one that ships what the environment names instead. So whole
 /// tests fly the build of it that counts its allocations.
-inline std::string started(std::string program) {
+inline std::string started(const std::string& program) {
 #ifdef M100_PROGRAM
   const char* const instead = std::getenv("M100_INSTEAD");
   return instead != nullptr && program == M100_PROGRAM ? instead : program;
@@ -34,9 +34,9 @@ class Process {
  public:
   /// @param errors where stderr goes; empty: to the test's own.
   /// @param output what becomes its stdout; -1: the test's own.
-  Process(std::string program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
+  Process(const std::string& program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
           int output = -1) {
-    arguments.insert(arguments.begin(), started(std::move(program)));
+    arguments.insert(arguments.begin(), started(program));
     std::vector<char*> pointers;
     pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) {
