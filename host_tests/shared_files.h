@@ -27,6 +27,7 @@ inline std::optional<std::filesystem::path> shared_file(const std::string& name)
 
 }  // namespace m100::host_tests
 
+// NOLINTBEGIN(bugprone-macro-parentheses): variable is a name to be declared
 /// Declares `variable` as the path of a shared file, or skips the test by the file's name.
 #define M100_SHARED_FILE_OR_SKIP(variable, name)                                                  \
   const auto variable##_found = ::m100::host_tests::shared_file(name);                            \
@@ -34,3 +35,4 @@ inline std::optional<std::filesystem::path> shared_file(const std::string& name)
     GTEST_SKIP() << name << " is not here: set M100_SHARED to the folder of the shared material"; \
   }                                                                                               \
   const std::filesystem::path& variable = *variable##_found
+// NOLINTEND(bugprone-macro-parentheses)

@@ -83,18 +83,19 @@ inline void refuse_empty_words(CLI::App& app) {
   }
 }
 
+/// What is wrong with a word of an option that takes a number; empty: nothing.
+inline std::string odd_number(const std::string& word, bool whole) {
+  const bool is_plain = whole ? is_plain_whole_number(word) : is_plain_number(word);
+  return is_plain ? std::string() : "'" + word + "' is no " + (whole ? "whole number" : "decimal number");
+}
+
 /// Numbers on a command line are decimal and finite. To be called when all subcommands have their options.
 inline void refuse_odd_numbers(CLI::App& app) {
   for (CLI::Option* const option : app.get_options()) {
     const std::string type = option->get_type_name();
     const bool whole = type.starts_with("INT") || type.starts_with("UINT");
     if (whole || type.starts_with("FLOAT")) {
-      option->check(
-          [whole](const std::string& word) {
-            const bool is_plain = whole ? is_plain_whole_number(word) : is_plain_number(word);
-            return is_plain ? std::string() : "'" + word + "' is no " + (whole ? "whole number" : "decimal number");
-          },
-          "");
+      option->check([whole](const std::string& word) { return odd_number(word, whole); }, "");
     }
   }
   for (CLI::App* const command : app.get_subcommands({})) {

@@ -29,7 +29,7 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   m100::companion::fill_standard_streams();
   CLI::App m100{"m100: fly a Matrice 100 from a companion board"};
   m100.require_subcommand(1);

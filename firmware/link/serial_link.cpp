@@ -9,7 +9,6 @@ namespace m100::link {
 namespace {
 
 using safety::AuthoritySign;
-using safety::Stage;
 using safety::when;
 
 core::Duration period_or_assert(const ChannelConfig& config) {

@@ -11,7 +11,6 @@ namespace m100::link {
 namespace {
 
 using safety::AuthoritySign;
-using safety::when;
 
 }  // namespace
 

@@ -182,6 +182,7 @@ core::Status Trajectory<T>::append_polynomial(const std::array<Polynomial<double
   return usable(place) ? append(piece, place) : core::Status::kOutOfRange;
 }
 
+// NOLINTBEGIN(bugprone-macro-parentheses): T is a type
 #define M100_WAYS(T)                                                                                          \
   template core::Status Trajectory<T>::append_between(const Node&, const Node&, core::Duration);              \
   template core::Status Trajectory<T>::append_minimum_snap(std::span<const Waypoint<T>>, const SpeedLimits&); \
@@ -189,6 +190,7 @@ core::Status Trajectory<T>::append_polynomial(const std::array<Polynomial<double
   template core::Status Trajectory<T>::append_curve(const Curve&, const SpeedLimits&);                        \
   template core::Status Trajectory<T>::append_polynomial(const std::array<Polynomial<double>, kDimensions>&,  \
                                                          core::Duration)
+// NOLINTEND(bugprone-macro-parentheses)
 M100_WAYS(float);
 M100_WAYS(double);
 #undef M100_WAYS

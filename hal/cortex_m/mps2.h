@@ -13,6 +13,8 @@ namespace m100::hal::mps2 {
 
 inline constexpr std::uint32_t kClock_hz = 25000000;
 
+// NOLINTBEGIN(performance-no-int-to-ptr): registers stand at numbers
+
 /// UART 0 to 2. Their interrupts are 2 n (receive) and 2 n + 1 (transmit).
 inline CmsdkUartRegisters& uart(std::uint32_t number) {
   return *reinterpret_cast<CmsdkUartRegisters*>(0x40004000U + 0x1000U * number);
@@ -28,6 +30,8 @@ inline volatile std::uint32_t& watchdog_lock() { return *reinterpret_cast<volati
 inline volatile std::uint32_t& set_enabled() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E100U); }
 inline volatile std::uint32_t& set_pending() { return *reinterpret_cast<volatile std::uint32_t*>(0xE000E200U); }
 
+// NOLINTEND(performance-no-int-to-ptr)
+
 constexpr std::uint32_t transmit_mask(std::uint32_t uart_number) { return 1U << (2U * uart_number + 1U); }
 
 inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
@@ -35,5 +39,6 @@ inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
 }  // namespace m100::hal::mps2
 
 namespace m100::hal {
-namespace board = mps2;  // for what is built for any board: includes M100_BOARD_HEADER, says board::
+namespace board =
+    mps2;  // NOLINT(misc-unused-alias-decls): for what is built for any board: includes M100_BOARD_HEADER, says board::
 }

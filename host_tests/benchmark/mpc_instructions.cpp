@@ -25,8 +25,6 @@
 namespace m100 {
 namespace {
 
-using lab::gains::Axis;
-
 template <typename T>
 mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
   if constexpr (std::is_same_v<T, double>) {

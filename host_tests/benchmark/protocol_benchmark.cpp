@@ -35,7 +35,7 @@ constexpr std::array kStreams{
 void run(benchmark::State& state, const Stream& stream) {
   const Bytes bytes = stream.make(kStreamBytes);
   protocol::FrameParser parser;
-  for (auto _ : state) {
+  for ([[maybe_unused]] const auto once : state) {
     benchmark::DoNotOptimize(receive(parser, bytes));
   }
   state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations()) * static_cast<std::int64_t>(bytes.size()));

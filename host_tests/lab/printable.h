@@ -5,6 +5,6 @@
 
 namespace m100::lab {
 
-using companion::printable;
+using companion::printable;  // NOLINT(misc-unused-using-decls): for those who include this
 
 }  // namespace m100::lab

@@ -55,6 +55,7 @@ Check judge(const link::PoseLink& link, const PosePort& port, const PoseLine& li
 
 std::vector<std::string> pose_messages() {
   std::vector<std::string> names;
+  names.reserve(std::size(mavlink::kPoseWires));
   for (const mavlink::PoseWire& wire : mavlink::kPoseWires) {
     names.emplace_back(wire.name);
   }

@@ -238,7 +238,6 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const FlightModel model = sound_model(options, orders.mode);
   const link::ChannelCommand neutral = neutral_of(options, model.vehicle());
   const protocol::Cipher* const cipher = link.encrypt_commands ? link.cipher : nullptr;
-  do_not_wait_for_screens();
   Keeper keeper(neutral, cipher, options.port);  // before the threads and the large objects
   keeper.hold(port.descriptor(), port.openings());
   PosePort pose_port(options.pose, options.port);

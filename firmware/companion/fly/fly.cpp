@@ -21,6 +21,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/key_file.h"
 #include "firmware/companion/fly/model_findings.h"
+#include "firmware/companion/fly/screen.h"
 #include "firmware/companion/fly/words.h"
 #include "firmware/companion/subcommands.h"
 
@@ -71,6 +72,9 @@ void run(const FlyOptions& options) {
   watch_signals();
   hal::SerialPort port(options.port, options.baud);
   open_or_explain(port);
+  if (!options.dry_run) {
+    do_not_wait_for_screens();
+  }
   const bool done =
       options.dry_run ? dry_run(options, prepared.config, port) : fly_course(options, prepared.config, port);
   if (!done) {

@@ -41,11 +41,11 @@ class StartPlace {
       return sum;
     };
     const auto least = [&](const auto& measure, const auto& counts) -> const core::Pose<double>& {
-      const core::Pose<double>* best = nullptr;
-      for (const core::Pose<double>& one : last_) {
-        best = counts(one) && (best == nullptr || measure(one) < measure(*best)) ? &one : best;
+      const core::Pose<double>* best = &last_.front();
+      for (const core::Pose<double>& one : last_) {  // more than half agree, so one counts
+        best = counts(one) && (!counts(*best) || measure(one) < measure(*best)) ? &one : best;
       }
-      return *best;  // more than half agree
+      return *best;
     };
     const double yaw_rad = least(turned_rad, [&](const auto& one) { return off_m(one) < kNear_m; }).yaw_rad;
     const core::Pose<double>& nearest = least(off_m, [&](const core::Pose<double>& one) {

@@ -80,7 +80,7 @@ std::string made(const std::string& path) {
   return path;
 }
 
-Folder::Folder(std::string path) : path_(made(path)) {
+Folder::Folder(const std::string& path) : path_(made(path)) {
   if (!has(kStateFile)) {
     return;
   }

@@ -39,7 +39,7 @@ std::string made(const std::string& path);
 class Folder {
  public:
   /// Reads evening.json, or begins a new folder where there is none. Errors: InputError.
-  explicit Folder(std::string path);
+  explicit Folder(const std::string& path);
 
   const std::string& path() const { return path_; }
   Settings& settings() { return settings_; }

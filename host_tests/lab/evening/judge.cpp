@@ -150,7 +150,7 @@ void note_balance(Folder& folder, const logs::FlightLog& flight, std::pair<doubl
 
 std::string judge_hover(Folder& folder, const std::string& name) {
   const std::string result = name + ".json";
-  if (const std::string why = judge_flight(folder, result); !why.empty()) {
+  if (std::string why = judge_flight(folder, result); !why.empty()) {
     return why;
   }
   const std::pair<double, double> flown = nominal(result_of(folder, result));
@@ -171,7 +171,7 @@ std::string judge_hover(Folder& folder, const std::string& name) {
 }
 
 std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle) {
-  if (const std::string why = judge_flight(folder, name + ".json"); !why.empty()) {
+  if (std::string why = judge_flight(folder, name + ".json"); !why.empty()) {
     return why;
   }
   const bool swung = result_of(folder, name + ".json").contains("swinging");
@@ -191,7 +191,7 @@ std::string judge_excitation(Folder& folder, const std::string& result) {
     return judge_flight(folder, result);
   }
   const std::string why = said.at("excitation").value("abort", json::object()).value("why", "control was lost");
-  const std::string seen = "the excitation was not flown to its end (" + why + ")";
+  std::string seen = "the excitation was not flown to its end (" + why + ")";
   if (why == "not_at_rest") {
     return calmer(folder, seen);
   }

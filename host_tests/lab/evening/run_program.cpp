@@ -34,6 +34,7 @@ std::string typed(const std::vector<std::string>& command) {
 int run_program(const std::vector<std::string>& command, const std::string& folder, const std::string& said) {
   std::vector<std::string> words = command;
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) {
     pointers.push_back(word.data());
   }

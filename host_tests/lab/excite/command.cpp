@@ -197,7 +197,7 @@ nlohmann::json to_json(const Made& one) {
 }
 
 std::vector<std::string> axes_of(const std::string& words) {
-  const std::vector<std::string> axes = list_of("--axis", words);
+  std::vector<std::string> axes = list_of("--axis", words);
   for (const std::string& axis : axes) {
     const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
     if (!is_known || std::count(axes.begin(), axes.end(), axis) != 1) {

@@ -108,7 +108,7 @@ CriticalRegion ParametricProgram::region_of(const Sides& sides) const {
   const MatrixXd multipliers = multipliers_of(sides, active);
   const MatrixXd of_active = inverse_(Eigen::all, active);
   CriticalRegion out;
-  out.piece.side = sides[0];
+  out.piece.side = side_of(sides, 0);
   Index a = 0;
   for (Index i = 0; i < kInputs; ++i) {
     if (const double side = side_of(sides, i); side != 0.0) {

@@ -81,7 +81,7 @@ void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
 }  // namespace
 }  // namespace m100::lab::hidden
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
   CLI::App app{"hidden_effects: a confusion matrix of the residual analysis on logs of its own"};
   std::size_t count = 600;

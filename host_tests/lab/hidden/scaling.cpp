@@ -92,7 +92,7 @@ void write_page(const std::string& file, const std::vector<Cost>& costs) {
 }  // namespace
 }  // namespace m100::lab::hidden
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
   m100::lab::give_back_large_blocks();  // as m100-lab does
   CLI::App app{"identify_scaling: time and memory of identify against the length of the log"};

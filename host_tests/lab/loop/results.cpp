@@ -8,6 +8,7 @@
 #include "host_tests/lab/identify/answer/json.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/loop/trial.h"
+#include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::loop {
 namespace {

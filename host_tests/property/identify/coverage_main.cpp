@@ -144,7 +144,7 @@ int others_of(std::uint64_t number, Counts& counts) {
 
 }  // namespace
 
-int main(int count, char** words) {
+int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   int logs = 500;
   std::uint64_t seed = 1;
   std::string file;

@@ -70,19 +70,34 @@ class SentSticks {
   double stick_ = 0.0, second_ = 0.0, next_s_ = 0.0;
 };
 
+/// Moving air, with a memory.
+class StrangerAir {
+ public:
+  StrangerAir(const StrangerFlight& flight, StrangerChance& chance)
+      : noise_(flight.noise.air),
+        keep_(std::exp(-kStrangerStep_s / flight.noise.air_s)),
+        air_(noise_ * chance.normal()) {}
+  double now() const { return share_ * air_; }
+  void become(double share) { share_ = share; }
+  void step(StrangerChance& chance) { air_ = keep_ * air_ + noise_ * std::sqrt(1.0 - keep_ * keep_) * chance.normal(); }
+
+ private:
+  double noise_, keep_, air_, share_ = 1.0;
+};
+
 Flown simulate(const StrangerFlight& flight, StrangerChance& chance) {
   const auto steps = static_cast<std::size_t>(flight.duration_s / kStrangerStep_s);
   Flown out;
   SentSticks hands(flight, chance);
   StrangerVehicle vehicle(flight.before);
-  const double keep = std::exp(-kStrangerStep_s / flight.noise.air_s);
-  double air = flight.noise.air * chance.normal();
+  StrangerAir air(flight, chance);
   double own_mode = 0.0, seen = 0.0;
   bool changed = false;
   for (std::size_t k = 0; k < steps; ++k) {
     const double t_s = static_cast<double>(k) * kStrangerStep_s;
     if (!changed && t_s >= flight.change_s) {
       vehicle.become(flight.after);
+      air.become(flight.air_later);
       changed = true;
     }
     hands.append(t_s, seen, out.sticks);
@@ -96,9 +111,9 @@ Flown simulate(const StrangerFlight& flight, StrangerChance& chance) {
       clean = own_mode;
     }
     out.clean.push_back(rests ? 0.0 : clean);
-    out.air.push_back(rests ? 0.0 : air * (changed ? flight.air_later : 1.0));
+    out.air.push_back(rests ? 0.0 : air.now());
     seen = out.clean.back() + out.air.back();
-    air = keep * air + flight.noise.air * std::sqrt(1.0 - keep * keep) * chance.normal();
+    air.step(chance);
   }
   return out;
 }

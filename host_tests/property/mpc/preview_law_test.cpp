@@ -48,7 +48,7 @@ class Reference {
     const Matrix& h = condensed_.h;
     const Real low = problem_.u_min + Real(p.input_offset_rad);
     const Real high = problem_.u_max + Real(p.input_offset_rad);
-    const auto clip = [&](Vector u) -> Vector { return u.cwiseMax(low).cwiseMin(high); };
+    const auto clip = [&](const Vector& u) -> Vector { return u.cwiseMax(low).cwiseMin(high); };
     const auto cost = [&](const Vector& u) -> Real { return Real(0.5) * u.dot(h * u) + f.dot(u); };
     Vector u = clip(solve(h, -f));
     const Real curvature = h.cwiseAbs().rowwise().sum().maxCoeff();

@@ -236,7 +236,7 @@ TEST(Parser, IsInStepAgainAfterOneLongestFrame) {
     for (const FoundFrame& frame : parse(stream)) {
       late += frame.offset >= clean_from + protocol::kMaxFrameBytes ? 1U : 0U;
     }
-    const std::size_t due = (20 * 142 - protocol::kMaxFrameBytes) / 142;
+    const std::size_t due = (20UL * 142 - protocol::kMaxFrameBytes) / 142;
     ASSERT_GE(late, due) << "seed " << seed;
   }
 }

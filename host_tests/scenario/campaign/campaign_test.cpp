@@ -38,7 +38,7 @@ const std::string& whole() {
 }
 
 std::string saved(const std::string& name, const std::string& text) {
-  const std::string path = ::testing::TempDir() + "campaign_" + name + ".json";
+  std::string path = ::testing::TempDir() + "campaign_" + name + ".json";
   std::ofstream(path) << text;
   return path;
 }

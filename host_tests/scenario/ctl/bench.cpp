@@ -91,7 +91,7 @@ class Pipe {
       : values_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)), first) {}
   T through(const T& value) {
     values_.push_back(value);
-    const T oldest = values_.front();
+    T oldest = values_.front();
     values_.pop_front();
     return oldest;
   }

@@ -22,7 +22,7 @@ struct BadInput : ProgramTest {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     text.replace(at, from.size(), to);
-    const fs::path path = folder / "changed.toml";
+    fs::path path = folder / "changed.toml";
     std::ofstream(path, std::ios::trunc) << text;
     return path;
   }

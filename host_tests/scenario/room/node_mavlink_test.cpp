@@ -28,6 +28,7 @@ class NodeRoom {
     const auto hour_ahead_ms = (static_cast<std::int64_t>(::time(nullptr)) + 3600) * 1000;
     std::vector<std::string> words{"node", M100_NODE_ROOM, modules, port, key, std::to_string(hour_ahead_ms)};
     std::vector<char*> pointers;
+    pointers.reserve(words.size() + 1);
     for (std::string& word : words) {
       pointers.push_back(word.data());
     }

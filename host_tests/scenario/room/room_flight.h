@@ -77,7 +77,7 @@ struct RoomFlight : scenario::ProgramTest {
     } else if (mavlink::is<mavlink::EstimatorStatus>(frame)) {
       ++estimates;
     } else if (mavlink::is<mavlink::BatteryStatus>(frame)) {
-      battery = mavlink::decode<mavlink::BatteryStatus>(frame).battery_remaining;
+      battery = static_cast<int>(mavlink::decode<mavlink::BatteryStatus>(frame).battery_remaining);
     } else if (mavlink::is<mavlink::CommandAck>(frame)) {
       const auto answer = mavlink::decode<mavlink::CommandAck>(frame);
       answers[answer.command] = answer.result;

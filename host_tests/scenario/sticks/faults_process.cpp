@@ -126,7 +126,7 @@ constexpr std::array kFaults{
           .prepare =
               [](Setup& s) {
                 s.more_words.insert(s.more_words.end(), {"--log", "%/flight.ulg"});
-                s.streams.file_limit_bytes = 256 * 1024;
+                s.streams.file_limit_bytes = 256L * 1024;
               },
           .flies_on = true},
     Fault{.name = "log onto a file system that fills up",

@@ -97,6 +97,7 @@ void EmulatedBoard::start(const std::string& image, const std::string& arguments
   }
   words.insert(words.end(), {"-icount", "shift=0", "-semihosting-config", semihosting, "-kernel", image});
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) {
     argv.push_back(word.data());
   }

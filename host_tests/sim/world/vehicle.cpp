@@ -94,7 +94,7 @@ core::Vector<double, 3> Vehicle::swing(double step_s, const core::Vector<double,
     return core::Vector<double, 3>::Zero();
   }
   const double stiffness = model::kGravity_m_s2 / plant_.payload.slung_length_m;
-  const core::Vector<double, 3> pull = stiffness * load_offset_m_ * (carried_kg() / plant_.mass_kg);
+  core::Vector<double, 3> pull = stiffness * load_offset_m_ * (carried_kg() / plant_.mass_kg);
   core::Vector<double, 3> relative = -stiffness * load_offset_m_ - kCordDamping_per_s * load_speed_m_s_ - own - pull;
   relative.z() = 0.0;
   load_speed_m_s_ += step_s * relative;

@@ -127,7 +127,7 @@ TEST_F(RecordedFlightTest, WhatIsNotOursIsRefusedByItsByte) {
   EXPECT_NE(refusal(with("link_bytes:", 12, 'x')).find("byte record of another version"), std::string::npos);
   // The number of the excitation's record, its size's and its message's bytes before it.
   std::string renumbered = whole;
-  renumbered[whole.size() - 2 * 5 - sizeof(log::TickRecord) - sizeof(log::ExcitationRecord) + 3] = 7;
+  renumbered[whole.size() - 2UL * 5 - sizeof(log::TickRecord) - sizeof(log::ExcitationRecord) + 3] = 7;
   EXPECT_NE(refusal(renumbered).find("data record of unknown size"), std::string::npos);
   std::string too_long = whole;
   const std::size_t bytes = whole.size() - sizeof(log::TickRecord) - 5 - sizeof(log::ExcitationRecord) - 5 -

@@ -128,8 +128,7 @@ TEST(Units, OneOutlierDoesNotMakeDegrees) {
 
 // Catches a clean bill from a part in which the stick rests: what is predicted there is rest.
 TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
-  FlightLog log = SyntheticAxis{}.fly();
-  const FlightLog flown = log;
+  const FlightLog flown = SyntheticAxis{}.fly();
   FlightLog rested = flown;
   SyntheticAxis vehicle;
   vehicle.gain_rad = 0.0;  // the air alone

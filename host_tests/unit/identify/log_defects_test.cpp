@@ -300,17 +300,21 @@ void write_slowly(FlightLog& log, double row_s) {
   }
 }
 
+/// Every so often a sample of the stick is far off, for as long as a row, so that one row has it.
+void spoil_the_stick(FlightLog& log, double row_s) {
+  std::mt19937_64 random(3);
+  for (std::size_t k = 300; k < log.size; k += 120 + random() % 200) {
+    for (std::size_t i = k; i < std::min(k + (row_s > 0.02 ? 3U : 1U), log.size); ++i) {
+      log.of(Signal::kStickRoll)[i] += k % 2 == 0 ? 400.0 : -300.0;
+    }
+  }
+}
+
 // Catches saturations and curves that are invented where a stick was logged with spoilt samples.
 TEST(SpoiltStick, IsSaidAndMended) {
   for (const double row_s : {0.01, 0.034}) {
     FlightLog log = host_tests::SyntheticAxis::random(12).fly();
-    std::mt19937_64 random(3);
-    for (std::size_t k = 300; k < log.size; k += 120 + random() % 200) {
-      // As long as a row, so that one row has it.
-      for (std::size_t i = k; i < std::min(k + (row_s > 0.02 ? 3U : 1U), log.size); ++i) {
-        log.of(Signal::kStickRoll)[i] += k % 2 == 0 ? 400.0 : -300.0;
-      }
-    }
+    spoil_the_stick(log, row_s);
     if (row_s > 0.02) {
       write_slowly(log, row_s);
     }

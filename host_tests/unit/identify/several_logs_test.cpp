@@ -76,6 +76,7 @@ class SeveralLogs : public ::testing::Test {
       words.insert(words.end(), {"--declare", "second_order,transport_delay"});
     }
     std::vector<const char*> arguments;
+    arguments.reserve(words.size());
     for (const std::string& word : words) {
       arguments.push_back(word.c_str());
     }
@@ -88,7 +89,7 @@ class SeveralLogs : public ::testing::Test {
   }
 
   /// What a subcommand says instead of doing its work.
-  static std::string refused_by(void (*add)(CLI::App&), std::vector<std::string> words) {
+  static std::string refused_by(void (*add)(CLI::App&), const std::vector<std::string>& words) {
     CLI::App lab{"test"};
     add(lab);
     std::vector<const char*> arguments{"m100-lab"};
@@ -105,7 +106,7 @@ class SeveralLogs : public ::testing::Test {
 
   static std::string gaps_in(const nlohmann::json& answer) {
     for (const nlohmann::json& finding : answer["findings"]) {
-      const std::string text = finding.is_string() ? finding.get<std::string>() : finding.dump();
+      std::string text = finding.is_string() ? finding.get<std::string>() : finding.dump();
       if (text.find("gap") != std::string::npos && text.find("missing or spoilt") != std::string::npos) {
         return text;
       }

@@ -209,7 +209,7 @@ TEST(SerialLinkTest, ARefusedAskNamesTheRemedyAndIsNotRepeated) {
   bench.link.request_control(bench.clock.now());
   bench.run(seconds(5));
   EXPECT_EQ(bench.link.authority().reason, Reason::kNotModeF);
-  EXPECT_NE(safety::remedy(bench.link.authority().reason).find("F"), std::string_view::npos);
+  EXPECT_NE(safety::remedy(bench.link.authority().reason).find('F'), std::string_view::npos);
   bench.autopilot.set_mode(sim::N1Mode::kF);
   bench.run(seconds(5));
   EXPECT_EQ(bench.autopilot.record().obtain_requests, 0U);

@@ -36,6 +36,7 @@ std::vector<double> clock_of(std::size_t count, double period_s) {
 template <typename F>
 std::vector<double> mapped(const std::vector<double>& t, F f) {
   std::vector<double> out;
+  out.reserve(t.size());
   for (const double x : t) {
     out.push_back(f(x));
   }

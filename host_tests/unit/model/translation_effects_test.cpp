@@ -76,7 +76,7 @@ TEST(Columns, EachIsInTheTable) {
 /// A series at 100 Hz, with room of its own.
 struct Series {
   std::vector<double> thrust, x, y, z, spare;
-  explicit Series(std::vector<double> values)
+  explicit Series(const std::vector<double>& values)
       : thrust(values), x(values), y(values.size(), 1.0), z(values.size(), 0.0), spare(values.size()) {}
   void reshape(const std::string& effect, double searched) {
     translation_effect(effect)->reshape(

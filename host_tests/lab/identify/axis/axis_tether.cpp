@@ -64,7 +64,7 @@ struct Promise {
 
 /// @param pull  an axis with a small force beyond the edge
 Promise best_edge(const AxisData& data, const std::vector<Range>& ranges, const std::vector<double>& way,
-                  std::vector<double> flown, const model::StickAxis& pull, const LeftOver& left) {
+                  const std::vector<double>& flown, const model::StickAxis& pull, const LeftOver& left) {
   Promise best{};
   for (const bool above : {true, false}) {
     for (const double share : kEdges) {
