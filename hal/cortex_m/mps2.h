@@ -39,6 +39,7 @@ inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
 }  // namespace m100::hal::mps2
 
 namespace m100::hal {
-namespace board =
-    mps2;  // NOLINT(misc-unused-alias-decls): for what is built for any board: includes M100_BOARD_HEADER, says board::
-}
+// For what is built for any board: it includes M100_BOARD_HEADER and says board::
+// NOLINTNEXTLINE(misc-unused-alias-decls): used by who includes this header
+namespace board = mps2;
+}  // namespace m100::hal

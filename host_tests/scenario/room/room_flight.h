@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <map>
 #include <optional>
 
@@ -44,7 +45,7 @@ struct RoomFlight : scenario::ProgramTest {
   mavlink::LocalPositionNed position;
   std::uint8_t base_mode = 0;
   std::uint64_t attitudes = 0, estimates = 0;
-  int battery = -1;
+  std::int8_t battery = -1;              // %; as the message carries it
   std::map<std::uint16_t, int> answers;  ///< by command
   std::vector<mavlink::MissionItemInt> mission;
   std::optional<int> carried_over;  ///< the result of the mission's transfer
@@ -77,7 +78,7 @@ struct RoomFlight : scenario::ProgramTest {
     } else if (mavlink::is<mavlink::EstimatorStatus>(frame)) {
       ++estimates;
     } else if (mavlink::is<mavlink::BatteryStatus>(frame)) {
-      battery = static_cast<int>(mavlink::decode<mavlink::BatteryStatus>(frame).battery_remaining);
+      battery = mavlink::decode<mavlink::BatteryStatus>(frame).battery_remaining;
     } else if (mavlink::is<mavlink::CommandAck>(frame)) {
       const auto answer = mavlink::decode<mavlink::CommandAck>(frame);
       answers[answer.command] = answer.result;
