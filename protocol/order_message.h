@@ -33,8 +33,7 @@ class OrderParser {
  public:
   /// Feeds one byte.
   /// @returns the switch's position, when this byte completes a message. kNotReady: none is complete. kDataLoss: one
-  /// is,
-  ///   but its checksum is wrong.
+  ///   is, but its checksum is wrong.
   core::Expected<bool> push(std::byte value);
 
  private:

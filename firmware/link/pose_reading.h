@@ -11,9 +11,8 @@ namespace m100::link {
 /// become world NWU and body FLU here, and nowhere else. `captured` is what the sender stamps, zero where it stamps
 /// nothing; a variance that it does not know, or calls zero, is zero.
 /// @returns kNotReady: another message. kOutOfRange: no such pose: a number that is not finite, a position beyond 1 km,
-/// a
-///   quaternion whose length is not one to 1 %, a variance above 100 m^2, a stamp beyond 285 years, ODOMETRY in a frame
-///   that is not NED or FRD.
+///   a quaternion whose length is not one to 1 %, a variance above 100 m^2, a stamp beyond 285 years, ODOMETRY in a
+///   frame that is not NED or FRD.
 core::Expected<core::Pose<double>> read_pose(const mavlink::FrameView& frame);
 
 }  // namespace m100::link

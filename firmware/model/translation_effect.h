@@ -13,8 +13,10 @@
 namespace m100::model {
 
 // The interface of a translation effect: something beside thrust and gravity that moves the vehicle, or that makes its
-// thrust look different. Each effect is one file in firmware/model/translation, and nothing else names it: the vehicle
-// file, the simulated aircraft, identification, the report and the confusion matrix read what the file declares.
+// thrust look different. Each effect is one file in firmware/model/translation. The vehicle file, the simulated
+// aircraft, identification, the report and the confusion matrix read what the file declares; a new effect needs no
+// other. (Identification names some of today's where it asks what changed in mid-flight, and what
+// a periodic line could hide.)
 // Nothing here is used on the target but the numbers of the vehicle; what is not called takes no room there.
 
 /// World frame, z up.

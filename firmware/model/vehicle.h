@@ -7,8 +7,8 @@
 namespace m100::model {
 
 /// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has input 35:
-/// as much robustness as its delay-blind model could get. With the delay predicted, 1.5 keeps a peak sensitivity of 1.4
-/// and a delay margin above 100 ms on the identified axes (`m100-lab gains` prints them, `--tune` chooses).
+/// as much robustness as its delay-blind model could get. With the delay predicted, less is enough: `m100-lab gains
+/// --tune` chooses the input weight for a vehicle file by its margins; these are the values of a file that names none.
 struct MpcWeights {
   double position = 40.0;
   double velocity = 20.0;

@@ -28,8 +28,8 @@ struct MpcCounters {
 
 /// Model predictive control of one horizontal axis (paper, III-E.1 and Eq. 2), exact, from tables.
 ///
-///   minimise sum_k |x_k - r_k|^2_Q + R (u_k - s_k)^2 + Rd (u_k - u_{k-1})^2 + |x_20 - r_20|^2_P,  u_min <= u_k <=
-///   u_max
+///   minimise sum_k |x_k - r_k|^2_Q + R (u_k - s_k)^2 + Rd (u_k - u_{k-1})^2 + |x_20 - r_20|^2_P
+///   subject to u_min <= u_k <= u_max
 ///
 /// Set-point law (constant reference inside the table's box): a search tree, first input only.
 /// Preview law (any reference): one table product; where limits bind, a dual active-set iteration on a swept tableau

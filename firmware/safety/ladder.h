@@ -16,8 +16,7 @@ namespace m100::safety {
 ///   kCoast    the law's command, computed from the model's prediction, for a stated time; where the predicted error
 ///             reaches the fence, that of kLevel
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
-///   holds
-///             the height. So it stands, too, while the autopilot takes off or lands by a task of its own
+///             holds the height. So it stands, too, while the autopilot takes off or lands by a task of its own
 ///   kRelease  level and trimmed, and control is about to be given back
 ///   kSilent   nothing: not ours to command
 enum class Rung : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };

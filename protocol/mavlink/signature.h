@@ -67,8 +67,7 @@ class ReplayGuard {
 
   /// @param now the time of the signature that we would give; moves the newest known time on.
   /// @returns kOk: newer than all of its stream. kRefused: a replay, or overtaken on its way. kTimeout: a time stamp
-  /// too
-  ///   old for the first of a stream. kResourceExhausted: too many streams.
+  ///   too old for the first of a stream. kResourceExhausted: too many streams.
   core::Status accept(Address from, const SignatureView& signature, SignatureTime now);
 
   /// The newest time that was accepted or handed in: ours must not lie behind it.

@@ -23,9 +23,8 @@ inline constexpr std::array<Channel, 4> kChannels{{{"roll", "roll [rad]"},
 /// (loop::predicts_better); else they stay. The fit has seen every other six seconds of that flight; what its few
 /// numbers gain by fitting noise is a third of what is asked for. The course would not do: it hardly moves the
 /// throttle. Notes "found.CHANNEL", 1 where climb or yaw rate were taken over, 0 where not, and "ahead.CHANNEL.before"
-/// and
-/// ".after": the error 1 s ahead with vehicle.toml and corrected.toml on the first flight of the course, which no fit
-/// has seen.
+/// and ".after": the error 1 s ahead with vehicle.toml and corrected.toml on the first flight of the course, which no
+/// fit has seen.
 void take_over(Folder& folder);
 
 }  // namespace m100::lab::evening

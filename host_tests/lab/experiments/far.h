@@ -52,8 +52,7 @@ int not_flown(const std::vector<FarResult>& results);
 void print_far(std::ostream& out, const std::vector<FarResult>& results);
 /// {"tasks": [{"name": "...", "seeds": 0, "mpc": {"overshoot_m": 0, "iae_m_s": 0, "stayed": 0}, "lqr": {...}}],
 ///  "gain_overshoot": 0, "gain_iae": 0}; a gain: by which share the exact law's sum is below the other's, over the
-///  tasks
-/// that both flew. Null: it was not flown. "not_flown": flights of a law that never obtained control.
+/// tasks that both flew. Null: it was not flown. "not_flown": flights of a law that never obtained control.
 nlohmann::json far_to_json(const std::vector<FarResult>& results);
 
 }  // namespace m100::lab::experiments

@@ -94,8 +94,7 @@ std::unique_ptr<RawLog> open_rosbag(const std::string& file);
 std::unique_ptr<RawLog> open_rosbag2(const std::string& file);
 
 /// Chooses by the file's first bytes. @throws InputError: cannot be opened, no regular file, empty, of no format that
-/// is
-///   read here, damaged.
+///   is read here, damaged.
 std::unique_ptr<RawLog> open_log(const std::string& file);
 
 /// "a, b, c" with at most `count` names, the nearest to `wanted` first: what a message offers when a name is unknown.

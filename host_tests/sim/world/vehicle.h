@@ -16,8 +16,7 @@ namespace m100::sim {
 ///   roll, pitch       follow their sticks (AxisMotion), plus what the air leaves as coloured motion
 ///   yaw' = yaw rate   follows its stick; a held heading wanders as a damped oscillator driven by noise (Wander)
 ///   z'   = climb      follows its stick; the autopilot holds height by itself
-///   horizontally      v' = T/m b3 + air(v - wind) [+ pull of a slung load], where the autopilot compensates thrust
-///   for
+///   horizontally      v' = T/m b3 + air(v - wind) [+ pull of a slung load], where the autopilot compensates thrust for
 ///                     tilt (paper, III-B.2): T/m = (g + z'') / (cos roll cos pitch)
 ///   slung load        a pendulum, small angles, seen as one more horizontal acceleration
 /// The attitude loops weaken with payload (bandwidth by the square root of the mass ratio) and with the battery.

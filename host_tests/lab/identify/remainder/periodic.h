@@ -40,8 +40,8 @@ struct OwnMotion {
 };
 
 /// @returns empty: no channel has more than 15 % of its power at the line, or hovering shows the force (the line,
-/// fitted
-///   while moving, predicts more than 30 % of the residual while hovering). Otherwise which channel has how much.
+///   fitted while moving, predicts more than 30 % of the residual while hovering). Otherwise which channel has how
+///   much.
 std::string judge_own_motion(const OwnMotion& motion);
 
 }  // namespace m100::lab::identify
