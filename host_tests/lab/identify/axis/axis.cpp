@@ -21,7 +21,6 @@
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/lab/identify/search/sides.h"
 #include "host_tests/lab/identify/search/verdict.h"
-#include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -216,8 +215,7 @@ class AxisInquiry {
     return tether.has_value();
   }
 
-  /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on
-  /// one side of the date, and the change must stand under it.
+  /// A change must stand under the structure that one side of it shows.
   void ask_for_a_change() {
     FreeRun run = study_->free_run();
     weigh_by_what_is_known({&run, 1}, study_->training().signals.data,
@@ -231,26 +229,23 @@ class AxisInquiry {
       }
       return;
     }
-    for (const Request& side : sides_of(request_, first.change)) {
-      std::unique_ptr<AxisStudy> calm = study_of(side);
-      if (calm == nullptr) {
-        continue;
+    std::optional<CalmSide<AxisStudy>> calm = calm_side<AxisStudy>(request_, first.change, {}, shift_s_, trims_);
+    if (!calm) {
+      if (believe(first, study_->axis_family(), chosen_.final_model.fit)) {
+        take(first.change);
       }
-      Selection chosen = choose(*calm, side, {});
-      AxisChange change = change_of(run, calm->axis_family(), chosen.final_model.fit);
-      add_the_other_tale(first, run, change);
-      if (!change.found || !believe(change, calm->axis_family(), chosen.final_model.fit)) {
-        return;
-      }
-      beside_.findings.push_back(side_note(side));
-      study_ = std::move(calm);
-      chosen_ = std::move(chosen);
-      take(change.change);
       return;
     }
-    if (believe(first, study_->axis_family(), chosen_.final_model.fit)) {
-      take(first.change);
+    const Fit& fit = calm->chosen.final_model.fit;
+    AxisChange change = change_of(run, calm->study->axis_family(), fit);
+    add_the_other_tale(first, run, change);
+    if (!change.found || !believe(change, calm->study->axis_family(), fit)) {
+      return;
     }
+    beside_.findings.push_back(side_note(*calm->request));
+    study_ = std::move(calm->study);
+    chosen_ = std::move(calm->chosen);
+    take(change.change);
   }
 
   /// An effect that only one side shows and another change beside it tell of the same log as the first change alone:
@@ -291,30 +286,14 @@ class AxisInquiry {
     beside_.unexplained.emplace_back(text.data());
   }
 
-  /// One side of a change; null where it has too little that can be used: the stick rests there, or gaps cut it up.
-  std::unique_ptr<AxisStudy> study_of(const Request& side) const {
-    try {
-      return std::make_unique<AxisStudy>(side, shift_s_, trims_);
-    } catch (const InputError&) {
-      return nullptr;
-    }
-  }
-
   void take(const Change& change) {
     const std::string reason = no_flight_beside(*study_, request_, chosen_.final_model.fit, change);
     if (!reason.empty()) {
       beside_.unexplained.push_back(reason);
       return;
     }
-    if (!change.rivals.empty()) {
-      std::string names = change.name;
-      for (const std::string& rival : change.rivals) {
-        names += " or " + rival;
-      }
-      beside_.unexplained.push_back("something that changed in mid-flight: " + names);
-    }
     forget(change.name);
-    beside_.changes.push_back(change);
+    add_change(beside_, change);
   }
 
   /// The model keeps the effect, the answer says it elsewhere: as a change, or as a shift of the clock.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <numeric>
+#include <string>
 
 namespace m100::lab::identify {
 namespace {
@@ -66,6 +67,17 @@ std::vector<Request> sides_of(const Request& request, const Change& change) {
     }
   }
   return out;
+}
+
+void add_change(Beside& beside, const Change& change) {
+  if (!change.rivals.empty()) {
+    std::string names = change.name;
+    for (const std::string& rival : change.rivals) {
+      names += " or " + rival;
+    }
+    beside.unexplained.push_back("something that changed in mid-flight: " + names);
+  }
+  beside.changes.push_back(change);
 }
 
 Finding side_note(const Request& side) {

@@ -10,7 +10,6 @@
 #include "host_tests/lab/identify/search/study.h"
 #include "host_tests/lab/identify/translation/translation_repair.h"
 #include "host_tests/lab/identify/translation/translation_study.h"
-#include "host_tests/lab/input_error.h"
 
 namespace m100::lab::identify {
 namespace {
@@ -61,40 +60,25 @@ class TranslationInquiry {
     }
   }
 
-  /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on
-  /// one side of the date, and the change must stand under it.
+  /// A change must stand under the structure that one side of it shows.
   void ask_for_a_change() {
     std::vector<Change> changes = study_->changes(chosen_.final_model.fit);
     if (changes.empty()) {
       return;
     }
-    for (const Request& side : sides_of(request_, changes.front())) {
-      std::unique_ptr<TranslationStudy> calm = study_of(side);
-      if (calm == nullptr) {
-        continue;
-      }
-      Selection chosen = choose(*calm, side, options_);
-      changes = study_->changes(chosen.final_model.fit);
+    auto calm = calm_side<TranslationStudy>(request_, changes.front(), options_, own_winds_);
+    if (calm) {
+      changes = study_->changes(calm->chosen.final_model.fit);
       if (changes.empty()) {
         return;
       }
-      side_ = std::make_unique<Request>(side);
-      study_ = std::make_unique<TranslationStudy>(*side_, own_winds_);
-      chosen_ = std::move(chosen);
-      beside_.findings.push_back(side_note(side));
-      break;
+      side_ = std::move(calm->request);
+      study_ = std::move(calm->study);
+      chosen_ = std::move(calm->chosen);
+      beside_.findings.push_back(side_note(*side_));
     }
     for (const Change& change : changes) {
       take(change);
-    }
-  }
-
-  /// One side of a change; null where it has too little that can be used.
-  std::unique_ptr<TranslationStudy> study_of(const Request& side) const {
-    try {
-      return std::make_unique<TranslationStudy>(side, own_winds_);
-    } catch (const InputError&) {
-      return nullptr;
     }
   }
 
@@ -110,14 +94,7 @@ class TranslationInquiry {
     std::erase_if(chosen_.steps, [&](const Step& step) { return same(step.name); });
     std::erase_if(chosen_.not_separable,
                   [&](const auto& group) { return std::any_of(group.begin(), group.end(), same); });
-    if (!change.rivals.empty()) {
-      std::string names = change.name;
-      for (const std::string& rival : change.rivals) {
-        names += " or " + rival;
-      }
-      beside_.unexplained.push_back("something that changed in mid-flight: " + names);
-    }
-    beside_.changes.push_back(change);
+    add_change(beside_, change);
   }
 
   const Request& request_;
