@@ -12,7 +12,12 @@ CORE_MODEL = ["firmware/core/", "firmware/model/"]
 FLIGHT_PARTS = CORE_MODEL + [f"firmware/{part}/" for part in
                              ("est", "ref", "mpc", "ctl", "vrc", "safety", "log", "sysid", "link")]
 
-# folder -> prefixes (folders end with /) or single headers that its files may include besides the folder itself.
+PRODUCT = ["firmware/", "protocol/", "hal/"]
+LAB = PRODUCT + ["host_tests/lab/*.h", "host_tests/lab/logs/"]
+INQUIRY = LAB + [f"host_tests/lab/identify/{room}" for room in ("*.h", "answer/", "remainder/", "search/")]
+
+# folder -> prefixes (folders end with /), headers right in a folder (*.h) or single headers that its files may include
+# besides the folder itself.
 # The rule is the folder. The longest folder that holds a file decides; a folder without a row breaks the rule.
 LAYERS = {
     "firmware/core/": [],
@@ -35,7 +40,19 @@ LAYERS = {
     "firmware/app/": FLIGHT_PARTS + ["protocol/", "hal/*.h"],
     "firmware/app/image/": FLIGHT_PARTS + ["firmware/app/", "protocol/", "hal/*.h", "hal/cortex_m/"],
     "firmware/companion/": FLIGHT_PARTS + ["firmware/app/", "protocol/", "hal/*.h", "hal/linux/"],
-    "host_tests/": ["firmware/", "protocol/", "hal/", "host_tests/"],
+    "host_tests/": PRODUCT + ["host_tests/"],
+    "host_tests/sim/world/": PRODUCT,
+    "host_tests/sim/autopilot/": PRODUCT + ["host_tests/sim/world/"],
+    "host_tests/sim/ports/": PRODUCT + ["host_tests/sim/world/", "host_tests/sim/autopilot/"],
+    "host_tests/lab/plot/": PRODUCT + ["host_tests/lab/*.h"],
+    "host_tests/lab/logs/": PRODUCT + ["host_tests/lab/*.h"],
+    "host_tests/lab/identify/": LAB + ["host_tests/lab/identify/answer/"],
+    "host_tests/lab/identify/answer/": LAB + ["host_tests/lab/plot/"],
+    "host_tests/lab/identify/remainder/": PRODUCT,
+    "host_tests/lab/identify/search/": INQUIRY,
+    "host_tests/lab/identify/axis/": INQUIRY,
+    "host_tests/lab/identify/translation/": INQUIRY,
+    "host_tests/lab/identify/paper/": INQUIRY,
 }
 
 # Parts that run before the first tick or beside it, on a host: they may use the whole library.
@@ -59,8 +76,8 @@ def permitted(path, included):
     if rule_of(included) == folder:
         return True
     for entry in LAYERS[folder]:
-        if entry == "hal/*.h":
-            if re.fullmatch(r"hal/\w+\.h", included):
+        if entry.endswith("/*.h"):
+            if re.fullmatch(re.escape(entry[:-3]) + r"\w+\.h", included):
                 return True
         elif included == entry or (entry.endswith("/") and included.startswith(entry)):
             return True
@@ -107,6 +124,13 @@ def self_test():
         ("firmware/companion/x.cpp", '#include "host_tests/sim/world/plant.h"'),
         ("firmware/ctl/x.cpp", '#include "protocol/commands.h"'),
         ("firmware/new_room/x.cpp", '#include "firmware/core/time.h"'),
+        ("host_tests/sim/world/x.h", '#include "host_tests/sim/autopilot/n1_autopilot.h"'),
+        ("host_tests/sim/autopilot/x.h", '#include "host_tests/sim/ports/world.h"'),
+        ("host_tests/lab/logs/x.h", '#include "host_tests/lab/identify/request.h"'),
+        ("host_tests/lab/identify/x.cpp", '#include "host_tests/lab/identify/axis/axis_study.h"'),
+        ("host_tests/lab/identify/search/x.h", '#include "host_tests/lab/identify/translation/translation_study.h"'),
+        ("host_tests/lab/identify/axis/x.h", '#include "host_tests/lab/identify/translation/translation_study.h"'),
+        ("host_tests/lab/identify/remainder/x.h", '#include "host_tests/lab/identify/answer/result.h"'),
         ("firmware/link/x.h", "#include <string>"),
         ("firmware/mpc/x.h", '#include "host_tests/lab/x.h"'),
         ("firmware/est/x.h", "#include <Eigen/Dense>"),

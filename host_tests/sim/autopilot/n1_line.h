@@ -42,8 +42,6 @@ class N1Line {
   /// Forgets what has not left.
   void clear();
 
-  std::uint64_t frames_lost() const { return frames_lost_; }
-
  private:
   struct Late {
     bool used = false;
@@ -68,7 +66,6 @@ class N1Line {
   std::array<Late, kLateFrames> late_{};
   Meter out_;
   Meter in_;
-  std::uint64_t frames_lost_ = 0;
 };
 
 }  // namespace m100::sim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "host_tests/sim/ports/n1_line.h"
+#include "host_tests/sim/autopilot/n1_line.h"
 
 #include <algorithm>
 
@@ -29,7 +29,6 @@ void N1Line::enqueue(std::span<const std::byte> bytes) { queue_.insert(queue_.en
 bool N1Line::send(std::span<const std::byte> frame, core::TimePoint now) {
   pump(now);
   if (loses_incoming() || queue_.size() + frame.size() > kBufferBytes) {
-    ++frames_lost_;
     return false;
   }
   enqueue(frame);
@@ -40,7 +39,6 @@ bool N1Line::send(std::span<const std::byte> frame, core::TimePoint now) {
 void N1Line::send_later(std::span<const std::byte> frame, core::TimePoint when) {
   const auto free = std::find_if(late_.begin(), late_.end(), [](const Late& late) { return !late.used; });
   if (free == late_.end() || frame.size() > kFrameBytes) {
-    ++frames_lost_;
     return;
   }
   *free = {.used = true, .when = when, .size = frame.size(), .bytes = {}};
