@@ -9,7 +9,6 @@ namespace m100::lab::autopilot {
 namespace {
 
 constexpr core::Duration kTruthPeriod = std::chrono::milliseconds(100);
-constexpr int kDigits = 9;  // microseconds of an hour
 
 double since_start_s(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
 
@@ -20,10 +19,7 @@ double spacing_s(core::Duration spacing) {
 
 }  // namespace
 
-EventFile::EventFile(const std::string& path) : path_(path), file_(path) {
-  expect_written();
-  file_.precision(kDigits);
-}
+EventFile::EventFile(const std::string& path) : path_(path), file_(path) { expect_written(); }
 
 void EventFile::expect_written() const {
   if (!file_) {
@@ -31,10 +27,12 @@ void EventFile::expect_written() const {
   }
 }
 
+void EventFile::write_line(const Json& line) {
+  file_ << line.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n' << std::flush;
+}
+
 void EventFile::write(const sim::N1Event& event) {
-  file_ << "{\"t_s\":" << since_start_s(event.at) << ",\"what\":\"" << event.what << "\",\"name\":\"" << event.name
-        << "\",\"value\":" << event.value << "}\n"
-        << std::flush;
+  write_line({{"t_s", since_start_s(event.at)}, {"what", event.what}, {"name", event.name}, {"value", event.value}});
 }
 
 void EventFile::tell_truth(core::TimePoint now, const sim::VehicleState& state) {
@@ -48,37 +46,47 @@ void EventFile::tell_truth(core::TimePoint now, const sim::VehicleState& state) 
   const core::Vector<double, 3>& p = state.position_w_m;
   const core::Vector<double, 3>& v = state.velocity_w_m_s;
   const core::Euler<double> attitude = core::euler_of(state.rotation_wb);
-  file_ << "{\"t_s\":" << since_start_s(now) << ",\"what\":\"truth\",\"x_m\":" << p.x() << ",\"y_m\":" << p.y()
-        << ",\"z_m\":" << p.z() << ",\"vx_m_s\":" << v.x() << ",\"vy_m_s\":" << v.y() << ",\"vz_m_s\":" << v.z()
-        << ",\"roll_rad\":" << attitude.roll_rad << ",\"pitch_rad\":" << attitude.pitch_rad << "}\n"
-        << std::flush;
+  write_line({{"t_s", since_start_s(now)},
+              {"what", "truth"},
+              {"x_m", p.x()},
+              {"y_m", p.y()},
+              {"z_m", p.z()},
+              {"vx_m_s", v.x()},
+              {"vy_m_s", v.y()},
+              {"vz_m_s", v.z()},
+              {"roll_rad", attitude.roll_rad},
+              {"pitch_rad", attitude.pitch_rad}});
 }
 
 void EventFile::summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag) {
   const sim::N1Record& record = autopilot.record();
   const protocol::ParserStats& parser = autopilot.parser_stats();
-  file_ << "{\"t_s\":" << since_start_s(now) << ",\"what\":\"summary\",\"obtain_requests\":" << record.obtain_requests
-        << ",\"least_obtain_spacing_s\":" << spacing_s(record.least_obtain_spacing)
-        << ",\"virtual_rc_on_requests\":" << record.virtual_rc_on_requests
-        << ",\"least_on_spacing_s\":" << spacing_s(record.least_on_spacing)
-        << ",\"movement_taken\":" << record.movement_taken << ",\"movement_ignored\":" << record.movement_ignored
-        << ",\"virtual_rc_taken\":" << record.virtual_rc_taken
-        << ",\"virtual_rc_ignored\":" << record.virtual_rc_ignored
-        << ",\"most_commands_per_s\":" << record.most_commands_per_s << ",\"losses\":" << record.losses
-        << ",\"control_after_loss\":" << record.control_after_loss
-        << ",\"latest_after_loss_s\":" << core::seconds<double>(record.latest_after_loss)
-        << ",\"telemetry_packages\":" << record.telemetry_packages << ",\"bad_commands\":" << record.bad_commands
-        << ",\"frames\":" << parser.frames << ",\"crc16_errors\":" << parser.crc16_errors
-        << ",\"crc32_errors\":" << parser.crc32_errors << ",\"bytes_dropped\":" << parser.bytes_dropped
-        << ",\"longest_lag_s\":" << core::seconds<double>(longest_lag)
-        << ",\"client_in_control\":" << (autopilot.client_in_control() ? "true" : "false")
-        << ",\"virtual_rc_on\":" << (autopilot.virtual_rc_on() ? "true" : "false") << ",\"transmitter_since_s\":";
-  if (autopilot.transmitter_in_control()) {
-    file_ << since_start_s(autopilot.transmitter_since());
-  } else {
-    file_ << "null";
-  }
-  file_ << "}\n" << std::flush;
+  write_line(
+      {{"t_s", since_start_s(now)},
+       {"what", "summary"},
+       {"obtain_requests", record.obtain_requests},
+       {"least_obtain_spacing_s", spacing_s(record.least_obtain_spacing)},
+       {"virtual_rc_on_requests", record.virtual_rc_on_requests},
+       {"least_on_spacing_s", spacing_s(record.least_on_spacing)},
+       {"movement_taken", record.movement_taken},
+       {"movement_ignored", record.movement_ignored},
+       {"virtual_rc_taken", record.virtual_rc_taken},
+       {"virtual_rc_ignored", record.virtual_rc_ignored},
+       {"most_commands_per_s", record.most_commands_per_s},
+       {"losses", record.losses},
+       {"control_after_loss", record.control_after_loss},
+       {"latest_after_loss_s", core::seconds<double>(record.latest_after_loss)},
+       {"telemetry_packages", record.telemetry_packages},
+       {"bad_commands", record.bad_commands},
+       {"frames", parser.frames},
+       {"crc16_errors", parser.crc16_errors},
+       {"crc32_errors", parser.crc32_errors},
+       {"bytes_dropped", parser.bytes_dropped},
+       {"longest_lag_s", core::seconds<double>(longest_lag)},
+       {"client_in_control", autopilot.client_in_control()},
+       {"virtual_rc_on", autopilot.virtual_rc_on()},
+       {"transmitter_since_s",
+        autopilot.transmitter_in_control() ? Json(since_start_s(autopilot.transmitter_since())) : Json(nullptr)}});
   expect_written();
 }
 

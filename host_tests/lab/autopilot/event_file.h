@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
@@ -23,6 +24,9 @@ class EventFile {
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 
  private:
+  using Json = nlohmann::ordered_json;
+
+  void write_line(const Json& line);
   void expect_written() const;
 
   std::string path_;
