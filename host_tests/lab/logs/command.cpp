@@ -18,8 +18,6 @@
 namespace m100::lab {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct LogsOptions {
   std::string log, json, map;
 };
@@ -46,11 +44,11 @@ void print(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topic
   }
 }
 
-Json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics, double duration_s,
-             const std::optional<logs::Proposal>& proposal) {
-  Json list = Json::array();
+nlohmann::ordered_json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics,
+                               double duration_s, const std::optional<logs::Proposal>& proposal) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const logs::TopicSummary& topic : topics) {
-    Json fields = Json::array();
+    nlohmann::ordered_json fields = nlohmann::ordered_json::array();
     for (const std::string& field : topic.fields) {
       fields.push_back(printable(field));
     }
@@ -64,8 +62,8 @@ Json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& top
                     {"longest_gap_s", topic.longest_gap_s},
                     {"fields", std::move(fields)}});
   }
-  Json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
-           {"topics", std::move(list)},     {"notes", log.notes()},   {"proposed", nullptr}};
+  nlohmann::ordered_json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
+                             {"topics", std::move(list)},     {"notes", log.notes()},   {"proposed", nullptr}};
   if (proposal) {
     out["proposed"] = {{"dialect", proposal->dialect}, {"map", proposal->toml}};
   }
@@ -117,8 +115,9 @@ void run(const LogsOptions& options) {
   print(*log, topics, to_s - from_s);
   const std::optional<logs::Proposal> proposal = logs::propose(*log);
   if (!options.json.empty()) {
-    const Json out = to_json(*log, topics, to_s - from_s, proposal);
-    write_text(options.json, "--json", out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    const nlohmann::ordered_json out = to_json(*log, topics, to_s - from_s, proposal);
+    write_text(options.json, "--json",
+               out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
   }
   if (!proposal) {
     tell_how_to_map(topics);

@@ -40,12 +40,12 @@ std::string two_numbers(const char* format, double a, double b) {
 }
 
 std::vector<std::string> predicted_worse(const LoopResult& result) {
-  constexpr double kWorse = 1.02;
+  constexpr double kPredictedWorse = 1.02;
   std::vector<std::string> out;
   for (const Quantity& row : kQuantities) {
     const double before = (result.before.prediction.*row.member)[2];
     const double after = (result.after.prediction.*row.member)[2];
-    if (after > kWorse * before) {
+    if (after > kPredictedWorse * before) {
       out.push_back(std::string("the prediction of ") + row.name + " 1 s ahead is worse on the third flight: " +
                     two_numbers("%.4f before, %.4f after", before, after));
     }
