@@ -69,17 +69,41 @@ def gain_tables(place):
     return {"mpc.margins": table(*rows), "mpc.setpoint_law": table(*pieces)}
 
 
+def papers_numbers(place):
+    """The paper's scales and climb dynamics from the paper's files, as its authors did it and with the sticks moved to where they belong."""
+    _, answer = asked(place, "paper", "--pitch-roll", place.measured_log("ExperimentPitchRoll.mat"),
+                      "--height", place.measured_log("ExperimentHeight.mat"))
+    rows = [["quantity", "paper", "reproduced", "aligned by the message counters"]]
+    for line in answer["lines"]:
+        numbers = [line[column] for column in ("paper", "reproduced", "aligned")]
+        rows.append([line["quantity"]] + ["" if number is None else f"{number:.4g}" for number in numbers])
+    return {"identify.paper": table(*rows)}
+
+
 RIVAL = "host_tests/lab/gains/no_zero.toml"
+SMALL_BOX = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not asked for
+STRUCTURES = (("its own structure", "as the vehicle file, with lead zeros"), (RIVAL, "without a zero"))
+
+
+def as_flown(place):
+    """Margins of the default controller with the hold between two commands, the observer and the prediction as flown."""
+    _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, *SMALL_BOX)
+    rows = [["aircraft", "channel", "x: peak sensitivity", "x: delay margin [ms]", "y: peak sensitivity", "y: delay margin [ms]"]]
+    for structure, name in STRUCTURES:
+        for channel, words in (("virtual_rc", "Virtual RC, 25 Hz"), ("movement", "movement, 50 Hz")):
+            both = [answer["flown"][structure][axis][channel] for axis in ("x", "y")]
+            rows.append([name, words] + [text for axis in both for text in (
+                f"{axis['peak_sensitivity']:.2f}", f"{1e3 * axis['delay_margin_s']:.0f}")])
+    return {"mpc.as_flown": table(*rows)}
 
 
 def corners(place):
     """Which corners of gain and frequency both modes keep as flown on Virtual RC, on both structures that the flights allow."""
     rows = [["mode", "aircraft", "axis", "nominal: peak sensitivity", "delay margin [ms]", "worst corner: peak sensitivity",
              "delay margin [ms]", "1.6 and 60 ms"]]
-    box = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not asked for here
     for mode in ("field", "calm_room"):
-        _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *box)
-        for structure, name in (("its own structure", "as the vehicle file, with lead zeros"), (RIVAL, "without a zero")):
+        _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *SMALL_BOX)
+        for structure, name in STRUCTURES:
             for axis in ("x", "y"):
                 flown = answer["flown"][structure][axis]
                 cells = [f"{part['peak_sensitivity']:.2f} | {1e3 * part['delay_margin_s']:.0f}"
@@ -193,6 +217,8 @@ def coverage(place):
 
 SOURCES = [Source(("identify.measured", "identify.dead_zones"), measured_flights),
            Source(("mpc.margins", "mpc.setpoint_law"), gain_tables),
+           Source(("mpc.as_flown",), as_flown),
+           Source(("identify.paper",), papers_numbers),
            Source(("mpc.corners",), corners, quick=False),
            Source(("flight.paper", "flight.more", "flight.cells_above_paper"), papers_tasks, quick=False),
            Source(("flight.rates",), command_rates, quick=False),

@@ -18,13 +18,11 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: m100_sticks --m100 PROGRAM --lab PROGRAM --vehicle V.toml --gains TABLE\n"
-    "                   [--battery short|whole|counted|losses] [--only TEXT] [--open FILE] [--jobs N] [--json O.json] "
-    "[--readme "
-    "FILE]\n"
+    "                   [--battery short|whole|counted|losses] [--only TEXT] [--open FILE] [--jobs N] [--json O.json]\n"
     "--only: cases whose name contains the text. --open: what does not hold yet, lines of 'part of a case | part of "
     "the violation'.\n"
     "--folder: for the files of cases that failed; default: a temporary one. --keep all: of every case.\n"
-    "--readme: writes the matrix between its markers. Exit code 1: a case failed that is not open.\n";
+    "Prints the table of host_tests/sim/README.md at its end. Exit code 1: a case failed that is not open.\n";
 
 std::vector<std::string> lines_of(const std::string& path) {
   std::ifstream file(path);
@@ -42,23 +40,6 @@ std::vector<std::string> lines_of(const std::string& path) {
 /// A short name: that of a socket may have 107 letters.
 std::string temporary_folder() {
   return (std::filesystem::temp_directory_path() / ("m100_sticks_" + std::to_string(::getpid()))).string();
-}
-
-bool write_between_markers(const std::string& path, const std::string& name, const std::string& text) {
-  const std::string begin_mark = "<!-- " + name + ": begin -->\n";
-  const std::string end_mark = "<!-- " + name + ": end -->";
-  std::ifstream file(path);
-  std::string all(std::istreambuf_iterator<char>(file), {});
-  const std::size_t begin = all.find(begin_mark);
-  const std::size_t end = all.find(end_mark);
-  if (begin == std::string::npos || end == std::string::npos) {
-    std::cerr << path << ": has no markers\n";
-    return false;
-  }
-  const std::size_t from = begin + begin_mark.size();
-  all.replace(from, end - from, text);
-  std::ofstream(path) << all;
-  return true;
 }
 
 std::vector<Case> battery(const std::string& name) {
@@ -97,14 +78,9 @@ int run(std::map<std::string, std::string> options) {
     std::cout << "left out: what needs a file system of its own (no user namespaces here)\n";
   }
   const std::vector<Result> results = fly_all(cases, places, jobs, lines_of(options["--open"]), std::cout);
-  const std::string table = is_losses ? losses_table(results) : matrix(results);
-  std::cout << "\n" << table;
+  std::cout << "\n" << (is_losses ? losses_table(results) : matrix(results));
   if (!options["--json"].empty()) {
     std::ofstream(options["--json"]) << to_json(results) << "\n";
-  }
-  if (!options["--readme"].empty() &&
-      !write_between_markers(options["--readme"], is_losses ? "losses" : "sticks", table)) {
-    return 2;
   }
   const auto count = [&](auto&& condition) { return std::count_if(results.begin(), results.end(), condition); };
   const auto failed = count([](const Result& result) { return !result.passed() && !result.open; });

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How long the installed programs keep the sticks under every fault (m100_sticks), and on a line that loses frames."""
+from measure.lab_figures import LAB
+from measure.marked import Figure
+from measure.place import Source
+
+STICKS = "host_tests/scenario/m100_sticks"
+M100 = "firmware/companion/m100"
+TABLE = "host_tests/scenario/table.bin"
+VEHICLE = "firmware/mpc/generated/vehicle.toml"
+OPEN = "host_tests/scenario/sticks/open.txt"
+
+
+def table_of(battery):
+    def measured(place):
+        printed = place.run(place.program(STICKS), "--battery", battery, "--m100", place.program(M100), "--lab", place.program(LAB),
+                            "--vehicle", place.root / VEHICLE, "--gains", place.program(TABLE), "--open", place.root / OPEN,
+                            may_fail=True)  # what failed stands in the table, too
+        return {f"sticks.{battery}": Figure("\n".join(line for line in printed.splitlines() if line.startswith("|")))}
+    return measured
+
+
+SOURCES = [Source((f"sticks.{battery}",), table_of(battery), quick=False) for battery in ("whole", "losses")]
