@@ -14,10 +14,16 @@ ctl::Command<To> cast(const ctl::Command<From>& command) {
           .yaw_rate_rad_s = static_cast<To>(command.yaw_rate_rad_s)};
 }
 
+vrc::Stick within_travel(int counts) {
+  return static_cast<vrc::Stick>(
+      core::clamp(counts, static_cast<int>(vrc::kStickLow), static_cast<int>(vrc::kStickHigh)));
+}
+
 /// A stick of the RC item, -10000..10000, in counts.
 vrc::Stick stick_of(std::int16_t rc) {
-  const int counts = 1024 + (rc * 660 + (rc < 0 ? -5000 : 5000)) / 10000;
-  return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
+  constexpr auto kCentre = static_cast<int>(vrc::kStickCentre);
+  constexpr int kTravel = static_cast<int>(vrc::kStickHigh) - kCentre;
+  return within_travel(kCentre + (rc * kTravel + (rc < 0 ? -5000 : 5000)) / 10000);
 }
 
 }  // namespace
@@ -34,7 +40,7 @@ template <typename T, typename S>
 vrc::Stick FlightController<T, S>::excited_stick() const {
   const vrc::StickMap& map = commands_.map(static_cast<std::size_t>(excitation_.axis()));
   const int counts = static_cast<int>(map.neutral_vrc + 0.5F) + excitation_.holding_counts() + excitation_.counts();
-  return static_cast<vrc::Stick>(core::clamp(counts, 364, 1684));
+  return within_travel(counts);
 }
 
 template <typename T, typename S>

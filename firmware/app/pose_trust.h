@@ -34,7 +34,6 @@ class PoseTrust {
   void update(const est::Felt<T>& felt, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& asked_rad, safety::Rung rung, core::Duration elapsed);
 
-  bool lied_to() const { return lied_to_; }
   bool has_looked() const { return cross_check_.has_looked(); }
   /// An attitude that is wrong makes the poses seem so too, and is told first.
   est::Contradiction<T> contradiction() const;

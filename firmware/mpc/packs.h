@@ -62,13 +62,11 @@ inline constexpr std::size_t kLanes = 1;
 template <>
 struct PackOf<float> {
   using Type = float;
-  using Memory = float;
   using Mask = bool;
 };
 template <>
 struct PackOf<double> {
   using Type = double;
-  using Memory = double;
   using Mask = bool;
 };
 /// One bit for each lane, the first in the lowest.
@@ -81,7 +79,6 @@ inline constexpr std::size_t kLanes = kPack;
 template <>
 struct PackOf<float> {
   using Type = float __attribute__((vector_size(16)));
-  using Memory = float __attribute__((vector_size(16), aligned(4), may_alias));
   using Mask = std::int32_t __attribute__((vector_size(16)));
 };
 #ifdef __AVX2__

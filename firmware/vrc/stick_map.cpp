@@ -7,9 +7,9 @@
 namespace m100::vrc {
 namespace {
 
-constexpr float kTravel_vrc = 660.F;
-constexpr float kLow_vrc = 364.F;
-constexpr float kHigh_vrc = 1684.F;
+constexpr auto kLow_vrc = static_cast<float>(kStickLow);
+constexpr auto kHigh_vrc = static_cast<float>(kStickHigh);
+constexpr float kTravel_vrc = (kHigh_vrc - kLow_vrc) / 2.F;
 
 float curved(float u, float exponent) {
   if (exponent == 1.F || u == 0.F) {

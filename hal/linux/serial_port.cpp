@@ -62,8 +62,6 @@ bool means_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || 
 
 }  // namespace
 
-bool is_supported_baud(std::uint32_t baud) { return find_speed(baud) != nullptr; }
-
 SerialPort::SerialPort(std::string path, std::uint32_t baud, const SystemCalls& calls)
     : path_(std::move(path)), baud_(baud), calls_(&calls), clock_(path_) {}
 

@@ -62,7 +62,4 @@ class SerialPort final : public Uart {
   core::TimePoint next_attempt_{};
 };
 
-/// True for the rates a SerialPort can be set to.
-bool is_supported_baud(std::uint32_t baud);
-
 }  // namespace m100::hal

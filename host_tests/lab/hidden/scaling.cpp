@@ -24,7 +24,6 @@ constexpr double kMost_MB = 150.0;  // asked of an hour
 struct Cost {
   double minutes = 0.0;
   double seconds = 0.0;  ///< of processor time, log made and analysed
-  double making_s = 0.0;
   double megabytes = 0.0;
 };
 
@@ -109,7 +108,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
     const rusage made = usage_of(length, false, right);
     const rusage used = usage_of(length, true, right);
     all_right = all_right && right;
-    costs.push_back({length, seconds(used) - seconds(made), seconds(made), static_cast<double>(used.ru_maxrss) / 1024});
+    costs.push_back({length, seconds(used) - seconds(made), static_cast<double>(used.ru_maxrss) / 1024});
     std::printf("%8.0f %10.2f %14.3f %10.0f%s\n", length, costs.back().seconds, costs.back().seconds / length,
                 costs.back().megabytes, right ? "" : "  (dead zone not named)");
     std::fflush(stdout);

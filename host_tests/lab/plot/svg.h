@@ -13,7 +13,6 @@ inline constexpr const char* kBlack = "#333333";
 inline constexpr const char* kBlue = "#0072b2";
 inline constexpr const char* kOrange = "#d55e00";
 inline constexpr const char* kGreen = "#009e73";
-inline constexpr const char* kPurple = "#a05195";
 inline constexpr const char* kGrey = "#9a9a9a";
 
 /// A curve; NaN in y breaks it. x must not decrease. Curves of more points than pixels are drawn as their envelope.

@@ -67,7 +67,6 @@ class Bench {
   Program& client() { return *client_; }
   /// A process that ends has left simulated time a moment before it is gone; on a busy machine the moment is long.
   void let_client_end();
-  bool client_started() const { return client_ != nullptr; }
   Cable& cable() { return *cable_; }
   Events& events() { return events_; }
   const Setup& setup() const { return setup_; }

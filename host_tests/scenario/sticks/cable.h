@@ -47,7 +47,6 @@ class Cable {
   virtual void resume(pid_t process) = 0;
   /// The process takes part in time: what it still does takes none of it afterwards, and only the machine's.
   virtual bool takes_part(pid_t process) = 0;
-  virtual bool is_real_time() const = 0;
 };
 
 /// Simulated ports: time goes as fast as the programs can.
@@ -65,7 +64,6 @@ class SimulatedCable final : public Cable {
   void suspend(pid_t process) override { host_.suspend(process); }
   void resume(pid_t process) override { host_.resume(process); }
   bool takes_part(pid_t process) override { return host_.attends(process); }
-  bool is_real_time() const override { return false; }
 
  private:
   static std::size_t number(End end) { return static_cast<std::size_t>(end); }
@@ -88,7 +86,6 @@ class RealCable final : public Cable {
   void suspend(pid_t) override {}
   void resume(pid_t) override {}
   bool takes_part(pid_t) override { return true; }
-  bool is_real_time() const override { return true; }
 
  private:
   hal::Uart* uart(End end);

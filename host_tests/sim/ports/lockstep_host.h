@@ -77,7 +77,6 @@ class LockstepHost {
     pid_t process = -1;
     std::int64_t deadline_us = 0;
     bool asleep = false;
-    bool suspended = false;
     bool seen_stopped = false;
   };
 
