@@ -58,6 +58,7 @@ ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis) {
 
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s) {
   const Eigen::Index n = axis.f.rows();
+  M100_ASSERT(step_s >= 0);
   M100_ASSERT(n <= Eigen::Index(mpc::kMaxStates) && axis.f.cols() == n && axis.g.size() == n && axis.gd.size() == n);
   constexpr std::size_t kSize = mpc::kMaxStates + 2;  // the states, the command and the disturbance
   using Square = model::SquareMatrix<Real, kSize>;

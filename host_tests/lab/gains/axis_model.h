@@ -49,6 +49,7 @@ enum class Axis { kX, kY };
 /// The axis as the vehicle file states it: x by pitch (+), y by roll (-). Throws std::domain_error when a lead zero
 /// cancels the axis' dynamics.
 ContinuousAxis continuous_axis(const model::Vehicle& vehicle, Axis axis);
+/// Held inputs, exact. @pre f is n x n with n at most mpc::kMaxStates, g and gd have n rows, step_s is not below 0 [s].
 DiscreteAxis discretise(const ContinuousAxis& axis, Real step_s);
 /// The quadratic program of the vehicle's weights and limits, terminal weight from the Riccati equation of (Q, R).
 AxisProblem axis_problem(const model::Vehicle& vehicle, Axis axis);

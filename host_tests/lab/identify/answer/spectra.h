@@ -24,8 +24,10 @@ struct Spectra {
   std::size_t segments = 0;
 
   /// Share of the output's power that follows the input linearly, 0 to 1; of fewer than two segments always 1.
+  /// @pre k < frequency_hz.size()
   double coherence(std::size_t k) const;
-  /// Output over input at this frequency.
+  /// Output over input at this frequency, output's unit per input's. @pre k < frequency_hz.size(); not a number where
+  /// the input has no power.
   std::complex<double> response(std::size_t k) const { return cross[k] / input[k]; }
 };
 /// Both series are as long as the stretches reach. Cost: n log n.
