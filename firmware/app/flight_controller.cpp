@@ -26,7 +26,7 @@ template <typename T, typename S>
 [[gnu::cold]] FlightController<T, S>::FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables,
                                                        const FlightConfig& config, hal::Uart& autopilot,
                                                        hal::Uart& pose, ref::Trajectory<T>& trajectory,
-                                                       log::FlightLog* log)
+                                                       log::FlightLogWriter* log)
     : autopilot_tap_(log, log::Stream::kAutopilotIn, log::Stream::kAutopilotOut),
       pose_tap_(log, log::Stream::kPoseIn, log::Stream::kPoseOut),
       link_(autopilot, config.link, &autopilot_tap_),
@@ -160,8 +160,8 @@ void FlightController<T, S>::watch_residual() {
     return;
   }
   const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
-  // In the order of sysid::Channel; the yaw stick is positive to the right. A gyro's z is the heading's rate only while
-  // the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
+  // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. A gyro's z is the heading's rate only
+  // while the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
   const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
   const core::Turn<T>& roll = attitude.roll();
   const T heading_rate_rad_s =
@@ -232,10 +232,10 @@ safety::Observation FlightController<T, S>::observation(core::TimePoint now) {
       .operator_engages = now < order_until_ && is_in_reach(),
       .operator_releases = (tick_orders_ & log::kOrderRelease) != 0,
       .task_flies = (tick_orders_ & (log::kOrderTakesOff | log::kOrderLands)) != 0,
-      .left_model = {residual_.report(sysid::Channel::kRoll).departed,
-                     residual_.report(sysid::Channel::kPitch).departed,
-                     residual_.report(sysid::Channel::kYawRate).departed,
-                     residual_.report(sysid::Channel::kClimb).departed},
+      .left_model = {residual_.report(sysid::MonitoredAxis::kRoll).departed,
+                     residual_.report(sysid::MonitoredAxis::kPitch).departed,
+                     residual_.report(sysid::MonitoredAxis::kYawRate).departed,
+                     residual_.report(sysid::MonitoredAxis::kClimb).departed},
       .trim_drifted = trim_.report().drifted};
   trust_.tell(observed, estimate_, config_.limits.gate_shut);
   if (levels_a_swing()) {

@@ -38,7 +38,7 @@ struct TickStats {
 /// Writes the bytes that pass a link into the flight log.
 class LogTap final : public link::ByteTap {
  public:
-  LogTap(log::FlightLog* log, log::Stream in, log::Stream out) : log_(log), in_(in), out_(out) {}
+  LogTap(log::FlightLogWriter* log, log::Stream in, log::Stream out) : log_(log), in_(in), out_(out) {}
   void received(std::span<const std::byte> bytes, core::TimePoint now) override { append(in_, bytes, now); }
   void sent(std::span<const std::byte> bytes, core::TimePoint now) override { append(out_, bytes, now); }
 
@@ -48,7 +48,7 @@ class LogTap final : public link::ByteTap {
       log_->append(stream, now, bytes);
     }
   }
-  log::FlightLog* log_;
+  log::FlightLogWriter* log_;
   log::Stream in_;
   log::Stream out_;
 };
@@ -62,7 +62,7 @@ class FlightController {
  public:
   /// Everything handed over must outlive the controller. @param log may be null.
   FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightConfig& config,
-                   hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLog* log);
+                   hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLogWriter* log);
 
   /// One period of 10 ms; `now` is never before that of the last one. @returns what became of the command: see
   ///   SerialLink::send; kRefused: silent by the ladder.
@@ -160,7 +160,7 @@ class FlightController {
   vrc::CommandMap commands_;
   sysid::ResidualMonitor<T> residual_;
   est::TrimWatch<T> trim_;
-  log::FlightLog* log_;
+  log::FlightLogWriter* log_;
   FlightConfig config_;
 
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick

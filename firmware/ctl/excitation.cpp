@@ -69,19 +69,19 @@ void Excitation<T>::look(const est::Estimate<T>& estimate, const ref::Window<T>&
   const core::Vector<T, 2> speed_b =
       core::rotate_by_yaw(core::Vector<T, 2>(estimate.x.velocity_m_s, estimate.y.velocity_m_s), -estimate.yaw_rad);
   switch (axis()) {
-    case StickAxis::kRoll:
+    case ExcitedStick::kRoll:
       distance_ = -away_b.y();
       speed_ = -speed_b.y();
       break;
-    case StickAxis::kPitch:
+    case ExcitedStick::kPitch:
       distance_ = away_b.x();
       speed_ = speed_b.x();
       break;
-    case StickAxis::kThrottle:
+    case ExcitedStick::kThrottle:
       distance_ = estimate.height_m - reference.height.position_m;
       speed_ = estimate.climb_m_s;
       break;
-    case StickAxis::kYaw:
+    case ExcitedStick::kYaw:
       distance_ = -core::wrap_pi(estimate.yaw_rad - reference.yaw_rad);
       speed_ = -estimate.yaw_rate_rad_s;
       break;
@@ -123,9 +123,9 @@ void Excitation<T>::rest_at(const HoldingSticks<T>& holding) {
 template <typename T>
 int Excitation<T>::holding_counts() const {
   constexpr T kMost = static_cast<T>(kMostHolding_counts);
-  const T counts = axis() == StickAxis::kRoll    ? holding_.roll_counts
-                   : axis() == StickAxis::kPitch ? holding_.pitch_counts
-                                                 : T(0);
+  const T counts = axis() == ExcitedStick::kRoll    ? holding_.roll_counts
+                   : axis() == ExcitedStick::kPitch ? holding_.pitch_counts
+                                                    : T(0);
   const T within = core::clamp(counts, -kMost, kMost);
   return moves() ? static_cast<int>(within < T(0) ? within - T(0.5) : within + T(0.5)) : 0;
 }

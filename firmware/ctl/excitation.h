@@ -13,10 +13,10 @@
 
 namespace m100::ctl {
 
-enum class StickAxis : std::uint8_t { kRoll, kPitch, kThrottle, kYaw };
+enum class ExcitedStick : std::uint8_t { kRoll, kPitch, kThrottle, kYaw };
 inline constexpr std::size_t kStickAxes = 4;
 
-/// One number of a command, in the order of StickAxis: roll, pitch, climb, yaw rate.
+/// One number of a command, in the order of ExcitedStick: roll, pitch, climb, yaw rate.
 template <typename C>
 constexpr auto& value_of(C& command, std::size_t axis) {
   return axis == 0   ? command.roll_rad
@@ -36,7 +36,7 @@ struct ExcitationLimits {
 
 /// One stretch of samples on one stick. Between two stretches the law flies back to the place.
 struct ExcitationPiece {
-  StickAxis axis = StickAxis::kRoll;
+  ExcitedStick axis = ExcitedStick::kRoll;
   std::size_t begin = 0;  ///< in ExcitationPlan::counts
   std::size_t count = 0;
 };
@@ -94,7 +94,7 @@ class Excitation {
   State state() const { return state_; }
   Abort abort() const { return abort_; }
   bool moves() const { return state_ == State::kMoving; }
-  StickAxis axis() const { return moves_piece() ? plan_.pieces[piece_].axis : StickAxis::kRoll; }
+  ExcitedStick axis() const { return moves_piece() ? plan_.pieces[piece_].axis : ExcitedStick::kRoll; }
   /// Before a piece: rest_at() is of use.
   bool returns() const { return state_ == State::kReturning; }
   /// Added to counts() on the stick of axis(): what holds the place in the wind and with the trim of now.

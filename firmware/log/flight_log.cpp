@@ -14,17 +14,19 @@ constexpr std::array kFormats{kTickFormat, kBytesFormat, kExcitationFormat};
 
 }  // namespace
 
-core::Status FlightLog::begin(core::TimePoint now, std::span<const Note> notes) {
+core::Status FlightLogWriter::begin(core::TimePoint now, std::span<const Note> notes) {
   return writer_.begin(now, kFormats, notes);
 }
 
-void FlightLog::append(const TickRecord& record) { writer_.append(kTickId, std::as_bytes(std::span(&record, 1))); }
+void FlightLogWriter::append(const TickRecord& record) {
+  writer_.append(kTickId, std::as_bytes(std::span(&record, 1)));
+}
 
-void FlightLog::append(const ExcitationRecord& record) {
+void FlightLogWriter::append(const ExcitationRecord& record) {
   writer_.append(kExcitationId, std::as_bytes(std::span(&record, 1)));
 }
 
-void FlightLog::append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes) {
+void FlightLogWriter::append(Stream stream, core::TimePoint now, std::span<const std::byte> bytes) {
   append_bytes(writer_, kBytesId, stream, now, bytes);
 }
 

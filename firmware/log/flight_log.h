@@ -13,9 +13,9 @@
 namespace m100::log {
 
 /// The log of a flight: a record of every tick, every byte of both lines, lines of text.
-class FlightLog {
+class FlightLogWriter {
  public:
-  explicit FlightLog(Ring& ring) : writer_(ring) {}
+  explicit FlightLogWriter(Ring& ring) : writer_(ring) {}
 
   /// As UlogWriter::begin(), with the formats of our records.
   core::Status begin(core::TimePoint now, std::span<const Note> notes);

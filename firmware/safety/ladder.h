@@ -37,7 +37,7 @@ enum class LadderSign : std::uint32_t {
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
   // Told, not acted upon: no row of the table asks for these. They stand in the log's field `facts`.
   kRollLeftModel = 1U << 11U,   ///< the axis answers unlike its model, by the residual monitor; likewise below
-  kPitchLeftModel = 1U << 12U,  ///< in the order of sysid::Channel
+  kPitchLeftModel = 1U << 12U,  ///< in the order of sysid::MonitoredAxis
   kYawRateLeftModel = 1U << 13U,
   kClimbLeftModel = 1U << 14U,
   kTrimDrifted = 1U << 15U,  ///< in hover, by est::TrimWatch

@@ -8,7 +8,7 @@
 namespace m100::safety {
 
 /// What the observer has measured of the way of a pose, from its capture until it is here.
-struct PoseLatency {
+struct MeasuredLatency {
   core::Duration least{0};
   core::Duration jitter{0};    ///< 99th percentile less the least
   core::Duration interval{0};  ///< of the source
@@ -39,7 +39,7 @@ inline constexpr core::Duration kFreshAtMost = std::chrono::milliseconds(250);
 
 /// How old a pose may be in normal flight (promise R3): the limit, or what the measured latency needs where that is
 /// more, at most 250 ms.
-constexpr core::Duration fresh_limit(const Limits& limits, const PoseLatency& measured) {
+constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency& measured) {
   const core::Duration needed = measured.least + 2 * measured.jitter + measured.interval + kFreshMargin;
   if (limits.pose_fresh_is_said || needed <= limits.pose_fresh) {
     return limits.pose_fresh;

@@ -14,7 +14,7 @@ struct Observation {
   core::TimePoint now{};
   core::Duration pose_age{core::Duration::max()};       ///< of the newest pose that the estimate used
   core::Duration telemetry_age{core::Duration::max()};  ///< since the newest frame of the autopilot
-  PoseLatency pose_latency{};                           ///< as measured in flight; decides what counts as fresh
+  MeasuredLatency pose_latency{};                       ///< as measured in flight; decides what counts as fresh
   std::uint32_t refused_poses = 0;                      ///< by the innovation gate, in a row
   core::Duration refused_for{0};                        ///< from the first to the last that agree with each other
   double refused_by_m = 0.0;  ///< the last of them, from where it had to be; and what was allowed

@@ -144,8 +144,8 @@ template <typename Real>
 
 template <typename Real>
 void ResidualMonitor<Real>::update(const Sample& sample) {
-  constexpr std::array<std::size_t, kChannels> kOther{1, 0, 2, 3};  // roll and pitch leak into each other
-  for (std::size_t channel = 0; channel < kChannels; ++channel) {
+  constexpr std::array<std::size_t, kMonitoredAxes> kOther{1, 0, 2, 3};  // roll and pitch leak into each other
+  for (std::size_t channel = 0; channel < kMonitoredAxes; ++channel) {
     channels_[channel].update(sample.stick_counts[channel], sample.stick_counts[kOther[channel]],
                               sample.measured[channel]);
   }
@@ -159,14 +159,14 @@ void ResidualMonitor<Real>::interrupt() {
 }
 
 template <typename Real>
-Channel ResidualMonitor<Real>::worst() const {
+MonitoredAxis ResidualMonitor<Real>::worst() const {
   std::size_t worst = 0;
-  for (std::size_t channel = 1; channel < kChannels; ++channel) {
+  for (std::size_t channel = 1; channel < kMonitoredAxes; ++channel) {
     if (channels_[channel].report().ratio > channels_[worst].report().ratio) {
       worst = channel;
     }
   }
-  return static_cast<Channel>(worst);
+  return static_cast<MonitoredAxis>(worst);
 }
 
 template <typename Real>

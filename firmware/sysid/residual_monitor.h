@@ -90,8 +90,8 @@ class AxisResidual {
 };
 
 /// The four stick axes side by side.
-enum class Channel : std::uint8_t { kRoll, kPitch, kYawRate, kClimb };
-inline constexpr std::size_t kChannels = 4;
+enum class MonitoredAxis : std::uint8_t { kRoll, kPitch, kYawRate, kClimb };
+inline constexpr std::size_t kMonitoredAxes = 4;
 
 template <typename Real>
 class ResidualMonitor {
@@ -109,21 +109,21 @@ class ResidualMonitor {
 
   /// Sticks as sent, counts from where they balance: neutral, and the trim as far as it is known.
   struct Sample {
-    std::array<Real, kChannels> stick_counts{};
-    std::array<Real, kChannels> measured{};
+    std::array<Real, kMonitoredAxes> stick_counts{};
+    std::array<Real, kMonitoredAxes> measured{};
   };
   void update(const Sample& sample);
   void interrupt();
-  const ResidualReport<Real>& report(Channel channel) const {
+  const ResidualReport<Real>& report(MonitoredAxis channel) const {
     return channels_[static_cast<std::size_t>(channel)].report();
   }
   /// The channel whose last block lies farthest above what is expected.
-  Channel worst() const;
+  MonitoredAxis worst() const;
   /// Whether any channel has departed from its model.
   bool departed() const;
 
  private:
-  std::array<AxisResidual<Real>, kChannels> channels_;
+  std::array<AxisResidual<Real>, kMonitoredAxes> channels_;
 };
 
 }  // namespace m100::sysid

@@ -37,9 +37,9 @@ CommandMap::CommandMap(const model::Vehicle& vehicle)
     : maps_{checked(map_of(vehicle.roll), 8.65e-4F), checked(map_of(vehicle.pitch), 8.44e-4F),
             checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {}
 
-Stick CommandMap::modulated(Channel channel, float command_si) {
-  const StickMap& map = maps_[channel];
-  const float wanted_si = command_si + remainder_[channel];
+Stick CommandMap::modulated(StickIndex index, float command_si) {
+  const StickMap& map = maps_[index];
+  const float wanted_si = command_si + remainder_[index];
   const auto error = [&](Stick stick) {
     const float e = wanted_si - map.to_command(stick);
     return e < 0.F ? -e : e;
@@ -50,7 +50,7 @@ Stick CommandMap::modulated(Channel channel, float command_si) {
     stick = neutral;
   }
   const float most_si = map.scale_si_per_vrc * (map.dead_zone_vrc + 1.F);
-  remainder_[channel] = core::clamp(wanted_si - map.to_command(stick), -most_si, most_si);
+  remainder_[index] = core::clamp(wanted_si - map.to_command(stick), -most_si, most_si);
   return stick;
 }
 

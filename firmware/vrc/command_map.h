@@ -38,11 +38,11 @@ class CommandMap {
   const StickMap& yaw() const { return maps_[kYaw]; }
 
  private:
-  enum Channel : std::size_t { kRoll, kPitch, kThrottle, kYaw, kChannels };
-  Stick modulated(Channel channel, float command_si);
+  enum StickIndex : std::size_t { kRoll, kPitch, kThrottle, kYaw, kSticks };
+  Stick modulated(StickIndex index, float command_si);
 
-  std::array<StickMap, kChannels> maps_;
-  std::array<float, kChannels> remainder_{};
+  std::array<StickMap, kSticks> maps_;
+  std::array<float, kSticks> remainder_{};
 };
 
 }  // namespace m100::vrc

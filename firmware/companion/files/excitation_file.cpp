@@ -137,7 +137,7 @@ class Rows {
     }
     axis_ = moved ? moved : axis_;
     ctl::ExcitationPiece& current = out_.pieces.back();
-    current.axis = axis_ ? static_cast<ctl::StickAxis>(*axis_) : current.axis;
+    current.axis = axis_ ? static_cast<ctl::ExcitedStick>(*axis_) : current.axis;
     ++current.count;
     out_.counts.push_back(counts);
   }
@@ -171,9 +171,9 @@ void check(const ExcitationFile& out, const std::string& name) {
 
 }  // namespace
 
-std::string_view name(ctl::StickAxis axis) { return kNames[static_cast<std::size_t>(axis)]; }
+std::string_view name(ctl::ExcitedStick axis) { return kNames[static_cast<std::size_t>(axis)]; }
 
-bool ExcitationFile::moves(ctl::StickAxis axis) const {
+bool ExcitationFile::moves(ctl::ExcitedStick axis) const {
   return std::any_of(pieces.begin(), pieces.end(), [&](const ctl::ExcitationPiece& one) { return one.axis == axis; });
 }
 
@@ -243,7 +243,7 @@ ExcitationFile excitation_of_note(const std::string& note) {
     if (!axis) {
       fail(kName, number, "'" + first + "': no such stick");
     }
-    out.pieces.push_back({.axis = static_cast<ctl::StickAxis>(*axis), .begin = out.counts.size()});
+    out.pieces.push_back({.axis = static_cast<ctl::ExcitedStick>(*axis), .begin = out.counts.size()});
     for (int counts = 0; words >> counts;) {
       out.counts.push_back(static_cast<std::int16_t>(counts));
       ++out.pieces.back().count;

@@ -32,11 +32,11 @@ struct ExcitationFile {
 
   /// Views of this object.
   ctl::ExcitationPlan plan() const { return {.counts = counts, .pieces = pieces, .limits = limits}; }
-  bool moves(ctl::StickAxis axis) const;
+  bool moves(ctl::ExcitedStick axis) const;
   double length_s() const;
 };
 
-std::string_view name(ctl::StickAxis axis);
+std::string_view name(ctl::ExcitedStick axis);
 
 /// Reads and checks a file. Samples every 20 ms, sticks within their travel, one stick a piece, limits for each that
 /// moves. Errors: ExcitationFileError. @param name stands for the file in messages.

@@ -62,7 +62,7 @@ class LogFile {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
-  log::FlightLog& log() { return log_; }
+  log::FlightLogWriter& log() { return log_; }
   log::Ring& ring() { return ring_; }
   /// The medium took no more: the rest is not in the file.
   bool is_cut() const { return is_cut_; }
@@ -92,7 +92,7 @@ class LogFile {
   std::string when_full_;
   std::vector<std::byte> storage_;
   log::Ring ring_;
-  log::FlightLog log_;
+  log::FlightLogWriter log_;
   std::atomic<bool> running_{true};
   std::atomic<bool> is_cut_{false};
   std::atomic<std::uint32_t> rounds_{0};  ///< of the writer: all that was there at its begin is written

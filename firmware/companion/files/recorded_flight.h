@@ -18,7 +18,7 @@ class FlightLogError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A flight log as written by log::FlightLog, read back. Linux only.
+/// A flight log as written by log::FlightLogWriter, read back. Linux only.
 struct RecordedFlight {
   struct Tick {
     log::TickRecord record;

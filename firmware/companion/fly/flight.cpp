@@ -124,7 +124,7 @@ constexpr core::Duration kServicePatience = std::chrono::seconds(1);
 class Ears final : public Listener {
  public:
   /// @param speaker who tells the room; may be null.
-  Ears(log::FlightLog* log, Speaker* speaker) : log_(log), speaker_(speaker) {}
+  Ears(log::FlightLogWriter* log, Speaker* speaker) : log_(log), speaker_(speaker) {}
   void hear(core::TimePoint now, std::string_view line) override {
     TextLine timed;
     timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
@@ -138,14 +138,14 @@ class Ears final : public Listener {
   }
 
  private:
-  log::FlightLog* log_;
+  log::FlightLogWriter* log_;
   Speaker* speaker_;
 };
 
 /// A line a second of what the link is like.
 class HealthLog {
  public:
-  explicit HealthLog(log::FlightLog* log) : log_(log) {}
+  explicit HealthLog(log::FlightLogWriter* log) : log_(log) {}
   void tick(core::TimePoint now, const link::LinkHealth& health) {
     if (log_ != nullptr && now - logged_at_ >= kHealthPeriod) {
       log_->append(now, health_line(health, text_));
@@ -154,7 +154,7 @@ class HealthLog {
   }
 
  private:
-  log::FlightLog* log_;
+  log::FlightLogWriter* log_;
   core::TimePoint logged_at_{};
   HealthText text_{};
 };
@@ -190,9 +190,9 @@ void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now)
 }
 
 /// @returns null: none was asked for.
-log::FlightLog* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
-                          const Orders& orders, const ref::Waypoint<double>& start, const app::FlightConfig& config,
-                          core::TimePoint now) {
+log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
+                                const Orders& orders, const ref::Waypoint<double>& start,
+                                const app::FlightConfig& config, core::TimePoint now) {
   if (options.log.empty()) {
     return nullptr;
   }
@@ -213,7 +213,7 @@ void let_the_log_follow(const FlyOptions& options, const std::optional<LogFile>&
 OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& controller, const Pilotage& pilotage,
                     core::TimePoint now) {
   const Said said = heard_from_operator();
-  const Said ordered = port.signatures() != nullptr ? room.tick(now, controller, facts_of(pilotage, now)) : Said{};
+  const Said ordered = port.signatures() != nullptr ? room.tick(now, controller, situation_of(pilotage, now)) : Said{};
   return {.word = said.word || ordered.word, .land = said.land || ordered.land, .stops = stops(), .led = room.leads()};
 }
 
@@ -248,7 +248,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   const app::FlightConfig config = flight_config(options, orders, start, link);
   TickClock clock(options.port);
   std::optional<LogFile> log_file;
-  log::FlightLog* const log = begin_log(log_file, options, model, orders, start, config, clock.now());
+  log::FlightLogWriter* const log = begin_log(log_file, options, model, orders, start, config, clock.now());
   Live live(options.live);
   OverheardLine pose_line(pose_port.line());
   const auto controller =

@@ -37,10 +37,10 @@ CourseLimits limits_of_course(const Orders& orders) {
 /// The fence keeper brakes before the sides of the fence, and not before its floor: what moves in height must end
 /// inside.
 void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start) {
-  if (!orders.excitation || !orders.excitation->moves(ctl::StickAxis::kThrottle)) {
+  if (!orders.excitation || !orders.excitation->moves(ctl::ExcitedStick::kThrottle)) {
     return;
   }
-  const double distance_m = orders.excitation->limits[static_cast<std::size_t>(ctl::StickAxis::kThrottle)].distance;
+  const double distance_m = orders.excitation->limits[static_cast<std::size_t>(ctl::ExcitedStick::kThrottle)].distance;
   const double height_m = start.position_w_m.z();
   const Range fence_m = orders.flight->fence_z_m;
   if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
@@ -59,7 +59,7 @@ void expect_room_for(const Orders& orders) {
   const FlightFile& flight = *orders.flight;
   const double side_m =
       std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
-  for (const ctl::StickAxis axis : {ctl::StickAxis::kRoll, ctl::StickAxis::kPitch}) {
+  for (const ctl::ExcitedStick axis : {ctl::ExcitedStick::kRoll, ctl::ExcitedStick::kPitch}) {
     const double distance_m = orders.excitation->limits[static_cast<std::size_t>(axis)].distance;
     if (orders.excitation->moves(axis) && distance_m > side_m) {
       std::ostringstream said;
@@ -193,7 +193,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders,
   return config;
 }
 
-void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
+void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
                  const ref::Waypoint<double>& start, const app::FlightConfig& config, core::TimePoint now) {
   std::ostringstream place;
   place.precision(17);

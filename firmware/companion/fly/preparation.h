@@ -55,7 +55,7 @@ app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders,
                                 const link::LinkConfig& link);
 
 /// Begins the log with what `m100 replay` must know beside the records. Errors: UsageError.
-void write_notes(log::FlightLog& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
+void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
                  const ref::Waypoint<double>& start, const app::FlightConfig& config, core::TimePoint now);
 
 }  // namespace m100::companion

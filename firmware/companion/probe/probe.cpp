@@ -58,7 +58,7 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
     return finding;
   }
   hal::PortClock clock(path);
-  Listener listener;
+  LineProbe listener;
   link::LinkMeter meter(baud);
   std::array<std::byte, 1024> buffer;
   const core::TimePoint end{core::Duration{static_cast<std::int64_t>(seconds * 1e6)}};

@@ -28,7 +28,7 @@ std::size_t old_value_bytes(std::uint16_t items) {
 
 }  // namespace
 
-void Listener::take(std::span<const std::byte> bytes) {
+void LineProbe::take(std::span<const std::byte> bytes) {
   parser_.consume(bytes, [&](const protocol::FrameView& frame) {
     const core::Expected<protocol::Message> message = protocol::open(frame, nullptr, scratch_);
     if (message && message->has_id && message->id == protocol::ids::kTelemetry) {
@@ -39,7 +39,7 @@ void Listener::take(std::span<const std::byte> bytes) {
   });
 }
 
-void Listener::take_telemetry(std::span<const std::byte> value) {
+void LineProbe::take_telemetry(std::span<const std::byte> value) {
   ++packages_;
   fit_m100_ += protocol::decode_telemetry(value, telemetry_) == core::Status::kOk ? 1U : 0U;
   if (value.size() >= sizeof(std::uint16_t)) {
@@ -48,7 +48,7 @@ void Listener::take_telemetry(std::span<const std::byte> value) {
   }
 }
 
-Verdict Listener::without_frames(const core::Expected<hal::LineErrors>& errors) const {
+Verdict LineProbe::without_frames(const core::Expected<hal::LineErrors>& errors) const {
   if (!errors) {
     return Verdict::kWrongBaud;  // by far the most frequent cause
   }
@@ -61,7 +61,7 @@ Verdict Listener::without_frames(const core::Expected<hal::LineErrors>& errors) 
                                           : (errors->framing > 0 ? Verdict::kNoisy : Verdict::kNoAutopilot);
 }
 
-Verdict Listener::verdict(const core::Expected<hal::LineErrors>& errors) const {
+Verdict LineProbe::verdict(const core::Expected<hal::LineErrors>& errors) const {
   const protocol::ParserStats& stats = parser_.stats();
   if (stats.bytes == 0) {
     return errors && errors->breaks > 0 ? Verdict::kLineHeldLow : Verdict::kNothingReceived;
@@ -79,7 +79,7 @@ Verdict Listener::verdict(const core::Expected<hal::LineErrors>& errors) const {
   return errors && errors->overrun > errors->framing ? Verdict::kOverrun : Verdict::kNoisy;
 }
 
-Firmware Listener::firmware() const {
+Firmware LineProbe::firmware() const {
   if (packages_ == 0) {
     return Firmware::kUnknown;
   }

@@ -32,7 +32,7 @@ enum class Firmware : std::uint8_t { kUnknown, kM100, kM100Old, kOther };
 std::string_view name(Firmware firmware);
 
 /// Listens: bytes in, counts out.
-class Listener {
+class LineProbe {
  public:
   void take(std::span<const std::byte> bytes);
 

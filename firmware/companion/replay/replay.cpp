@@ -139,7 +139,7 @@ void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app
 class LastRecords {
  public:
   LastRecords() : ring_(storage_), log_(ring_) {}
-  log::FlightLog& log() { return log_; }
+  log::FlightLogWriter& log() { return log_; }
   /// @param excited the record of the excitation stands before the tick's.
   RecordedFlight::Tick take(bool excited) {
     std::vector<std::byte> bytes;
@@ -162,7 +162,7 @@ class LastRecords {
   /// As large as a flight's: the tick that ends the wait for the first pose reads what came in five seconds.
   std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
   log::Ring ring_;
-  log::FlightLog log_;
+  log::FlightLogWriter log_;
 };
 
 /// A question that the port did not take was asked all the same, and is not in the log.

@@ -31,7 +31,7 @@ using Reply =
 
 /// A few of something, without heap. What finds no room is lost, as on the network.
 template <typename Value, std::size_t kCapacity>
-class Few {
+class BoundedList {
  public:
   /// @returns false: there is no room.
   bool add(const Value& value) {
@@ -51,8 +51,8 @@ class Few {
 
 /// Of one tick.
 inline constexpr std::size_t kMostRequests = 8;
-using Requests = Few<Request, kMostRequests>;
+using Requests = BoundedList<Request, kMostRequests>;
 /// At most one for each request, and what a tick says of its own accord.
-using Replies = Few<Reply, kMostRequests + 8>;
+using Replies = BoundedList<Reply, kMostRequests + 8>;
 
 }  // namespace m100::companion

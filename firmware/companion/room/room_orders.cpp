@@ -58,50 +58,51 @@ struct Judged {
 // One that is repeated, because its answer was lost, must not undo the first.
 constexpr std::string_view kSoAlready = ", which is so already";
 
-Judged judge_word(bool engages, const FlightFacts& facts) {
-  if (engages && facts.on_ground) {
+Judged judge_word(bool engages, const Situation& situation) {
+  if (engages && situation.on_ground) {
     return {.result = kTemporarilyRejected, .why = ", refused: it stands on the ground; order a take-off", .said = {}};
   }
-  if (engages && facts.hands_back) {
+  if (engages && situation.hands_back) {
     return {.result = kTemporarilyRejected, .why = ", refused: control is being given back", .said = {}};
   }
-  const bool word = engages == facts.waits;
+  const bool word = engages == situation.waits;
   return {.result = kAccepted, .why = word ? "" : kSoAlready, .said = {.word = word}};
 }
 
 /// The autopilot's tasks know neither a place nor a height: an order that names one is another order.
 bool is_here(float value) { return std::isnan(value) || value == 0.F; }
 
-Judged judge_landing(const mavlink::CommandLong& order, const FlightFacts& facts) {
+Judged judge_landing(const mavlink::CommandLong& order, const Situation& situation) {
   if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
     return {.result = kDenied, .why = ", refused: it lands where it is; param5 to param7 must be 0", .said = {}};
   }
-  if (facts.lands) {
+  if (situation.lands) {
     return {.result = kAccepted, .why = kSoAlready, .said = {}};
   }
-  return facts.may_land ? Judged{.result = kAccepted, .why = "", .said = {.land = true}}
-                        : Judged{.result = kTemporarilyRejected, .why = ", refused: it does not fly now", .said = {}};
+  return situation.may_land
+             ? Judged{.result = kAccepted, .why = "", .said = {.land = true}}
+             : Judged{.result = kTemporarilyRejected, .why = ", refused: it does not fly now", .said = {}};
 }
 
-Judged judge_take_off(const mavlink::CommandLong& order, const FlightFacts& facts) {
+Judged judge_take_off(const mavlink::CommandLong& order, const Situation& situation) {
   if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
     return {
         .result = kDenied, .why = ", refused: it climbs 1.2 m where it stands; param5 to param7 must be 0", .said = {}};
   }
-  if (facts.takes_off) {
+  if (situation.takes_off) {
     return {.result = kAccepted, .why = kSoAlready, .said = {}};
   }
-  return facts.on_ground ? Judged{.result = kAccepted, .why = "", .said = {.word = true}}
-                         : Judged{.result = kTemporarilyRejected,
-                                  .why =
-                                      ", refused: it does not stand on the ground, or m100 was begun without "
-                                      "--take-off",
-                                  .said = {}};
+  return situation.on_ground ? Judged{.result = kAccepted, .why = "", .said = {.word = true}}
+                             : Judged{.result = kTemporarilyRejected,
+                                      .why =
+                                          ", refused: it does not stand on the ground, or m100 was begun without "
+                                          "--take-off",
+                                      .said = {}};
 }
 
 }  // namespace
 
-FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now) {
+Situation situation_of(const Pilotage& pilotage, core::TimePoint now) {
   return {.waits = pilotage.waits(),
           .hands_back = pilotage.hands_back(),
           .on_ground = pilotage.would_take_off(now),
@@ -126,17 +127,19 @@ void RoomOrders::hear_parameters(core::TimePoint now) {
   reply(replies);
 }
 
-Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts) {
+Said RoomOrders::tick(core::TimePoint now, const app::FlightController<double>& controller,
+                      const Situation& situation) {
   hear_parameters(now);
-  const Followed followed = errands_ && !facts.goes_home ? errands_->follow(line_, controller, now) : decline(line_);
+  const Followed followed =
+      errands_ && !situation.goes_home ? errands_->follow(line_, controller, now) : decline(line_);
   if (followed.goal) {
-    tell_goal(now, facts.goes_home ? GoalAnswer::kGoesHome : *followed.goal);
+    tell_goal(now, situation.goes_home ? GoalAnswer::kGoesHome : *followed.goal);
   }
   reply(followed.replies);
   if (errands_) {
     tell_mission(now, followed);
   }
-  return followed.order ? obey(now, *followed.order, followed.done, facts) : Said{};
+  return followed.order ? obey(now, *followed.order, followed.done, situation) : Said{};
 }
 
 void RoomOrders::reply(const Replies& replies) {
@@ -194,18 +197,18 @@ void RoomOrders::tell_mission(core::TimePoint now, const Followed& followed) {
   }
 }
 
-Said RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts) {
+Said RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const Situation& situation) {
   TextLine line;
   line.add("order from the room: ");
   Judged judged{.result = kUnsupported, .why = ", refused: this program does not have it", .said = {}};
   if (order.message.command == kGuidedEnable) {
-    judged = judge_word(order.message.param1 >= 0.5F, facts);
+    judged = judge_word(order.message.param1 >= 0.5F, situation);
     line.add(order.message.param1 >= 0.5F ? "engage" : "release");
   } else if (order.message.command == kLand) {
-    judged = judge_landing(order.message, facts);
+    judged = judge_landing(order.message, situation);
     line.add("land");
   } else if (order.message.command == kTakeOff) {
-    judged = judge_take_off(order.message, facts);
+    judged = judge_take_off(order.message, situation);
     line.add("take off");
   } else if (is_errand(order.message)) {
     const Spoken words = spoken(order.message);

@@ -10,7 +10,7 @@
 namespace m100::companion {
 
 /// What the operator's part of the flight would make of an order now.
-struct FlightFacts {
+struct Situation {
   bool waits = false;       ///< a word would ask for control; else it would give it back
   bool hands_back = false;  ///< control goes back: a word does nothing
   bool on_ground = false;   ///< and it would take off first
@@ -19,7 +19,7 @@ struct FlightFacts {
   bool lands = false;
   bool goes_home = false;  ///< the battery is low: nobody else leads the course
 };
-FlightFacts facts_of(const Pilotage& pilotage, core::TimePoint now);
+Situation situation_of(const Pilotage& pilotage, core::TimePoint now);
 
 /// Who gives orders from the room: goals and missions change the course, an order to engage or release is the
 /// operator's word, and each order is answered. What is not there is refused by its name. No heap.
@@ -40,7 +40,7 @@ class RoomOrders {
   }
 
   /// After each tick of the controller. @returns what the room said in the operator's place.
-  Said tick(core::TimePoint now, const app::FlightController<double>& controller, const FlightFacts& facts);
+  Said tick(core::TimePoint now, const app::FlightController<double>& controller, const Situation& situation);
   /// Goals have led the flight.
   bool leads() const { return errands_ && errands_->goals().goal().has_value(); }
   /// Wishes to change a parameter, each answered with its value as it stays.
@@ -52,7 +52,7 @@ class RoomOrders {
   static constexpr core::Duration kWishLines = std::chrono::seconds(1);     ///< between two of parameters to change
 
   void hear_parameters(core::TimePoint now);
-  Said obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const FlightFacts& facts);
+  Said obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const Situation& situation);
   void tell_goal(core::TimePoint now, GoalAnswer answer);
   void tell_mission(core::TimePoint now, const Followed& followed);
   void answer(const OverheardLine::Order& order, std::uint8_t result);

@@ -54,10 +54,10 @@ inline app::FlightConfig config_of(const KeptFlight& flight) {
     }
     return counts;
   }();
-  static constexpr std::array<ctl::ExcitationPiece, 4> kPieces{{{ctl::StickAxis::kRoll, 0, 30},
-                                                                {ctl::StickAxis::kPitch, 2, 26},
-                                                                {ctl::StickAxis::kThrottle, 0, 24},
-                                                                {ctl::StickAxis::kYaw, 4, 20}}};
+  static constexpr std::array<ctl::ExcitationPiece, 4> kPieces{{{ctl::ExcitedStick::kRoll, 0, 30},
+                                                                {ctl::ExcitedStick::kPitch, 2, 26},
+                                                                {ctl::ExcitedStick::kThrottle, 0, 24},
+                                                                {ctl::ExcitedStick::kYaw, 4, 20}}};
   constexpr ctl::ExcitationLimits kLimits{.distance = 1.5, .braking = 1.5, .speed = 1.5, .tilt_rad = 0.35};
   app::FlightConfig config = app::kDefaultFlight;
   config.link.app_id = 1;

@@ -143,7 +143,7 @@ class TapeFlight {
 
   std::array<std::byte, 16384> storage_{};
   log::Ring ring_{storage_};
-  log::FlightLog log_{ring_};
+  log::FlightLogWriter log_{ring_};
   core::Sha256 hash_;
   TapeUart autopilot_;
   TapeUart pose_;

@@ -96,8 +96,8 @@ void append_unlogged(NumberHash& hash, const app::FlightController<T, S>& flown)
   append(hash, flown.estimate());
   append(hash, flown.link());
   append_counts(hash, flown);
-  for (const auto channel :
-       {sysid::Channel::kRoll, sysid::Channel::kPitch, sysid::Channel::kYawRate, sysid::Channel::kClimb}) {
+  for (const auto channel : {sysid::MonitoredAxis::kRoll, sysid::MonitoredAxis::kPitch, sysid::MonitoredAxis::kYawRate,
+                             sysid::MonitoredAxis::kClimb}) {
     append_all(hash, {flown.residual().report(channel).ratio, flown.residual().report(channel).block_rms});
   }
   append_all<T>(hash, {flown.pose_timing().sigma_s, flown.trim().roll_counts, flown.trim().pitch_counts});

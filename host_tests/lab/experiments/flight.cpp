@@ -58,7 +58,7 @@ double normalised_square(const est::AxisEstimate<double>& axis, double position_
 class LogSink {
  public:
   explicit LogSink(bool keep) : storage_(keep ? kLogRingBytes : 1), ring_(storage_), log_(ring_) {}
-  log::FlightLog& log() { return log_; }
+  log::FlightLogWriter& log() { return log_; }
   void drain(std::vector<std::uint8_t>& into) {
     while (!ring_.front().empty()) {
       const std::span<const std::byte> piece = ring_.front();
@@ -71,7 +71,7 @@ class LogSink {
  private:
   std::vector<std::byte> storage_;
   log::Ring ring_;
-  log::FlightLog log_;
+  log::FlightLogWriter log_;
 };
 
 /// Everything that one flight needs, in the order in which it must be made.

@@ -92,7 +92,7 @@ class FaultBench {
 
   sim::World& world() { return world_; }
   app::FlightController<double>& controller() { return *controller_; }
-  log::FlightLog& log() { return log_; }
+  log::FlightLogWriter& log() { return log_; }
   ref::Trajectory<double>& course() { return course_; }  ///< standing at the place of the start
   const core::Vector<double, 3>& place() const { return start_.position_w_m; }
   Rung rung() const { return controller_->grant().rung; }
@@ -121,7 +121,7 @@ class FaultBench {
   ref::Trajectory<double> course_;
   std::vector<std::byte> log_storage_;
   log::Ring ring_{log_storage_};
-  log::FlightLog log_{ring_};
+  log::FlightLogWriter log_{ring_};
   std::optional<app::FlightController<double>> controller_;
   double farthest_m_ = 0.0;
   double tilt_deg_ = 0.0;

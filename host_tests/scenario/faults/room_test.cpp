@@ -64,7 +64,7 @@ class RoomTest : public ::testing::Test {
   void tick() {
     bench_.tick();
     const core::TimePoint now = bench_.world().now();
-    const companion::Said said = room_.tick(now, bench_.controller(), companion::facts_of(pilotage_, now));
+    const companion::Said said = room_.tick(now, bench_.controller(), companion::situation_of(pilotage_, now));
     (void)pilotage_.tick(now, {.word = said.word, .land = said.land, .led = room_.leads()});
   }
   void pass(core::Duration time) {

@@ -75,7 +75,7 @@ TEST(NoHeap, IsTouchedInAnyTick) {
   companion::lay_course("step 0.5 0 0.2 0.3 2\nsquare 1 2 0.2\n", start, course);
   std::vector<std::byte> storage(1U << 18U);
   log::Ring ring(storage);
-  log::FlightLog log(ring);
+  log::FlightLogWriter log(ring);
   ASSERT_EQ(log.begin(core::TimePoint{}, {}), core::Status::kOk);
   const auto controller = std::make_unique<FlightController<double>>(
       mpc::generated::kVehicle, tables, kDefaultFlight, world.autopilot_uart(), world.pose_uart(), course, &log);

@@ -19,13 +19,13 @@ constexpr const char* kGood =
 TEST(ExcitationFile, HoldsThePiecesAndWhatTheyAreAbortedBy) {
   const ExcitationFile made = parse_excitation(kGood, "e.csv");
   ASSERT_EQ(made.pieces.size(), 2U);
-  EXPECT_EQ(made.pieces[0].axis, ctl::StickAxis::kRoll);
-  EXPECT_EQ(made.pieces[1].axis, ctl::StickAxis::kThrottle);
+  EXPECT_EQ(made.pieces[0].axis, ctl::ExcitedStick::kRoll);
+  EXPECT_EQ(made.pieces[1].axis, ctl::ExcitedStick::kThrottle);
   EXPECT_EQ(made.pieces[1].begin, 2U);
   EXPECT_EQ(made.counts, (std::vector<std::int16_t>{120, -15, 0, 90})) << "without what the law flies";
   EXPECT_EQ(made.limits[2].speed, 1.5);
-  EXPECT_TRUE(made.moves(ctl::StickAxis::kThrottle));
-  EXPECT_FALSE(made.moves(ctl::StickAxis::kYaw));
+  EXPECT_TRUE(made.moves(ctl::ExcitedStick::kThrottle));
+  EXPECT_FALSE(made.moves(ctl::ExcitedStick::kYaw));
 }
 
 // What a replay flies must be what the flight flew.
@@ -151,10 +151,10 @@ TEST(ExcitationFile, ReadsWhatASpreadsheetMakesOfIt) {
       "\r\n 0 ,1,\t7 ,\r\n0.02,1, -7,\r\n",
       "e.csv");
   EXPECT_EQ(made.counts, (std::vector<std::int16_t>{7, -7}));
-  EXPECT_EQ(made.pieces[0].axis, ctl::StickAxis::kYaw);
-  EXPECT_TRUE(made.moves(ctl::StickAxis::kYaw));
-  EXPECT_FALSE(made.moves(ctl::StickAxis::kPitch));
-  EXPECT_EQ(name(ctl::StickAxis::kPitch), "pitch");
+  EXPECT_EQ(made.pieces[0].axis, ctl::ExcitedStick::kYaw);
+  EXPECT_TRUE(made.moves(ctl::ExcitedStick::kYaw));
+  EXPECT_FALSE(made.moves(ctl::ExcitedStick::kPitch));
+  EXPECT_EQ(name(ctl::ExcitedStick::kPitch), "pitch");
 }
 
 TEST(ExcitationFile, ANoteHoldsWhatALogCanAndIsReadLineByLine) {

@@ -37,14 +37,14 @@ std::vector<std::byte> times(std::size_t count, const std::vector<std::byte>& by
   return all;
 }
 
-Listener after(const std::vector<std::byte>& bytes) {
-  Listener listener;
+LineProbe after(const std::vector<std::byte>& bytes) {
+  LineProbe listener;
   listener.take(bytes);
   return listener;
 }
 
 TEST(Probe, NamesWhatItHears) {
-  EXPECT_EQ(Listener{}.verdict(), Verdict::kNothingReceived);
+  EXPECT_EQ(LineProbe{}.verdict(), Verdict::kNothingReceived);
   EXPECT_EQ(after(times(20, telemetry())).verdict(), Verdict::kAutopilot);
   EXPECT_EQ(after(times(20, frame(nullptr, protocol::encode_ack(0), true))).verdict(), Verdict::kApiNotEnabled);
   EXPECT_EQ(after(hal::received_at(times(20, telemetry()), 921600, 230400)).verdict(), Verdict::kWrongBaud);
@@ -62,13 +62,13 @@ core::Expected<hal::LineErrors> counted(const hal::LineErrors& errors) { return 
 TEST(Probe, NoiseAWrongBaudRateAnotherDeviceAndASlowMachineLookDifferent) {
   const std::vector<std::byte> other_rate = hal::received_at(times(20, telemetry()), 921600, 230400);
   const auto bytes = static_cast<std::uint32_t>(other_rate.size());
-  const Listener listener = after(other_rate);
+  const LineProbe listener = after(other_rate);
   EXPECT_EQ(listener.verdict(counted({.framing = bytes / 3})), Verdict::kWrongBaud);
   EXPECT_EQ(listener.verdict(counted({.framing = bytes / 50})), Verdict::kNoisy);
   EXPECT_EQ(listener.verdict(counted({})), Verdict::kNoAutopilot);
   EXPECT_EQ(listener.verdict(counted({.framing = bytes, .breaks = bytes})), Verdict::kLineHeldLow);
-  EXPECT_EQ(Listener{}.verdict(counted({.breaks = 1})), Verdict::kLineHeldLow);
-  EXPECT_EQ(Listener{}.verdict(counted({})), Verdict::kNothingReceived);
+  EXPECT_EQ(LineProbe{}.verdict(counted({.breaks = 1})), Verdict::kLineHeldLow);
+  EXPECT_EQ(LineProbe{}.verdict(counted({})), Verdict::kNothingReceived);
   std::vector<std::byte> damaged = times(20, telemetry());
   for (std::size_t i = 100; i < damaged.size(); i += 600) {
     damaged[i] ^= std::byte{0x10};

@@ -33,7 +33,7 @@ struct RecordedFlightTest : ::testing::Test {
   static std::string two_ticks() {
     std::vector<std::byte> storage(1U << 16U);
     log::Ring ring(storage);
-    log::FlightLog log(ring);
+    log::FlightLogWriter log(ring);
     const std::array<log::Note, 2> notes{log::Note{"m100_course", "hover"}, log::Note{"m100_start", "0 0 1 0"}};
     EXPECT_EQ(log.begin(core::TimePoint(core::Duration(5)), notes), core::Status::kOk);
     const core::TimePoint now(core::Duration(10000));

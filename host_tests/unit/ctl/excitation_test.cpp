@@ -18,8 +18,8 @@ core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(stati
 /// Two pieces, each of 10 samples: roll, then yaw.
 struct ExcitationTest : ::testing::Test {
   std::vector<std::int16_t> counts = std::vector<std::int16_t>(20, 100);
-  std::vector<ExcitationPiece> pieces{{.axis = StickAxis::kRoll, .begin = 0, .count = 10},
-                                      {.axis = StickAxis::kYaw, .begin = 10, .count = 10}};
+  std::vector<ExcitationPiece> pieces{{.axis = ExcitedStick::kRoll, .begin = 0, .count = 10},
+                                      {.axis = ExcitedStick::kYaw, .begin = 10, .count = 10}};
   static constexpr ExcitationLimits kLimits{.distance = 4.0, .braking = 2.0, .speed = 3.0, .tilt_rad = 0.4};
   Excitation<double> excitation{
       ExcitationPlan{.counts = counts, .pieces = pieces, .limits = {kLimits, kLimits, kLimits, kLimits}}};
@@ -44,12 +44,12 @@ struct ExcitationTest : ::testing::Test {
 TEST_F(ExcitationTest, MovesOneStickAfterTheOtherAndThenNone) {
   EXPECT_EQ(excitation.counts(), 0) << "the law returns first";
   begin_piece();
-  EXPECT_EQ(excitation.axis(), StickAxis::kRoll);
+  EXPECT_EQ(excitation.axis(), ExcitedStick::kRoll);
   EXPECT_EQ(excitation.counts(), 100);
   fly(0.2);  // ten samples of 20 ms
   EXPECT_EQ(excitation.state(), State::kReturning);
   begin_piece();
-  EXPECT_EQ(excitation.axis(), StickAxis::kYaw);
+  EXPECT_EQ(excitation.axis(), ExcitedStick::kYaw);
   fly(0.3);
   EXPECT_EQ(excitation.state(), State::kOver);
   EXPECT_EQ(excitation.counts(), 0);
@@ -69,12 +69,12 @@ TEST_F(ExcitationTest, SwingsAboutTheSticksThatHeldThePlace) {
     excitation.rest_at({.roll_counts = tick % 2 == 0 ? 24.3 : 36.3, .pitch_counts = 70.0});
     fly(0.01);
   }
-  EXPECT_EQ(excitation.axis(), StickAxis::kRoll);
+  EXPECT_EQ(excitation.axis(), ExcitedStick::kRoll);
   EXPECT_NEAR(excitation.holding_counts(), 30, 1);
   EXPECT_EQ(excitation.counts(), 100) << "the plan's";
   fly(0.21);
   begin_piece();
-  EXPECT_EQ(excitation.axis(), StickAxis::kYaw);
+  EXPECT_EQ(excitation.axis(), ExcitedStick::kYaw);
   EXPECT_EQ(excitation.holding_counts(), 0) << "a heading is held by a resting stick";
 }
 

@@ -61,7 +61,7 @@ TEST(Records, AreAsTheirFormatsSay) {
 TEST(FlightLog, BeginsAsUlogDoes) {
   std::vector<std::byte> storage(16384);
   Ring ring(storage);
-  FlightLog log(ring);
+  FlightLogWriter log(ring);
   const std::array notes{Note{"vehicle", "[axis.roll]\n"}};
   ASSERT_EQ(log.begin(core::TimePoint(std::chrono::microseconds(0x0102)), notes), core::Status::kOk);
   const std::vector<std::uint8_t> file = drained(ring);
@@ -87,7 +87,7 @@ TEST(FlightLog, RefusesANoteThatIsTooLongAndLeavesItOut) {
   std::vector<std::byte> storage(262144);
   for (const std::size_t size : {kLongestNote_bytes, kLongestNote_bytes + 1}) {
     Ring ring(storage);
-    FlightLog log(ring);
+    FlightLogWriter log(ring);
     const std::string text(size, 'x');
     const std::array notes{Note{"course", text}, Note{"start", "1 2 3"}};
     const bool fits = size == kLongestNote_bytes;
@@ -105,7 +105,7 @@ TEST(FlightLog, RefusesANoteThatIsTooLongAndLeavesItOut) {
 TEST(FlightLog, KeepsEveryByteOfALongRead) {
   std::vector<std::byte> storage(4096);
   Ring ring(storage);
-  FlightLog log(ring);
+  FlightLogWriter log(ring);
   std::vector<std::byte> sent(300);
   for (std::size_t i = 0; i < sent.size(); ++i) {
     sent[i] = static_cast<std::byte>(i);
@@ -131,7 +131,7 @@ TEST(FlightLog, KeepsEveryByteOfALongRead) {
 TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
   std::vector<std::byte> storage(1024);
   Ring ring(storage);
-  FlightLog log(ring);
+  FlightLogWriter log(ring);
   TickRecord record;
   for (std::uint64_t i = 0; i < 10; ++i) {
     record.timestamp = i;
@@ -182,7 +182,7 @@ TEST(Ring, GivesBackWhatWentInAcrossItsEnd) {
 TEST(FlightLog, WritesTextAndAnExcitationAsUlogHasThem) {
   std::vector<std::byte> storage(131072);
   Ring ring(storage);
-  FlightLog log(ring);
+  FlightLogWriter log(ring);
   ASSERT_EQ(log.begin(core::TimePoint{}, {}), core::Status::kOk);
   (void)drained(ring);
   log.append(core::TimePoint(std::chrono::microseconds(0x0102030405060708)), "control is back");
@@ -211,14 +211,14 @@ TEST(FlightLog, SaysWhetherItsWholeBeginningFoundRoom) {
   const std::array notes{Note{"vehicle", "[axis.roll]\n"}};
   std::vector<std::byte> large(16384);
   Ring ring(large);
-  FlightLog whole(ring);
+  FlightLogWriter whole(ring);
   ASSERT_EQ(whole.begin(core::TimePoint{}, notes), core::Status::kOk);
   const std::size_t size = drained(ring).size();
   const std::vector<std::byte> before(large.size());
   for (std::size_t room = 0; room <= size + 2; ++room) {
     Ring small(large);
     ASSERT_TRUE(small.push(std::span(before).first(large.size() - room), {}));
-    FlightLog log(small);
+    FlightLogWriter log(small);
     EXPECT_EQ(log.begin(core::TimePoint{}, notes) == core::Status::kOk, room >= size) << room << " of " << size;
     EXPECT_EQ(log.dropped() == 0, room >= size) << room;
   }

@@ -204,10 +204,10 @@ TEST(ResidualMonitor, SaysWhichChannelIsWorst) {
     sample.measured = {0.0, 0.2 * std::sin(0.03 * i), 0.0, 0.0};  // pitch goes where no stick sent it
     monitor.update(sample);
   }
-  EXPECT_EQ(monitor.worst(), Channel::kPitch);
+  EXPECT_EQ(monitor.worst(), MonitoredAxis::kPitch);
   EXPECT_TRUE(monitor.departed());
-  EXPECT_TRUE(monitor.report(Channel::kPitch).departed);
-  EXPECT_FALSE(monitor.report(Channel::kRoll).departed);
+  EXPECT_TRUE(monitor.report(MonitoredAxis::kPitch).departed);
+  EXPECT_FALSE(monitor.report(MonitoredAxis::kRoll).departed);
 }
 
 }  // namespace
