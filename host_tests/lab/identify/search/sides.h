@@ -26,8 +26,8 @@ struct CalmSide {
 };
 
 /// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on one
-/// side of the date. Of both the longer one that a study can be made of: on the other the stick rests, or gaps cut it
-/// up. Empty: neither.
+/// side of the date. The longer side is tried first. A side on which the stick rests, or that gaps cut up, makes no
+/// study and is passed over. Empty: neither side makes one.
 /// @param more  what the study's constructor takes behind the request
 template <typename StudyOf, typename... More>
 std::optional<CalmSide<StudyOf>> calm_side(const Request& request, const Change& change,
