@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/gains/dense.h"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -9,32 +10,13 @@
 
 namespace m100::lab::gains {
 
-Matrix solve(Matrix a, Matrix b) {
-  const Eigen::Index n = a.rows();
-  M100_ASSERT(a.cols() == n && b.rows() == n);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    Eigen::Index pivot = k;
-    for (Eigen::Index i = k + 1; i < n; ++i) {
-      pivot = std::abs(a(i, k)) > std::abs(a(pivot, k)) ? i : pivot;
-    }
-    if (!(std::abs(a(pivot, k)) > 0)) {
-      throw std::domain_error("singular matrix");
-    }
-    a.row(k).swap(a.row(pivot));
-    b.row(k).swap(b.row(pivot));
-    for (Eigen::Index i = k + 1; i < n; ++i) {
-      const Real factor = a(i, k) / a(k, k);
-      a.row(i) -= factor * a.row(k);
-      b.row(i) -= factor * b.row(k);
-    }
+Matrix solve(const Matrix& a, const Matrix& b) {
+  M100_ASSERT(a.rows() > 0 && a.cols() == a.rows() && b.rows() == a.rows());
+  const Eigen::PartialPivLU<Matrix> lu(a);
+  if (!(lu.matrixLU().diagonal().cwiseAbs().minCoeff() > 0)) {  // not a number is not above zero either
+    throw std::domain_error("singular matrix");
   }
-  for (Eigen::Index k = n - 1; k >= 0; --k) {
-    b.row(k) /= a(k, k);
-    for (Eigen::Index i = 0; i < k; ++i) {
-      b.row(i) -= a(i, k) * b.row(k);
-    }
-  }
-  return b;
+  return lu.solve(b);
 }
 
 Matrix riccati(const Matrix& a, const Vector& b, const Matrix& q, Real r) {

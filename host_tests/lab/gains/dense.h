@@ -10,12 +10,9 @@ using Real = long double;
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
 
-// By hand, and not by Eigen's decompositions, where tables come from: those take their sums in another order, and of
-// the 400 numbers of H^-1 of the flying vehicle 189 would differ in their last bit (as floats, none).
-
-/// X with A X = B, Gaussian elimination with partial pivoting: A n x n, B n x m. Throws std::domain_error when A is
+/// X with A X = B by LU with partial pivoting: A n x n with n > 0, B n x m. Throws std::domain_error when A is
 /// singular.
-Matrix solve(Matrix a, Matrix b);
+Matrix solve(const Matrix& a, const Matrix& b);
 /// A^-1, A n x n. Throws as solve() does.
 inline Matrix inverse(const Matrix& a) { return solve(a, Matrix::Identity(a.rows(), a.rows())); }
 
