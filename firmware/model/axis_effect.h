@@ -17,7 +17,7 @@ namespace m100::model {
 /// Decides the names of three keys of a vehicle file and some ranges.
 enum class AxisUnit : std::uint8_t { kTilt_rad, kYawRate_rad_s, kClimb_m_s };
 
-struct Interval {
+struct Bounds {
   double low = 0.0;
   double high = 0.0;
 };
@@ -43,15 +43,33 @@ struct Few {
 struct FileEntry {
   static constexpr int kLate = 100;
   std::array<std::string_view, 3> key{};  ///< by AxisUnit; empty: a section of that axis has no such key
-  std::array<Interval, 3> range{};        ///< by AxisUnit
+  std::array<Bounds, 3> range{};          ///< by AxisUnit
   int place = kLate;                      ///< in roll and pitch
   int place_of_rates = kLate;             ///< in yaw rate and climb
   constexpr bool exists(AxisUnit unit) const { return !key[static_cast<std::size_t>(unit)].empty(); }
 };
-constexpr FileEntry everywhere(std::string_view key, Interval range, int place = FileEntry::kLate,
+constexpr FileEntry everywhere(std::string_view key, Bounds range, int place = FileEntry::kLate,
                                int place_of_rates = FileEntry::kLate) {
   return {{key, key, key}, {range, range, range}, place, place_of_rates};
 }
+
+/// How identification looks for a number that takes another value in mid-flight.
+struct MidFlight {
+  /// The unit of `step`, `low`, `high` and `least`.
+  enum class Of : std::uint8_t {
+    kPlain,   ///< the number's own
+    kItself,  ///< the number's magnitude
+    kStick,   ///< step and least: one count of the log's stick; low and high: its largest deflection
+  };
+  std::string_view name{};    ///< in the answer; empty: no change of this number is looked for
+  std::string_view suffix{};  ///< of the reported values before and after: their unit
+  Of of = Of::kPlain;
+  double step = 0.0;  ///< of the derivative
+  double low = 0.0;   ///< bounds of the value on either side of the change
+  double high = 0.0;
+  double least = 0.0;         ///< a smaller change has no name
+  bool at_the_stick = false;  ///< the transport delay comes after it
+};
 
 /// One number of an effect. Fits work in units of what the data show (FitUnit), so that bounds suit any aircraft.
 struct AxisNumber {
@@ -67,12 +85,13 @@ struct AxisNumber {
   std::string_view field{};  ///< name of the member where the key of roll and pitch is another
   FileEntry file{};
   FitUnit unit = FitUnit::kPlain;
-  Interval fit{};            ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
+  Bounds fit{};              ///< bounds in `unit`; a fit that ends at one is no effect but a misfit
   bool logarithmic = false;  ///< fitted as its logarithm
   double step = 2e-4;        ///< of the derivative: small against what matters, large against kinks
   double least = 0.0;        ///< distance from `neutral` that means something (of a logarithm where it is one)
   double neutral = 0.0;
   bool must_exceed_air = false;  ///< nothing below the air's own mean over the flight
+  MidFlight change{};
   constexpr std::string_view field_name() const { return field.empty() ? file.key[0] : field; }
 };
 

@@ -18,15 +18,47 @@ inline constexpr AxisNumber kScale{.parameter = "gain",
                                             1,
                                             1},
                                    .unit = AxisNumber::FitUnit::kGain,
-                                   .fit = {-8.0, 8.0}};
-inline constexpr AxisNumber kDelay{.parameter = "delay_s",
-                                   .member = &StickAxis::transport_delay_s,
-                                   .file = {{"transport_delay_s", "transport_delay_s", "transport_delay_s"},
-                                            {{{0.0, 0.3}, {0.0, 0.5}, {0.0, 0.5}}},
-                                            5,
-                                            5},
-                                   .fit = {0.0, 0.5},
-                                   .step = 5e-4};
+                                   .fit = {-8.0, 8.0},
+                                   .change = {.name = "gain",
+                                              .of = MidFlight::Of::kItself,
+                                              .step = 0.02,
+                                              .low = -8.0,
+                                              .high = 8.0,
+                                              .least = 0.03,
+                                              .at_the_stick = true}};
+inline constexpr AxisNumber kDelay{
+    .parameter = "delay_s",
+    .member = &StickAxis::transport_delay_s,
+    .file = {{"transport_delay_s", "transport_delay_s", "transport_delay_s"},
+             {{{0.0, 0.3}, {0.0, 0.5}, {0.0, 0.5}}},
+             5,
+             5},
+    .fit = {0.0, 0.5},
+    .step = 5e-4,
+    // The time at which a stick moved between two rows is unknown: two clocks that drift
+    // against each other look like a change by half a row.
+    .change = {.name = "transport_delay", .suffix = "_s", .step = 0.005, .low = 0.0, .high = 0.6, .least = 0.008}};
+/// A change of a number that is never zero, relative to its value.
+constexpr MidFlight relative(std::string_view name, std::string_view suffix, double step, double least) {
+  return {.name = name,
+          .suffix = suffix,
+          .of = MidFlight::Of::kItself,
+          .step = step,
+          .low = 0.1,
+          .high = 10.0,
+          .least = least};
+}
+/// A change of a number in stick counts; bounds as shares of the largest deflection.
+constexpr MidFlight in_counts(std::string_view name, double low, double high) {
+  return {.name = name,
+          .suffix = "_counts",
+          .of = MidFlight::Of::kStick,
+          .step = 4.0,
+          .low = low,
+          .high = high,
+          .least = 4.0,
+          .at_the_stick = true};
+}
 constexpr AxisNumber least(AxisNumber number, double least) {
   number.least = least;
   return number;
@@ -42,7 +74,8 @@ inline constexpr std::array kAxisEffects{
                                                       .member = &StickAxis::time_constant_s,
                                                       .file = everywhere("time_constant_s", {0.005, 5.0}, 2, 2),
                                                       .fit = {0.005, 5.0},
-                                                      .logarithmic = true}},
+                                                      .logarithmic = true,
+                                                      .change = detail::relative("frequency", "_s", 0.03, 0.06)}},
                .starts = {{1.0, 0.1}, {1.0, 0.4}},
                .in_flight = InFlight::kInThePrediction},
     AxisEffect{.name = "second_order",
@@ -51,12 +84,14 @@ inline constexpr std::array kAxisEffects{
                                       .member = &StickAxis::natural_frequency_rad_s,
                                       .file = everywhere("natural_frequency_rad_s", {0.5, 100.0}, 3, 3),
                                       .fit = {0.3, 100.0},
-                                      .logarithmic = true},
+                                      .logarithmic = true,
+                                      .change = detail::relative("frequency", "_rad_s", 0.02, 0.06)},
                            AxisNumber{.parameter = "damping_ratio",
                                       .member = &StickAxis::damping_ratio,
                                       .file = everywhere("damping_ratio", {0.05, 5.0}, 4, 4),
                                       .fit = {0.05, 4.0},
-                                      .logarithmic = true}},
+                                      .logarithmic = true,
+                                      .change = detail::relative("damping", "", 0.03, 0.15)}},
                .starts = {{1.0, 4.0, 0.7}, {1.0, 10.0, 0.7}, {1.0, 20.0, 0.9}},
                .in_flight = InFlight::kInThePrediction,
                .sentence = "The axis overshoots or lags as a second-order system: estimator and prediction use it."},
@@ -85,7 +120,8 @@ inline constexpr std::array kAxisEffects{
                                       .file = everywhere("dead_zone_counts", {0.0, 300.0}, 7, 7),
                                       .unit = AxisNumber::FitUnit::kStick,
                                       .fit = {0.0, 0.7},
-                                      .least = 4.0}},
+                                      .least = 4.0,
+                                      .change = detail::in_counts("dead_zone", 0.0, 0.7)}},
                .starts = {{0.04}, {0.12}, {0.25}},
                .variant = "jump",
                .typical = {15.0, Typical::Of::kBesideOwn},
@@ -155,7 +191,8 @@ inline constexpr std::array kAxisEffects{
                                       .unit = AxisNumber::FitUnit::kStick,
                                       .fit = {-0.7, 0.7},
                                       .least = 6.0,
-                                      .must_exceed_air = true}},
+                                      .must_exceed_air = true,
+                                      .change = detail::in_counts("trim_offset", -1.0, 1.0)}},
                .starts = {{0.0}},
                .typical = {30.0},
                .in_flight = InFlight::kInvertedAtTheStick,

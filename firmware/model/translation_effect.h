@@ -15,9 +15,8 @@ namespace m100::model {
 // The interface of a translation effect: something beside thrust and gravity that moves the vehicle, or that makes its
 // thrust look different. Each effect is one file in firmware/model/translation. The vehicle file, the simulated
 // aircraft, identification, the report and the confusion matrix read what the file declares; a new effect needs no
-// other. (Identification names some of today's where it asks what changed in mid-flight, and what
-// a periodic line could hide.)
-// Nothing here is used on the target but the numbers of the vehicle; what is not called takes no room there.
+// other. (Identification still names some effects where it asks what a periodic line could hide.)
+// The target uses only the numbers of the vehicle; functions that it does not call take no room there.
 
 /// World frame, z up.
 using Acceleration = std::array<double, 3>;
@@ -70,6 +69,13 @@ struct SearchedParameter {
   std::size_t value_count = 0;
 };
 
+/// How identification looks for an effect that begins, ends or takes another size in mid-flight.
+struct MidFlightForce {
+  std::string_view name = {};  ///< in the answer; empty: no change of this effect is looked for
+  std::string_view unit = {};  ///< of the reported change, as the JSON spells it
+  double least = 0.0;          ///< a smaller change has no name
+};
+
 /// What a log must have for an effect to show in it.
 struct Needs {
   bool velocity = false;
@@ -120,6 +126,8 @@ struct TranslationEffect {
   /// The reported numbers; null: they are the linear parameters.
   void (*report)(std::span<const double> searched, std::span<const double> linear, std::span<double> out) = nullptr;
   std::string_view twin = {};  ///< the effect that is the same as this one while the heading is constant
+
+  MidFlightForce change = {};
 
   InFlight in_flight = InFlight::kNowhere;
   std::string_view sentence;       ///< what the finding means for the flight

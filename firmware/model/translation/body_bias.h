@@ -22,6 +22,7 @@ struct BodyBias {
       .columns = 2,
       .column = column,
       .twin = "steady_wind",
+      .change = {.name = "body_bias", .unit = "accel_m_s2", .least = 0.15},
       .in_flight = InFlight::kLeftToTheObserver,
       .sentence = "A constant acceleration that turns with the vehicle: an unbalance or a sensor bias, not wind.",
       .homeless = "has no place in the vehicle file: trim the vehicle; the observer carries it"};

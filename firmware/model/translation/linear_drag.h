@@ -24,6 +24,7 @@ struct LinearDrag {
       .columns = 1,
       .column = column,
       .drag = Drag::kProportional,
+      .change = {.name = "linear_drag", .unit = "rate_per_s", .least = 0.05},
       .in_flight = InFlight::kInThePrediction,
       .sentence = "Drag grows with speed: the model damps the velocity by it."};
 };

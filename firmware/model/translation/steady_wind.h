@@ -37,6 +37,7 @@ struct SteadyWind {
       .column = column,
       .searched = {{kSpeedX, kSpeedY}},
       .twin = "body_bias",
+      .change = {.name = "steady_wind", .unit = "accel_m_s2", .least = 0.15},
       .in_flight = InFlight::kLeftToTheObserver,
       .sentence = "A constant acceleration in the world: the observer carries it to the controller.",
       .homeless = "is the air of that flight: the observer estimates it in every flight anew"};

@@ -23,6 +23,7 @@ struct ThrustGain {
       .column = column,
       .acts = Acts::kInThrust,
       .report = report_gain,
+      .change = {.name = "mass", .unit = "thrust_over_mass", .least = 0.03},
       .in_flight = InFlight::kNowhere,
       .sentence = "Thrust is not what the set point says: the height loop sees it first."};
 };

@@ -25,6 +25,7 @@ struct TiltGain {
       .column = column,
       .acts = Acts::kOnThrust,
       .report = report_gain,
+      .change = {.name = "tilt_gain", .unit = "gain", .least = 0.05},
       .in_flight = InFlight::kInThePrediction,
       .sentence = "A tilt gives more or less acceleration than gravity says: scale or thrust compensation is off."};
 };

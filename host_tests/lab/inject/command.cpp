@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab inject: a measured flight with an effect added to it, to see whether the analysis finds it there.
+// m100-lab inject: adds an effect to a measured flight, to test whether the analysis finds it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -31,11 +31,11 @@ hidden::Hidden effects_of(const std::string& text, const std::string& axis) {
   for (const std::string& one : list_of("--effect", text)) {
     const std::vector<std::string> halves = parts(one, '=');
     if (halves.size() != 2) {
-      throw InputError("--effect", 0, one, "an effect is NAME=VALUE");
+      throw InputError("--effect", 0, one, "must be NAME=VALUE");
     }
-    const std::optional<model::Interval> range = hidden::addable(halves[0], axis);
+    const std::optional<model::Bounds> range = hidden::addable(halves[0], axis);
     if (!range) {
-      throw InputError("--effect", 0, halves[0], "no effect that can be added to " + axis);
+      throw InputError("--effect", 0, halves[0], "is not an effect that can be added to " + axis);
     }
     const double value = number("--effect", halves[1]);
     if (value < range->low || value > range->high) {
@@ -82,7 +82,7 @@ void run(const InjectOptions& options) {
     request.validation_log = &log;
     const std::vector<std::string> ends = parts(options.train, ':');
     if (ends.size() != 2) {
-      throw InputError("--train", 0, options.train, "a range is FROM:TO in seconds");
+      throw InputError("--train", 0, options.train, "must be FROM:TO in seconds");
     }
     request.train = {{number("--train", ends[0]), number("--train", ends[1])}};
     request.validate = request.train;  // nothing is judged here
@@ -102,21 +102,22 @@ void run(const InjectOptions& options) {
 }  // namespace
 
 void add_inject(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("inject", "add a named effect to a measured flight, keeping its residual");
+  CLI::App* app = lab.add_subcommand("inject", "add a named effect to a measured flight and keep its residual");
   auto options = std::make_shared<InjectOptions>();
   app->add_option("--log", options->log, "flight log")->required();
   app->add_option("--columns", options->columns, "column map (TOML)")->required();
   app->add_option("--axis", options->axis, "roll, pitch, yaw_rate, climb or translation")
       ->required()
       ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
-  app->add_option("--declare", options->declare, "model that the effect is added to, as for identify")
+  app->add_option("--declare", options->declare, "model to which the effect is added, as for identify")
       ->default_val("second_order");
-  app->add_option("--train", options->train, "FROM:TO, where that model is fitted; not for translation");
+  app->add_option("--train", options->train,
+                  "FROM:TO in seconds, the part on which that model is fitted; not for translation");
   app->add_option("--effect", options->effect, "NAME=VALUE[,NAME=VALUE...], value in the effect's first unit")
       ->required();
   app->add_option("--out", options->out, "CSV to write")->required();
   app->add_option("--map", options->map, "also write its column map");
-  app->add_option("--json", options->json, "what was added, and to which fitted model, as JSON");
+  app->add_option("--json", options->json, "the added effects and the fitted model, as JSON");
   app->callback([options] { run(*options); });
 }
 

@@ -45,8 +45,7 @@ double parameter(const identify::ModelResult& fitted, const std::string& name, d
   return otherwise;
 }
 
-/// The effects that the fitted model has, but for its delay, with `effects` beside them; `delay_s` becomes that of
-/// both.
+/// The effects of the fitted model, except its delay, together with `effects`; `delay_s` becomes the delay of both.
 Hidden joined(const identify::ModelResult& fitted, const Hidden& effects, double& delay_s) {
   Hidden all;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
@@ -67,7 +66,7 @@ Hidden joined(const identify::ModelResult& fitted, const Hidden& effects, double
   return all;
 }
 
-/// The fitted model with effects beside those it already has.
+/// The response of the fitted model with additional effects.
 std::vector<double> response(const FlightLog& log, const AxisOf& axis, const identify::ModelResult& fitted,
                              const Hidden& effects) {
   double delay_s = 0.0;
@@ -143,8 +142,7 @@ void into_translation(FlightLog& log, const Hidden& effects) {
     roll[k] = -std::asin(aside / size);
     pitch[k] = std::atan2(ahead, up);
     if (log.has3(Signal::kForceX)) {
-      // Same acceleration, felt in the new attitude; small turns, so roll and pitch turn the vector one after the
-      // other.
+      // The same acceleration in the new attitude; the rotations are small, so roll and pitch are applied in sequence.
       auto& x = log.of(Signal::kForceX)[k];
       auto& y = log.of(Signal::kForceY)[k];
       auto& z = log.of(Signal::kForceZ)[k];
@@ -162,7 +160,7 @@ void into_translation(FlightLog& log, const Hidden& effects) {
 
 }  // namespace
 
-std::optional<model::Interval> addable(const std::string& effect, const std::string& axis) {
+std::optional<model::Bounds> addable(const std::string& effect, const std::string& axis) {
   if (axis == "translation") {
     if (!moves_the_aircraft(effect)) {
       return std::nullopt;
@@ -170,7 +168,7 @@ std::optional<model::Interval> addable(const std::string& effect, const std::str
     const model::TranslationEffect& row = *model::translation_effect(effect);
     const bool searched_first = row.parameters[0].name.starts_with("frequency");
     const model::EffectParameter& number = row.parameters[searched_first ? 1 : 0];
-    return model::Interval{number.low, number.high};
+    return model::Bounds{number.low, number.high};
   }
   const model::AxisUnit unit = axis == "yaw_rate" ? model::AxisUnit::kYawRate_rad_s
                                : axis == "climb"  ? model::AxisUnit::kClimb_m_s

@@ -12,16 +12,16 @@
 
 namespace m100::lab::hidden {
 
-/// The values with which inject() can make this effect on this axis ("translation" is one): the range of the vehicle
-/// file, or of the effect's first number that is not searched. Nothing: it cannot.
-std::optional<model::Interval> addable(const std::string& effect, const std::string& axis);
+/// The values with which inject() can add this effect to this axis ("translation" counts as one): the range of the
+/// vehicle file, or of the effect's first number that is not searched. Nothing: it cannot be added.
+std::optional<model::Bounds> addable(const std::string& effect, const std::string& axis);
 
-/// Adds named effects to a measured flight, everything else of it staying as it was.
+/// Adds named effects to a measured flight and keeps everything else unchanged.
 ///
-/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model simulated by this folder's own code. The measured
-/// residual, that is the air, the autopilot and whatever else is in the flight, remains in it.
-/// Translation: the vehicle is believed to have flown the same path with the tilt that the added force would have asked
-/// for, T b3 becoming T b3 - f; the accelerometer, where logged, feels what it then would.
+/// Stick axes: y + M(u, effects) - M(u), where M is the fitted model, simulated by this folder's own code. The measured
+/// residual (air, autopilot and everything else in the flight) stays.
+/// Translation: the vehicle is assumed to have flown the same path with the tilt that the added force would have
+/// required, so T b3 becomes T b3 - f; a logged accelerometer gets the values that it would then measure.
 ///
 /// @param fitted the declared model's parameters as identify reports them; unused for translation.
 /// @throws InputError: an effect that cannot be added to this axis, or a signal that is missing.

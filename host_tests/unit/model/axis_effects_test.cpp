@@ -9,7 +9,7 @@
 namespace m100::model {
 namespace {
 
-// Would catch bounds that contradict each other, and a fit that begins at a bound or outside, where it cannot move.
+// Would catch contradictory bounds, and a fit that starts at or outside of a bound, where it cannot move.
 TEST(AxisEffects, FitsBeginInsideOfTheirBounds) {
   for (const AxisEffect& effect : kAxisEffects) {
     for (std::size_t n = 0; n < effect.numbers.size(); ++n) {
@@ -27,7 +27,7 @@ TEST(AxisEffects, FitsBeginInsideOfTheirBounds) {
   }
 }
 
-// Would catch a delay that is found in a log and that no vehicle file may hold.
+// Would catch a delay that a fit may find but that no vehicle file may hold.
 TEST(AxisEffects, ADelayThatIsFoundCanStandInAFile) {
   for (const AxisEffect& effect : kAxisEffects) {
     for (const AxisNumber& number : effect.numbers) {
@@ -52,14 +52,15 @@ TEST(AxisEffects, HaveNamesAndKeysOfTheirOwn) {
     }
     for (const AxisNumber& number : kAxisEffects[a].numbers) {
       for (const AxisUnit unit : {AxisUnit::kTilt_rad, AxisUnit::kYawRate_rad_s, AxisUnit::kClimb_m_s}) {
-        const Interval range = number.file.range[static_cast<std::size_t>(unit)];
+        const Bounds range = number.file.range[static_cast<std::size_t>(unit)];
         EXPECT_TRUE(!number.file.exists(unit) || range.low < range.high) << number.parameter;
       }
     }
   }
 }
 
-// Catches a model that no axis can have beside the others, and a search that has nothing to add effects to.
+// Exactly two effects are base models, to which the search adds the others. Catches a base model that is no longer
+// marked as one.
 TEST(AxisEffects, TwoAreTheModelsThatTheOthersAreAddedTo) {
   const auto bases = std::count_if(kAxisEffects.begin(), kAxisEffects.end(), is_base);
   EXPECT_EQ(bases, 2);

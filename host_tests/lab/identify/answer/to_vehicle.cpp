@@ -14,8 +14,8 @@ namespace {
 using model::AxisUnit;
 using model::StickAxis;
 
-/// The row that a parameter of the final model belongs to, or nothing: parameters are listed by their names alone, and
-/// a name belongs to one of the effects of the structure.
+/// The row of a parameter of the final model, or null: parameters are listed by their names alone, and a name belongs
+/// to one of the effects of the structure.
 const model::AxisNumber* row_of(const ModelResult& found, const std::string& parameter) {
   for (const std::string& name : found.structure) {
     const model::AxisEffect* effect = model::axis_effect(name);
@@ -28,20 +28,20 @@ const model::AxisNumber* row_of(const ModelResult& found, const std::string& par
   return nullptr;
 }
 
-/// Writes a number as the file can hold it. @returns what is to be said of it; empty: nothing.
+/// Writes a number, limited to the range of the file. @returns a sentence if it was limited; empty otherwise.
 std::string put_number(const NamedValue& parameter, const model::AxisNumber& row, AxisUnit unit,
                        const std::string& of_axis, StickAxis& axis) {
-  const model::Interval range = row.file.range[static_cast<std::size_t>(unit)];
+  const model::Bounds range = row.file.range[static_cast<std::size_t>(unit)];
   const bool is_scale = row.member == &StickAxis::scale_per_count;
   const double wanted = is_scale ? std::abs(parameter.value) : parameter.value;
   const double written = std::clamp(wanted, range.low, range.high);
   axis.*row.member = written;
   return written == wanted ? ""
                            : "the vehicle file cannot hold " + parameter.name + " = " + std::to_string(wanted) +
-                                 " of axis " + of_axis + "; it says " + std::to_string(written);
+                                 " of axis " + of_axis + "; it was limited to " + std::to_string(written);
 }
 
-// The axis starts from nothing: what was not found is not there.
+// The axis starts empty: an effect that was not found is not in the file.
 std::vector<std::string> put(const IdentifyResult& result, AxisUnit unit, model::Vehicle& vehicle, StickAxis& axis) {
   std::vector<std::string> homeless;
   axis = StickAxis{};
@@ -50,7 +50,7 @@ std::vector<std::string> put(const IdentifyResult& result, AxisUnit unit, model:
     if (row != nullptr && row->member == &StickAxis::tilt_limit) {
       vehicle.translation.tilt_limit_rad = std::clamp(parameter.value, 0.05, 0.7);  // of both axes together
     } else if (row != nullptr && row->member == &StickAxis::other_scale_per_count) {
-      continue;  // of the other axis, which has a section of its own
+      continue;  // belongs to the other axis, which has its own section
     } else if (row == nullptr || !row->file.exists(unit)) {
       homeless.push_back("the vehicle file has no place for " + parameter.name + " of axis " + result.axis);
     } else if (std::string said = put_number(parameter, *row, unit, result.axis, axis); !said.empty()) {
@@ -63,7 +63,7 @@ std::vector<std::string> put(const IdentifyResult& result, AxisUnit unit, model:
   return homeless;
 }
 
-// What was not found is not there, but mass and tilt limit were not asked about.
+// An effect that was not found is removed; mass and tilt limit were not identified and stay.
 std::vector<std::string> put_translation(const IdentifyResult& result, model::Translation& translation) {
   std::vector<std::string> homeless;
   for (const auto& number : model::kEffectNumbers) {

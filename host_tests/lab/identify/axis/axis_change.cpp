@@ -19,11 +19,11 @@ constexpr double kThreshold = kChangeIsCertain;
 constexpr double kWorthRefitting =
     14.0;  // a step of a dead zone is not linear: the scan sees less of it than the refit
 
-/// A parameter that may change, and from which size on that means something.
+/// A number that may change in mid-flight (model::MidFlight), in the units of this log and fit.
 struct Candidate {
+  const model::MidFlight* change;
   Knob knob;
   double least = 0.0;  ///< in the knob's unit
-  const char* unit;    ///< suffix of the reported numbers
 };
 
 double positive(double value, double otherwise) { return std::abs(value) > 0.0 ? std::abs(value) : otherwise; }
@@ -58,27 +58,37 @@ std::vector<Knob> knobs_of(const AxisFamily& family, const Fit& fit) {
 
 namespace {
 
+Candidate candidate_of(const model::AxisNumber& number, const StickAxis& axis, const AxisScale& scale) {
+  const model::MidFlight& change = number.change;
+  const bool stick = change.of == model::MidFlight::Of::kStick;
+  const double itself = positive(axis.*number.member, 1e-9);
+  const double plain = change.of == model::MidFlight::Of::kItself ? itself : 1.0;
+  const double fine = stick ? scale.minimum_counts : plain;
+  const double wide = stick ? scale.stick : plain;
+  return {.change = &change,
+          .knob = {.name = std::string(change.name),
+                   .member = number.member,
+                   .step = change.step * fine,
+                   .low = change.low * wide,
+                   .high = change.high * wide},
+          .least = change.least * fine};
+}
+
+/// Every number that may change: those of the structure's own base model, and those of all effects, present or not.
 std::vector<Candidate> candidates_of(const AxisFamily& family, const Fit& fit) {
   const StickAxis axis = family.model(fit);
-  const double counts = family.scale().minimum_counts;
-  const double gain = positive(axis.scale_per_count, 1e-9);
-  const double stick = family.scale().stick;
+  const std::vector<AxisParameter> present = parameters_of(fit.structure);
   std::vector<Candidate> out;
-  out.push_back({{"gain", &StickAxis::scale_per_count, 0.02 * gain, -8.0 * gain, 8.0 * gain}, 0.03 * gain, ""});
-  if (axis.is_first_order()) {
-    const double tau = axis.time_constant_s;
-    out.push_back({{"frequency", &StickAxis::time_constant_s, 0.03 * tau, 0.1 * tau, 10.0 * tau}, 0.06 * tau, "_s"});
-  } else {
-    const double w = axis.natural_frequency_rad_s;
-    const double z = axis.damping_ratio;
-    out.push_back(
-        {{"frequency", &StickAxis::natural_frequency_rad_s, 0.02 * w, 0.1 * w, 10.0 * w}, 0.06 * w, "_rad_s"});
-    out.push_back({{"damping", &StickAxis::damping_ratio, 0.03 * z, 0.1 * z, 10.0 * z}, 0.15 * z, ""});
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    for (const model::AxisNumber& number : effect.numbers) {
+      const auto is_present = [&](const AxisParameter& one) { return one.is(number.member); };
+      const auto is_known = [&](const Candidate& one) { return one.knob.member == number.member; };
+      const bool exists = !model::is_base(effect) || std::any_of(present.begin(), present.end(), is_present);
+      if (!number.change.name.empty() && exists && std::none_of(out.begin(), out.end(), is_known)) {
+        out.push_back(candidate_of(number, axis, family.scale()));
+      }
+    }
   }
-  // When between two rows a stick moved is not known: half a row of delay may be the beat of two clocks.
-  out.push_back({{"transport_delay", &StickAxis::transport_delay_s, 0.005, 0.0, 0.6}, 0.008, "_s"});
-  out.push_back({{"dead_zone", &StickAxis::dead_zone_counts, 4.0 * counts, 0.0, 0.7 * stick}, 4.0 * counts, "_counts"});
-  out.push_back({{"trim_offset", &StickAxis::trim_counts, 4.0 * counts, -stick, stick}, 4.0 * counts, "_counts"});
   return out;
 }
 
@@ -198,12 +208,6 @@ Tried fit_with_break(const FreeRun& run, const StickAxis& axis, const std::vecto
   return out;
 }
 
-/// Whether it is part of the stick's law, before the delay.
-bool at_the_stick(const Knob& knob) {
-  return knob.member == &StickAxis::scale_per_count || knob.member == &StickAxis::dead_zone_counts ||
-         knob.member == &StickAxis::trim_counts;
-}
-
 /// Dates and how likely a switch is at each: its whitened power.
 using PowerAt = std::vector<std::pair<double, double>>;
 
@@ -264,7 +268,7 @@ void date_again(const FreeRun& run, const std::vector<Knob>& knobs, double row_s
   }
   tried.hit.low_s -= 0.5 * row_s;
   tried.hit.high_s += 0.5 * row_s;
-  if (at_the_stick(tried.candidate->knob)) {  // on which side of the delay it changed, no response can tell
+  if (tried.candidate->change->at_the_stick) {  // on which side of the delay it changed, no response can tell
     tried.hit.high_s += tried.fit.after.transport_delay_s;
   }
 }
@@ -293,8 +297,8 @@ Change described(const Tried& tried) {
   out.low_s = tried.hit.low_s;
   out.high_s = tried.hit.high_s;
   out.name = candidate.knob.name;
-  out.parameters = {{"before" + std::string(candidate.unit), tried.fit.before.*candidate.knob.member},
-                    {"after" + std::string(candidate.unit), tried.fit.after.*candidate.knob.member}};
+  out.parameters = {{"before" + std::string(candidate.change->suffix), tried.fit.before.*candidate.knob.member},
+                    {"after" + std::string(candidate.change->suffix), tried.fit.after.*candidate.knob.member}};
   return out;
 }
 
@@ -337,7 +341,7 @@ AxisChange change_of(const FreeRun& run, const AxisFamily& family, const Fit& fi
     if (hit.likelihood_ratio < kWorthRefitting) {
       continue;
     }
-    hit.at_s -= at_the_stick(candidate.knob) ? axis.transport_delay_s : 0.0;
+    hit.at_s -= candidate.change->at_the_stick ? axis.transport_delay_s : 0.0;
     tried.push_back(fit_with_break(run, axis, knobs, candidate, hit));
   }
   const auto best = std::min_element(tried.begin(), tried.end(),

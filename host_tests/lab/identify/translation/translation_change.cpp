@@ -5,7 +5,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <string>
+#include <utility>
 
+#include "firmware/model/translation.h"
 #include "host_tests/lab/identify/remainder/change_scan.h"
 #include "host_tests/lab/identify/translation/translation_family.h"
 #include "host_tests/lab/identify/translation/translation_regression.h"
@@ -15,6 +18,7 @@ namespace m100::lab::identify::translation {
 namespace {
 
 using logs::Signal;
+using model::TranslationEffect;
 
 constexpr std::size_t kThin = 3;  // rows of 40 ms: the filter over 0.2 s leaves no more detail
 
@@ -109,27 +113,16 @@ ScanRows rows_of(const Places& places, const std::vector<const Part*>& parts, co
   return out;
 }
 
-struct Candidate {
-  const char* name;    ///< of the change
-  const char* effect;  ///< whose columns it has
-  double least;
-  const char* unit;
-};
-constexpr std::array<Candidate, 5> kCandidates{{{"steady_wind", "steady_wind", 0.15, "accel_m_s2"},
-                                                {"body_bias", "body_bias", 0.15, "accel_m_s2"},
-                                                {"tilt_gain", "tilt_gain", 0.05, "gain"},
-                                                {"linear_drag", "linear_drag", 0.05, "rate_per_s"},
-                                                {"mass", "thrust_gain", 0.03, "thrust_over_mass"}}};
-
-bool can_see(const Part& part, const Candidate& candidate) {
-  const model::Needs& needs = model::translation_effect(candidate.effect)->needs;
+/// Whether a change of the effect would show in this log. Without a heading two twins are one and the same: the first
+/// stands for both.
+bool can_see(const Part& part, const TranslationEffect& effect) {
   const TranslationData& data = part.data;
-  const bool turns = std::string(candidate.effect) != "body_bias" || data.has_yaw;
-  return turns && (!needs.velocity || data.has_velocity) && (!needs.thrust_set_point || data.has_thrust) &&
-         (!needs.tilt_in_thrust || data.source != "force");
+  const TranslationEffect* twin = model::translation_effect(effect.twin);
+  const bool stands_alone = data.has_yaw || twin == nullptr || effect.place < twin->place;
+  return stands_alone && data.meets(effect.needs);
 }
 
-using Hit = std::pair<const Candidate*, ScanHit>;
+using Hit = std::pair<const TranslationEffect*, ScanHit>;
 
 /// What is likely to have changed, candidate by candidate.
 std::vector<Hit> hits_of(const std::vector<const Part*>& parts, const Fit& fit) {
@@ -137,14 +130,14 @@ std::vector<Hit> hits_of(const std::vector<const Part*>& parts, const Fit& fit) 
   const Places places = places_of(parts);
   const ScanRows rows = rows_of(places, parts, fit);
   std::vector<Hit> hits;
-  for (const Candidate& candidate : kCandidates) {
-    if (!can_see(*parts.front(), candidate)) {
+  for (const TranslationEffect& effect : model::kTranslationEffects) {
+    if (effect.change.name.empty() || !can_see(*parts.front(), effect)) {
       continue;
     }
-    const Columns columns = columns_of(places, parts, {"rigid_body", candidate.effect}, searched_of(fit));
+    const Columns columns = columns_of(places, parts, {"rigid_body", std::string(effect.name)}, searched_of(fit));
     ScanHit hit = scan_change(rows, columns);
-    if (hit.likelihood_ratio > kThreshold && hit.size.norm() > candidate.least) {
-      hits.emplace_back(&candidate, std::move(hit));
+    if (hit.likelihood_ratio > kThreshold && hit.size.norm() > effect.change.least) {
+      hits.emplace_back(&effect, std::move(hit));
     }
   }
   return hits;
@@ -161,15 +154,15 @@ Change change_of(const Hit& best, const std::vector<Hit>& hits, const Part& trai
   out.at_s = best.second.at_s + 0.5 * cell_s;
   out.low_s = best.second.low_s - smeared_s;
   out.high_s = best.second.high_s + cell_s + smeared_s;
-  out.name = best.first->name;
+  out.name = best.first->change.name;
   out.likelihood_ratio = best.second.likelihood_ratio;
   for (Eigen::Index k = 0; k < best.second.size.size(); ++k) {
     const std::string axis = best.second.size.size() > 1 ? (k == 0 ? "_x" : "_y") : "";
-    out.parameters.push_back({std::string("change_of_") + best.first->unit + axis, best.second.size(k)});
+    out.parameters.push_back({"change_of_" + std::string(best.first->change.unit) + axis, best.second.size(k)});
   }
-  for (const auto& [candidate, hit] : hits) {
-    if (candidate != best.first && hit.likelihood_ratio > best.second.likelihood_ratio - kNameMargin) {
-      out.rivals.emplace_back(candidate->name);
+  for (const auto& [effect, hit] : hits) {
+    if (effect != best.first && hit.likelihood_ratio > best.second.likelihood_ratio - kNameMargin) {
+      out.rivals.emplace_back(effect->change.name);
     }
   }
   return out;

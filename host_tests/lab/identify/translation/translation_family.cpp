@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kAliasShare = 0.97;
 
-/// Ridge enough that columns which the log does not excite do no harm.
+/// Least squares with a small ridge, because the log may not excite every column.
 Vector least_squares(const Matrix& columns, const Vector& target) {
   Matrix normal = columns.transpose() * columns;
   normal.diagonal().array() += 1e-9 * normal.trace() + 1e-12;
@@ -46,7 +46,7 @@ model::Acceleration wind_at_rest(const Fit& fit) {
   return sum;
 }
 
-/// Whether a fit before has found the slot's number.
+/// Whether an earlier fit has the slot's parameter.
 bool was_found(const Slot& slot, const Fit* warm) {
   if (warm == nullptr) {
     return false;
@@ -55,7 +55,7 @@ bool was_found(const Slot& slot, const Fit* warm) {
                                                             : has(warm->structure, slot.effect->name);
 }
 
-/// Every start with every value of one number.
+/// Combines every start with every value of one parameter.
 std::vector<Searched> spread(const std::vector<Searched>& starts, std::size_t slot, std::span<const double> values) {
   std::vector<Searched> out;
   for (const Searched& start : starts) {
@@ -83,10 +83,9 @@ bool TranslationFamily::can_see(const std::string& name) const {
   const TranslationData& data = *training_.data;
   if (training_.head != nullptr && effect->searched_count() > 0 &&
       effect->searched[0].start == model::Start::kWindSpeed) {
-    return false;  // the wind of each flight is taken from its begin
+    return false;  // each flight's wind is estimated at its start
   }
-  return (!effect->needs.velocity || data.has_velocity) && (!effect->needs.thrust_set_point || data.has_thrust) &&
-         (!effect->needs.tilt_in_thrust || data.source != "force");
+  return data.meets(effect->needs);
 }
 
 Fit TranslationFamily::fit(const Structure& structure, std::span<const int> weights, const Fit* warm) const {
