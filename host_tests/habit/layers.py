@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds every #include of the project to the table of layers, and real-time code to its habits.
+"""Checks every #include of the project against the table of layers, and real-time code for what it must not use.
 
 Usage: layers.py [--self-test] ROOT. Prints one line per offence (file:line: what) and exits with 1 if there is any.
 """
@@ -16,9 +16,9 @@ PRODUCT = ["firmware/", "protocol/", "hal/"]
 LAB = PRODUCT + ["host_tests/lab/*.h", "host_tests/lab/logs/"]
 INQUIRY = LAB + [f"host_tests/lab/identify/{room}" for room in ("*.h", "answer/", "remainder/", "search/")]
 
-# folder -> prefixes (folders end with /), headers right in a folder (*.h) or single headers that its files may include
-# besides the folder itself.
-# The rule is the folder. The longest folder that holds a file decides; a folder without a row breaks the rule.
+# folder -> what its files may include besides the folder itself: prefixes (folders end with /), headers directly in a
+# folder (*.h), or single headers. The longest folder that contains a file decides; a file without such a row is an
+# offence.
 LAYERS = {
     "firmware/core/": [],
     "firmware/model/": ["firmware/core/"],
@@ -57,21 +57,26 @@ LAYERS = {
 
 # Parts that run before the first tick or beside it, on a host: they may use the whole library.
 HOST_PARTS = ("firmware/companion/", "hal/linux/", "hal/mock/")
-HEAP_HEADERS = re.compile(r"#include <(vector|string|map|set|list|deque|memory|functional|iostream|fstream|sstream|"
+ROOMS = ("firmware/", "protocol/", "hal/", "host_tests/", "linker/")
+SOURCES = (".h", ".hpp", ".hh", ".inc", ".ipp", ".tpp", ".cpp", ".cc", ".cxx", ".c")
+INCLUDE = re.compile(r'\s*#\s*include\s*["<]([^">]+)[">]')
+# Includes that this line-by-line check cannot judge: a macro instead of the name, include_next, import and modules.
+OTHER_INCLUDE = re.compile(r'\s*#\s*(?:include(?!\s*["<])|include_next|import)\b|\s*(?:export\s+)?import\s+["<\w]')
+HEAP_HEADERS = re.compile(r"\s*#\s*include\s*<(vector|string|map|set|list|deque|memory|functional|iostream|fstream|sstream|"
                           r"unordered_map|unordered_set|regex|thread|mutex|future|any|exception|stdexcept)>")
 LIBM = re.compile(r"std::(sin|cos|tan|asin|acos|atan|atan2|exp|exp2|log|log2|log10|pow|hypot|cbrt|sinh|cosh|tanh)f?\(")
 HEAP_WORDS = re.compile(r"\b(new\s+\w|delete\s|malloc\(|throw\b|dynamic_cast|std::chrono::(steady|system)_clock)")
 
 
 def rule_of(path):
-    """The row of the longest folder that holds the file; None where there is none."""
+    """-> the longest folder of the table that contains the file, or None."""
     folders = [folder for folder in LAYERS if path.startswith(folder)]
     return max(folders, key=len) if folders else None
 
 
 def permitted(path, included):
     folder = rule_of(path)
-    if folder is None:
+    if folder is None or ".." in included.split("/"):
         return False
     if rule_of(included) == folder:
         return True
@@ -88,23 +93,28 @@ def offences(path, lines):
     real_time = path.startswith(("firmware/", "protocol/", "hal/")) and not path.startswith(HOST_PARTS)
     for number, line in enumerate(lines, 1):
         code = line.split("//")[0]
-        include = re.match(r'\s*#include "([^"]+)"', line)
-        if include and not permitted(path, include.group(1)):
+        include = INCLUDE.match(line)
+        if include and "<" not in include.group(0) and not permitted(path, include.group(1)):
             yield number, f"may not include {include.group(1)}"
-        if re.match(r"\s*#include <Eigen/", line) and path != "firmware/core/eigen.h" and not path.startswith("host_tests/"):
-            yield number, "Eigen comes in through firmware/core/eigen.h only"
+        if include and "<" in include.group(0) and include.group(1).startswith(ROOMS):
+            yield number, f"includes {include.group(1)} as a system header: write it in quotes"
+        if OTHER_INCLUDE.match(line) and "Deviation:" not in line:
+            yield number, f"include that the table of layers cannot check: {line.strip()}"
+        eigen = include and include.group(1).startswith("Eigen/")
+        if eigen and path != "firmware/core/eigen.h" and not path.startswith("host_tests/"):
+            yield number, "include Eigen through firmware/core/eigen.h only"
         if "Deviation:" in line or not real_time:
             continue
         if HEAP_HEADERS.match(line):
-            yield number, f"header not for real-time code: {line.strip()}"
+            yield number, f"header not allowed in real-time code: {line.strip()}"
         if LIBM.search(code) and not path.startswith("firmware/core/maths"):
             yield number, "libm differs between machines: use firmware/core/maths.h"
         if HEAP_WORDS.search(code) and "= delete" not in code:
-            yield number, f"not in real-time code: {HEAP_WORDS.search(code).group(0).strip()}"
+            yield number, f"not allowed in real-time code: {HEAP_WORDS.search(code).group(0).strip()}"
 
 
 def self_test():
-    """The test of the test: each of these lines must be found."""
+    """Tests the check itself: it must find each of these lines."""
     planted = [
         ("firmware/est/x.h", '#include "protocol/telemetry.h"'),
         ("firmware/ctl/x.cpp", '#include "firmware/vrc/sticks.h"'),
@@ -133,16 +143,34 @@ def self_test():
         ("host_tests/lab/identify/remainder/x.h", '#include "host_tests/lab/identify/answer/result.h"'),
         ("firmware/link/x.h", "#include <string>"),
         ("firmware/mpc/x.h", '#include "host_tests/lab/x.h"'),
+        ("firmware/est/x.h", '#include "firmware/est/../link/x.h"'),
+        ("firmware/est/x.h", '#include "../link/serial_link.h"'),
+        ("firmware/est/x.h", '#include "firmware/nowhere/x.h"'),
+        ("firmware/est/x.h", '#  include "protocol/telemetry.h"'),
+        ("firmware/est/x.h", '#include"protocol/telemetry.h"'),
+        ("firmware/est/x.h", "#include <protocol/telemetry.h>"),
+        ("firmware/est/x.h", "#include M100_A_HEADER"),
+        ("firmware/est/x.h", "import protocol;"),
+        ("firmware/est/x.inc", '#include "protocol/telemetry.h"'),
         ("firmware/est/x.h", "#include <Eigen/Dense>"),
         ("firmware/est/x.h", "#include <vector>"),
         ("firmware/est/x.cpp", "  return std::sin(x);"),
         ("firmware/est/x.cpp", "  throw 3;"),
         ("firmware/est/x.cpp", "  auto* p = new int;"),
     ]
+    sound = [
+        ("firmware/est/x.h", '#include "firmware/est/units.h"'),
+        ("firmware/est/x.h", "#include <array>"),
+        ("firmware/est/x.h", "// an import of goods"),
+        ("host_tests/target/x.cpp", "#include M100_A_HEADER  // Deviation: the board decides"),
+    ]
     missed = [p for p in planted if not list(offences(p[0], [p[1]]))]
+    wrong = [p for p in sound if list(offences(p[0], [p[1]]))]
     for path, line in missed:
         print(f"self-test: not found: {path}: {line}")
-    return 1 if missed else 0
+    for path, line in wrong:
+        print(f"self-test: refused though it is allowed: {path}: {line}")
+    return 1 if missed or wrong else 0
 
 
 def main():
@@ -152,7 +180,7 @@ def main():
     count = found = 0
     for folder in ("firmware", "hal", "protocol", "host_tests"):
         for file in sorted((root / folder).rglob("*")):
-            if file.suffix not in (".h", ".cpp", ".c"):
+            if file.suffix not in SOURCES:
                 continue
             count += 1
             path = str(file.relative_to(root))

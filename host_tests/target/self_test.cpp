@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a new board must run before it flies (linker/PORTING.md). Its result goes out by the board's UART 0, a line for
-// each check and "PASSED n" or "FAILED m of n" at the end; no debugger, no emulator and no file is needed. UART 1 and
-// UART 2 are joined by a null-modem cable; on the emulator, by a socket (run_self_test).
+// Self test that a new board must pass before it flies (linker/PORTING.md). It prints to the board's UART 0: a line for
+// each check, and "PASSED n" or "FAILED m of n" at the end. It needs no debugger, no emulator and no file. UART 1 and
+// UART 2 must be joined by a null-modem cable, or on the emulator by a socket (run_self_test).
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include M100_BOARD_HEADER
+#include M100_BOARD_HEADER  // Deviation: the board decides; linker/image.cmake names the header
 
 #include "hal/cortex_m/cmsdk_uart.h"
 #include "hal/cortex_m/cmsdk_watchdog.h"
@@ -34,7 +34,7 @@ hal::SysTickClock system_clock(board::systick(), board::kClock_hz, kClockPeriod_
 hal::CmsdkWatchdog watchdog(board::watchdog(), board::watchdog_lock(), board::kClock_hz);
 volatile std::uint32_t bites = 0;
 
-/// Waits until there is room: a result must not be lost, and nothing else runs meanwhile.
+/// Waits for room in the sender, because no result may be lost and nothing else runs meanwhile.
 void print(std::string_view text) {
   std::span<const std::byte> rest = std::as_bytes(std::span(text));
   while (!rest.empty()) {
@@ -90,7 +90,7 @@ void test_uarts() {
   target::check_full_sender(uart1, uart2, kMuch, go_on, results);
 }
 
-/// A clock of ours is late by less than a millisecond, and goes on across its periods without a leap.
+/// sleep_until() must be late by less than a millisecond, and the clock must not jump at the end of its period.
 void test_clock() {
   target::check_clock(system_clock, core::Duration(kClockPeriod_us), results);
   constexpr int kPeriods = 10;
@@ -109,8 +109,9 @@ void test_clock() {
                 system_clock.now() - deadline < std::chrono::milliseconds(1));
 }
 
-/// 64-bit integers whose conversions round: at ties, one beside a tie that a double does not tell from it, at the ends.
-constexpr std::int64_t kTie = ((std::int64_t{1} << 24U) + 1) << 32U;  // of a float
+/// 64-bit integers whose conversion rounds: at ties, one beside a tie (a double does not tell the two apart), and at
+/// the ends of the range.
+constexpr std::int64_t kTie = ((std::int64_t{1} << 24U) + 1) << 32U;  // a tie of float
 constexpr std::array<std::int64_t, 14> kSigned{
     0,         -1,        16777217,        16777219,        (std::int64_t{1} << 53U) + 1,
     kTie - 1,  kTie,      kTie + 1,        1 - kTie,        -1 - kTie,
@@ -122,7 +123,7 @@ constexpr std::array<std::uint64_t, 6> kUnsigned{0,
                                                  UINT64_MAX - (1U << 10U),
                                                  (std::uint64_t{kTie} << 7U) + 1};
 
-/// At run time as the compiler reckons it.
+/// Converts with the compiler's arithmetic at compile time; converts() compares the conversion at run time.
 template <typename To, typename Wide, std::size_t kCount>
 constexpr std::array<To, kCount> converted(const std::array<Wide, kCount>& numbers) {
   std::array<To, kCount> out{};
@@ -188,7 +189,7 @@ void Uart2Rx_Handler() { uart2.on_receive(); }
 void Uart2Tx_Handler() { uart2.on_transmit(); }
 }
 
-/// Does not return: what main() returns goes to an emulator, which a board does not have.
+/// Does not return: only an emulator could receive the result of main().
 int main() {
   using namespace m100::golden;
   console.start(board::kClock_hz, kConsoleBaud);
