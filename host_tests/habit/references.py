@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What comments and pages refer to exists: promises, sections of the wire's reference, decisions, files, links, tests.
+"""Checks that what comments and pages refer to exists: promises, sections of protocol/README.md, decisions, files,
+links, tests.
 
 Usage: references.py [--self-test] ROOT. Prints one line per offence (file: what) and exits with 1 if there is any.
 """
 import fnmatch
+import os
 import pathlib
 import re
 import subprocess
@@ -16,7 +18,9 @@ NUMBERS = r"\d+(?:\.\d+)?(?:(?:, | and | to )\d+(?:\.\d+)?)*"
 PROMISE = re.compile(r"\bR(\d{1,2})\b")
 SECTION = re.compile(rf"(?P<page>\b[Pp]rotocol(?:'s)?,? )(?:sections? )?(?P<list>{NUMBERS})|"
                      rf"\b[Ss]ections? (?P<own>{NUMBERS})")
-DECISION = re.compile(r"([\w./-]*\.md)`?, decision (\d+)")
+# With a page before it ("firmware/est/README.md, decision 2"), a page or folder behind it ("decision 4 of `../loop`"),
+# or neither: the page itself, or the README beside it.
+DECISION = re.compile(rf"(?:(?P<before>[\w./-]*\.md)`?, )?\b[Dd]ecisions? (?P<list>{NUMBERS})(?: of `(?P<behind>[\w./-]+)`)?")
 LINK = re.compile(r"\]\(([^)#:]+)\)")
 FILE = re.compile(r"(?<![\w/.*}<$-])((?:[\w-][\w.-]*/)*[\w-][\w.-]*\.(?:md|h|cpp|inc|py|sh|ld|cmake|jsonl))\b(?![\w/*])")
 PATH = re.compile(rf"(?<![\w/.-])((?:{'|'.join(TOP)})/[\w./*{{}},-]*[\w*}}/])")
@@ -28,7 +32,7 @@ DOCSTRING = re.compile(r'"""(.*?)"""', re.DOTALL)
 
 
 def spoken(name, text):
-    """What a reader of the file reads as words: a page as a whole, of code the comments (and docstrings)."""
+    """-> the prose of a file: the whole text of a page, the comments (and docstrings) of code."""
     if name.endswith(".md"):
         return re.sub(r"\s+", " ", text)
     mark = "//" if name.endswith((".h", ".cpp", ".inc", ".c", ".ld")) else "#"
@@ -79,10 +83,7 @@ class Project:
             if promise not in self.promises:
                 yield f"promise {promise} does not exist"
         yield from self.of_sections(name, words)
-        for page, number in DECISION.findall(words):
-            pages = [one for one in self.texts if one == page or one == str(pathlib.PurePosixPath(name).parent / page)]
-            if pages and not any(re.search(rf"^{number}\. ", self.texts[one], re.MULTILINE) for one in pages):
-                yield f"{page} has no decision {number}"
+        yield from self.of_decisions(name, words)
         for file in sorted(set(FILE.findall(words))):
             if not self.file_exists(file, name):
                 yield f"file {file} does not exist"
@@ -99,6 +100,16 @@ class Project:
                 if number not in self.sections(page):
                     yield f"{found[0]!r}: {page} has no section {number}"
 
+    def of_decisions(self, name, words):
+        folder = pathlib.PurePosixPath(name).parent
+        for found in DECISION.finditer(words):
+            page = found["before"] or found["behind"] or (name if name.endswith(".md") else "README.md")
+            page = page if page.endswith(".md") else f"{page}/README.md"
+            pages = [one for one in (page, os.path.normpath(folder / page)) if one in self.texts]
+            for number in wanted(found["list"]):
+                if not any(re.search(rf"^ *{number}\. ", self.texts[one], re.MULTILINE) for one in pages):
+                    yield f"{found[0]!r}: {page} has no decision {number}"
+
     def of_page(self, name, text):
         for link in LINK.findall(text):
             if not self.file_exists(link, name):
@@ -110,7 +121,7 @@ class Project:
 
 
 def project_files(root):
-    """{path: text} of everything that git knows or would know; without git, of everything outside the build folder."""
+    """{path: text} of all files that are tracked or not ignored; without git, of all files outside the build folder."""
     listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=root, capture_output=True, text=True,
                             check=False)
     names = listed.stdout.split("\n") if listed.returncode == 0 else [
@@ -121,23 +132,24 @@ def project_files(root):
             try:
                 out[name] = (root / name).read_text()
             except UnicodeDecodeError:
-                out[name] = ""  # binary: it exists, and says nothing
+                out[name] = ""  # binary: it exists, but has no text
     return out
 
 
 def self_test():
-    """The test of the test: each of the first must be found, none of the second."""
+    """Tests the check itself: it must report each line of `planted`, and none of `sound`."""
     base = {PROMISES: "### R1. No heap\n### R2. Parser\n", WIRE: "### 4. Start\n#### 4.1 Version\n### 5. Sessions\n",
             "firmware/est/README.md": "## Decisions\n\n1. One.\n", "host_tests/unit/a_test.cpp": "TEST(Suite, IsRight) {\n}\n"}
     planted = {
         "a.h": ["// promise R3", "// (protocol, 7)", "// protocol, sections 4 to 6", "// the protocol's\n// section 9",
-                "// see style.md", "// firmware/est/README.md, decision 2", "// as section 3 has it", "// firmware/old/x.cpp",
+                "// see style.md", "// firmware/est/README.md, decision 2", "// decision 1", "// decision 2 of `firmware/est`",
+                "// as section 3 has it", "// firmware/old/x.cpp",
                 "// in firmware/old"],
         "a_test.cpp": ['  RecordProperty("promise", "R9");'],
         "page.md": ["[page](missing.md)", "`unit.a.Suite.IsWrong`", "`gone.h` is", "`hal/{a,b}.h`",
                     "`ctest -R 'unit.a.(Suite|Other)'`", "`unit_a --gtest_filter=Gone.*`"]}
     sound = {"b.h": ["// promise R2; protocol, sections 4 to 5 and 4.1; firmware/est",
-                     "// firmware/est/README.md, decision 1"],
+                     "// firmware/est/README.md, decision 1; decision 1 of `firmware/est`"],
              "page2.md": ["[page](firmware/est/README.md) `unit.a.Suite.IsRight` `ctest -R 'Suite|unit.a'` `b.h` section\n"]}
     missed = [(name, line) for name, lines in planted.items() for line in lines
               if not list(Project(base | {name: line}).offences(name))]
@@ -156,7 +168,7 @@ def main():
     for name in project.texts:
         if name.endswith((".h", ".cpp", ".inc", ".c", ".ld", ".md", ".py", ".sh", ".cmake", "CMakeLists.txt")) \
                 or project.texts[name].startswith("#!"):
-            if name != "host_tests/habit/references.py":  # it plants wrong ones
+            if name != "host_tests/habit/references.py":  # it contains planted wrong references
                 for offence in project.offences(name):
                     print(f"{name}: {offence}")
                     found += 1
