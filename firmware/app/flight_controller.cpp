@@ -16,8 +16,8 @@ constexpr double kErrorSigmas = 3.0;
 template <typename T>
 constexpr T kNotToBeUsed = T(1e6);  ///< variance [m^2/s^2] of a velocity that nothing may be computed from
 constexpr int kBacklogReads = 32;   ///< of PoseLink::kBytesPerTick: more than a driver holds
-/// Control that nobody uses, because no pose comes, keeps the pilot's sticks from the aircraft. Shorter than the second
-/// after which the autopilot ends Virtual RC by itself.
+/// Control that is ours but not used, because no pose arrives, goes back after this time: it blocks the pilot's sticks.
+/// Shorter than the second after which the autopilot ends Virtual RC by itself.
 constexpr core::Duration kUnusedControl = std::chrono::milliseconds(800);
 
 }  // namespace
@@ -99,18 +99,18 @@ void FlightController<T, S>::take_orders(core::TimePoint now) {
     order_until_ = now + config_.order_lasts;
   }
   if (order_stands_ && now >= order_until_ && supervisor_.rung() == safety::Rung::kSilent) {
-    link_.release(now);  // nothing came of it in its time: an ask that still waits for the autopilot would be another's
+    link_.release(now);  // the order has expired: an ask that still waits must not be served later
   }
   if ((tick_orders_ & log::kOrderRelease) != 0) {
     order_until_ = now;
     if (supervisor_.rung() == safety::Rung::kSilent) {
-      link_.release(now);  // nothing flies yet: whatever was asked for, or granted meanwhile, goes back at once
+      link_.release(now);  // nothing flies yet: requested or granted control goes back at once
     }
   }
   order_stands_ = now < order_until_;
 }
 
-/// Of the place where the course begins; before a place is known nothing flies, and nothing is refused for it.
+/// Near the place where the course begins. Without a known position nothing flies, so the order is not refused for it.
 template <typename T, typename S>
 bool FlightController<T, S>::is_in_reach() const {
   const core::Vector<T, 3> away{estimate_.x.position_m - reference_.x[0].position_m,
@@ -160,8 +160,8 @@ void FlightController<T, S>::watch_residual() {
     return;
   }
   const auto counts = [](vrc::Stick stick) { return static_cast<T>(static_cast<int>(stick) - 1024); };
-  // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. A gyro's z is the heading's rate only
-  // while the aircraft is level: at 20 degrees of roll a third of the pitch's rate is in it.
+  // In the order of sysid::MonitoredAxis; the yaw stick is positive to the right. The gyro's z rate is the heading's
+  // rate only while the aircraft is level: at 20 degrees of roll it includes a third of the pitch rate.
   const typename est::Measurement<T>::Attitude& attitude = measured_.attitude;
   const core::Turn<T>& roll = attitude.roll();
   const T heading_rate_rad_s =
@@ -177,7 +177,7 @@ core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
   const core::Expected<core::Pose<double>> came = pose_link_.receive(now);
   pose_link_.ask_time(now);
   if (elapsed_ > kStall) {
-    // What waited for us is older than its sender knew, and nobody can say by how much: the next tick has a fresh one.
+    // Poses that waited during the stall are older than they state, by an unknown time: the next tick has a fresh one.
     for (int backlog = 0; backlog < kBacklogReads && pose_link_.receive(now); ++backlog) {
     }
     return {};
@@ -185,18 +185,18 @@ core::Pose<double> FlightController<T, S>::pose(core::TimePoint now) {
   return came ? *came : core::Pose<double>{};
 }
 
-/// What brakes by feedback might swing on: trim and wind alone are held, and nobody waits for a speed that nothing
-/// takes away.
+/// Braking by feedback might keep the aircraft swinging. Then only trim and wind are compensated, and the hand-over
+/// does not wait for the speed, which nothing reduces.
 template <typename T, typename S>
 bool FlightController<T, S>::levels_a_swing() const {
   const bool settles = supervisor_.rung() == safety::Rung::kLevel || supervisor_.rung() == safety::Rung::kRelease;
   return swing_.goes_on() || (settles && supervisor_.descent().cause == safety::Cause::kSwinging);
 }
 
-/// What brakes by an estimate that is contradicted would fly the lie.
+/// Braking by a contradicted estimate would follow the false poses.
 template <typename T, typename S>
 ctl::Command<T> FlightController<T, S>::settled() const {
-  if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground nothing is to be braked
+  if ((tick_orders_ & log::kOrderTakesOff) != 0) {  // on the ground there is nothing to brake
     return {};
   }
   est::Estimate<T> motion = trust_.motion(estimate_);
@@ -255,17 +255,17 @@ void FlightController<T, S>::stand_ready(core::TimePoint now) {
   law_.reset();
 }
 
-/// What was granted stands until the next command can leave: the slew limit is between commands that leave.
+/// The granted command is held until the next one can leave: the slew limit is between commands that leave.
 template <typename T, typename S>
 safety::Grant<T> FlightController<T, S>::granted(bool solved) {
-  const safety::Passes passes = supervisor_.climb(wanted_, observed_);
+  const safety::Passes passes = supervisor_.step_ladder(wanted_, observed_);
   slew_time_ += elapsed_;
   if (passes == safety::Passes::kWanted && !solved) {
-    return supervisor_.let_through(passes, grant_.command, T(0));
+    return supervisor_.limit_command(passes, grant_.command, T(0));
   }
   const T step_s = core::seconds<T>(slew_time_);
   slew_time_ = core::Duration{0};
-  return supervisor_.let_through(passes, passes == safety::Passes::kSettled ? settled() : wanted_, step_s);
+  return supervisor_.limit_command(passes, passes == safety::Passes::kSettled ? settled() : wanted_, step_s);
 }
 
 template <typename T, typename S>

@@ -22,7 +22,7 @@ T larger(T a, T b) {
 
 }  // namespace
 
-/// At rest: a tilt that stands has carried the aircraft as far as it will.
+/// Starts in the steady state of a constant tilt.
 template <typename T>
 void SwingWatch<T>::Push::begin(T position_m, T acceleration_m_s2) {
   constexpr T kTime_s = static_cast<T>(1.0 / kFrom_per_s);
@@ -44,7 +44,7 @@ void SwingWatch<T>::Push::update(T position_m, T acceleration_m_s2, T step_s) {
   value_m = quick_m - slower_m - carried_m;
 }
 
-/// The extreme was a turning point: is the half-wave that led to it one more?
+/// The extreme was a turning point: counts the half-wave that led to it if it meets the conditions.
 template <typename T>
 void SwingWatch<T>::turn(Axis& axis) {
   constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
@@ -52,7 +52,7 @@ void SwingWatch<T>::turn(Axis& axis) {
   const T height_rad = size_of(axis.extreme_rad - axis.turned_rad);
   const T length_s = axis.age_s - axis.extreme_age_s;
   const bool long_enough = length_s > static_cast<T>(kShortest_s) && length_s < static_cast<T>(kLongest_s);
-  // The filter's gain at the swing's frequency turns metres into the tilt that would have moved the aircraft as far.
+  // The filter's gain at the swing's frequency converts metres to the tilt that would have moved the aircraft as far.
   const T shortest_s = long_enough ? length_s : static_cast<T>(kShortest_s);
   const T per_metre =
       kPerGravity * (static_cast<T>(kFrom_per_s * kFrom_per_s) + static_cast<T>(kPiSquare) / (shortest_s * shortest_s));
@@ -136,7 +136,7 @@ void SwingWatch<T>::update(const est::Estimate<T>& estimate, const ref::Window<T
 }
 
 template <typename T>
-void SwingWatch<T>::look_away(T time_s) {
+void SwingWatch<T>::pause(T time_s) {
   x_.count = y_.count = 0;
   enough_ = kHalfWavesAgain;
   away_s_ = time_s;

@@ -8,7 +8,7 @@
 
 namespace m100::ctl {
 
-/// What was seen of a swing, for people.
+/// A swing as reported to the operator.
 template <typename T>
 struct SwingReport {
   bool swings = false;
@@ -16,37 +16,37 @@ struct SwingReport {
   T frequency_hz{0};  ///< of the last half-wave
 };
 
-/// Notices a limit cycle: the aircraft tilts to and fro, again and again, and neither the course nor the air asks for
-/// it. On each horizontal axis the estimated tilt, less what the reference's acceleration needs, is cut into
-/// half-waves, from one turning point to the next. (A turning point is known when the tilt has come back from it by a
-/// quarter of the half-wave before, so that ripple cuts no wave in two.) The loop swings where kHalfWaves of them in a
-/// row are all of this:
+/// Detects a limit cycle: a repeated oscillation of the tilt that neither the course nor the air causes. On each
+/// horizontal axis the estimated tilt, minus the tilt for the reference's acceleration, is divided into half-waves,
+/// from one turning point to the next. (A turning point is confirmed when the tilt has come back from it by a quarter
+/// of the half-wave before, so that ripple does not divide a wave.) The loop swings if kHalfWaves consecutive
+/// half-waves meet all of these conditions:
 ///   - higher than kLeast_rad: ten times the sigma of the tilt in a healthy hover, noise included, which is half a
 ///     degree;
-///   - kTimes as high as what pushes the aircraft meanwhile (below), and more than that higher than the reference's
-///     own swing;
+///   - kTimes as high as the push on the aircraft meanwhile (below), and higher than the reference's own swing by more
+///     than that;
 ///   - between kShortest_s and kLongest_s long, which is 0.3 to 3 Hz: a third and three times the crossover (1.1 Hz) of
-///     a loop for such an aircraft. Outside, the loop has no gain, or no lag, to swing with;
-///   - at least kKept as high as the highest of the row, and as long as the one before within a factor of kRegular.
-/// The answer to a step dies out; and where the reference jumps, counting begins anew. Turbulence excites the same
-/// band, and tilts the aircraft as far. What tells the two apart is who moves whom. With x'' = g t + d,
+///     a loop for such an aircraft. Outside this band the loop has not enough gain, or not enough lag, to oscillate;
+///   - at least kKept times as high as the highest of the row, and as long as the one before within a factor kRegular.
+/// The response to a step dies out; and when the reference jumps, counting begins anew. Turbulence excites the same
+/// band, and tilts the aircraft as far. The two are distinguished by cause and effect. With x'' = g t + d, the equation
 ///   s^2 / (s + a)^2 x  -  g / (s + a)^2 t  =  1 / (s + a)^2 d      (a = kFrom_per_s, near the crossover)
-/// holds whatever the motion is; its left side needs place and tilt only. A loop answers a push with a tilt that is |T|
-/// times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity and one. So a swing that is
-/// more than kTimes what that push explains, again and again, is the loop's own: its peak sensitivity would be 4, when
-/// 1.6 is designed for and 3.4 is the worst corner that a mode is published with. The same is asked of the disturbance
-/// that the observer estimates.
+/// is true for any motion; its left side needs position and tilt only. A loop answers a push with a tilt that is |T|
+/// times as large, T its complementary sensitivity, and |T| is at most the peak sensitivity plus one. So a repeated
+/// swing of more than kTimes the size that this push explains is the loop's own: its peak sensitivity would have to be
+/// 4, while 1.6 is the design value and 3.4 the worst published corner of a mode. The disturbance that the observer
+/// estimates has to meet the same condition.
 ///
-/// At f Hz it takes (kHalfWaves + 0.5) / 2 f after the swing has become that high: 2.8 s at 1 Hz, 2.1 s at 1.3 Hz. What
-/// poses and tilts do not tell exactly counts as a push, too, so that a swing below 0.2 rad may take longer. Not
-/// noticed: a swing that is smaller, one in a wind that moves the aircraft more than a fifth as far, and one beneath a
-/// reference that jumps more often than that. Cost: some 60 operations per axis and tick, no library function, no heap.
-/// T is float or double.
+/// At f Hz detection takes (kHalfWaves + 0.5) / 2 f after the swing has become that high: 2.8 s at 1 Hz, 2.1 s at
+/// 1.3 Hz. Errors of poses and tilts count as a push, too, so that a swing below 0.2 rad may take longer. Not noticed:
+/// a smaller swing, a swing in a wind that moves the aircraft more than a fifth as far, and a swing under a reference
+/// that jumps more often than that. Cost: some 60 operations per axis and tick, no library function, no heap. T is
+/// float or double.
 template <typename T>
 class SwingWatch {
  public:
   static constexpr std::uint32_t kHalfWaves = 5;
-  static constexpr std::uint32_t kHalfWavesAgain = 3;  ///< after look_away(): one swing has been seen already
+  static constexpr std::uint32_t kHalfWavesAgain = 3;  ///< after pause(): one swing has been noticed already
   static constexpr double kLeast_rad = 0.1;
   static constexpr double kTimes = 5.0;
   static constexpr double kFrom_per_s = 6.0;
@@ -54,18 +54,18 @@ class SwingWatch {
   static constexpr double kLongest_s = 0.5 / 0.3;
   static constexpr double kKept = 0.7;
   static constexpr double kRegular = 1.6;
-  /// Jumps of the reference, in place and speed: smaller ones tilt the aircraft by less than two degrees.
+  /// Jumps of the reference, in position and speed: smaller ones tilt the aircraft by less than two degrees.
   static constexpr double kJump_m = 0.02;
   static constexpr double kJump_m_s = 0.1;
   static constexpr double kStall_s = 0.025;  ///< a longer step begins anew
 
-  /// Once per tick. @param flies whether the law flies, and nothing else moves the sticks; else nothing is watched.
+  /// Once per tick. @param flies the law flies, and nothing else moves the sticks; if false, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
-  /// Forgets what was seen, and looks away for so long: what was answered has to fade. From then on, and for as long as
-  /// the law flies, kHalfWavesAgain in a row are enough.
-  void look_away(T time_s);
+  /// Forgets all half-waves and pauses for this time, in which the noticed swing has to fade. Afterwards, and for as
+  /// long as the law flies, kHalfWavesAgain in a row are enough.
+  void pause(T time_s);
 
-  /// Of the axis that swings; of the higher swing where both do.
+  /// The axis that swings; if both do, the one with the higher swing.
   SwingReport<T> report() const;
 
  private:
@@ -79,7 +79,7 @@ class SwingWatch {
     }
     T size() const { return high - low; }
   };
-  /// The left side of the equation above: what moved the aircraft beyond its tilt [m].
+  /// The left side of the equation above: the motion that the tilt does not explain [m].
   struct Push {
     T slow_m{0};
     T slower_m{0};

@@ -8,7 +8,7 @@
 namespace m100::est {
 namespace {
 
-constexpr double kTiltLimit_rad = 0.7;  // the tangent below is good to 4e-9 up to here
+constexpr double kTiltLimit_rad = 0.7;  // the tangent below has an error of at most 4e-9 up to here
 constexpr double kRateLimit = 10.0 * kTimeUnit_s;
 constexpr double kVelocityLimit = 25.0 * kTimeUnit_s;
 constexpr double kDisturbanceLimit = 8.0 * kTimeUnit_s * kTimeUnit_s;
@@ -83,7 +83,7 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   const S slope = a.narrow(a.product(c_.half_gravity, secant_squared_));
   const S v = x_[kV];
   const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
-  const S quadratic = a.narrow(a.product(c_.quadratic_drag, speed));
+  const S quadratic = a.narrow(a.product(c_.square_drag, speed));
   const S acceleration = a.narrow(a.product(c_.gravity, tangent_) + a.product(slope, turned) - a.product(c_.drag, v) -
                                   a.product(quadratic, v));
   const auto pushed = a.widen(acceleration) + a.widen(x_[kD]);
@@ -91,7 +91,7 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
   x_[kV] = a.narrow(a.widen(v) + a.scaled(pushed, kTickExponent));
   history_.push(acceleration);
 
-  phi_[kV][kV] = a.narrow(a.widen(c_.tick_drag) - a.product(c_.tick_quadratic_drag, speed));
+  phi_[kV][kV] = a.narrow(a.widen(c_.tick_drag) - a.product(c_.tick_square_drag, speed));
   phi_[kV][kTilt] = a.narrow(a.product(c_.v_tilt, secant_squared_));
   phi_[kV][kRate] = a.narrow(a.product(c_.v_rate, secant_squared_));
   phi_[kV][kM] = a.narrow(a.product(c_.v_m, secant_squared_));
@@ -108,16 +108,16 @@ void AxisFilter<S>::predict(const ActingInputs<S>& input) {
 }
 
 template <typename S>
-void AxisFilter<S>::feel(S push, Felt felt) {
-  if (felt == Felt::kKept) {
+void AxisFilter<S>::feel(S push, PushUse felt) {
+  if (felt == PushUse::kKept) {
     return;
   }
   auto& a = covariance_.arithmetic();
   const S v = x_[kV];
   const S speed = v < S{} ? a.narrow(-a.widen(v)) : v;
-  const S quadratic = a.narrow(a.product(c_.quadratic_drag, speed));
+  const S quadratic = a.narrow(a.product(c_.square_drag, speed));
   const S now = a.narrow(a.widen(push) + a.product(c_.drag, v) + a.product(quadratic, v));
-  if (felt == Felt::kFollowed) {
+  if (felt == PushUse::kFollowed) {
     const S offset = core::Arithmetic<S>::template number<double>(kForceOffset_m_s2 / kAccelerationUnit_m_s2);
     const S least = a.narrow(a.widen(now) - a.widen(offset));
     const S most = a.narrow(a.widen(now) + a.widen(offset));
@@ -136,7 +136,7 @@ template <typename S>
 Verdict AxisFilter<S>::correct_attitude(S tilt, S rate, const Age<S>& age) {
   auto& a = covariance_.arithmetic();
   typename ScaledCovariance<S, kStates>::Column h{};
-  // Seen: tilt - a rate + a^2/2 rate', rate - a rate'.
+  // Measured: tilt - a rate + a^2/2 rate', rate - a rate'.
   const S turned = a.narrow(a.product(age.units, x_[kRate]) - a.product(age.half_square, angular_acceleration_));
   const S spun = a.narrow(a.product(age.units, angular_acceleration_));
   const S tilt_error = a.narrow(a.widen(tilt) - a.widen(x_[kTilt]) + a.widen(turned));
@@ -148,7 +148,7 @@ Verdict AxisFilter<S>::correct_attitude(S tilt, S rate, const Age<S>& age) {
   }
   h[kRate] = a.narrow(-a.product(age.units, c_.tilt_rate));
   apply(covariance_.update(covariance_.template project<MeasuresTilt>(h, c_.tilt_variance)), tilt_error, kTilt);
-  // The rate's innovation from the state as the tilt has just left it.
+  // The rate's innovation, from the state after the correction by the tilt.
   const S rate_left = a.narrow(a.widen(rate) - a.widen(x_[kRate]) + a.widen(spun));
   apply(covariance_.update(covariance_.template project<MeasuresRate>(h, c_.rate_variance)), rate_left, kRate);
   clamp_states();

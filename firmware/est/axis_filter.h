@@ -13,9 +13,9 @@
 
 namespace m100::est {
 
-/// One horizontal axis as the filter believes it to be.
+/// Model of one horizontal axis that the filter uses.
 struct AxisModel {
-  model::StickAxis attitude;  ///< its dynamics and its delay; what the stick does is inverted before
+  model::StickAxis attitude;  ///< its dynamics and its delay; the stick law is inverted upstream
   double tilt_sign = 1.0;     ///< +1: x'' = +g tan(tilt); -1: y'' = -g tan(tilt)
   double tilt_gain = 1.0;
   double linear_drag_per_s = 0.0;
@@ -29,13 +29,13 @@ enum class Verdict : std::uint8_t { kUsed, kRefused };
 /// Extended Kalman filter of one horizontal axis, with the disturbance (paper, III-E.1: "augmented EKF based on the
 /// second order dynamics model").
 ///
-/// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; inside, time counts in 0.64 s.
+/// State x (6x1): p [m], v [m/s], tilt [rad], tilt rate [rad/s], d [m/s^2], m [rad]; the internal time unit is 0.64 s.
 ///   p'    = v
 ///   v'    = +-tilt_gain g tan(tilt) - c v - c2 |v| v + d
 ///   tilt  : model::AxisStep of (u + m), u the command of attitude.transport_delay_s ago
 ///   d' = 0, m' = 0 (random walks; paper, Eq. (2): d_{k+1} = d_k)
-/// d is what acts as an acceleration (wind); m what acts at the input (trim, command gain, offset of the attitude
-/// loop). Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each scalar on its own.
+/// d acts as an acceleration (wind); m acts at the input (trim, command gain, offset of the attitude loop).
+/// Measurements: position of `age` ago, tilt and tilt rate of `age` ago, each as a scalar update.
 ///
 /// S is double, float or core::Fixed; the same source, the same order of operations. Ranges, enforced: |p| <= 100 m,
 /// |v| <= 25 m/s, |tilt| <= 0.7 rad, |rate| <= 10 rad/s, |d| <= 8 m/s^2, |m| <= 0.3 rad.
@@ -51,21 +51,22 @@ class AxisFilter {
   explicit AxisFilter(const AxisModel& model);
   AxisFilter(const AxisModel& model, const Scales& scales);
 
-  /// At a position (m) with a velocity (m per unit), tilted as measured; disturbance and offset unknown.
+  /// Starts at a position (m) with a velocity (m per unit) and the measured tilt; disturbance and offset are unknown.
   void start(S position, S velocity, S tilt);
-  /// One tick on; commands in rad.
+  /// Advances one tick; commands in rad.
   void predict(const ActingInputs<S>& input);
-  /// How the disturbance is told beside the poses.
-  enum class Felt : std::uint8_t { kNoted, kKept, kFollowed };
-  /// What a force shows to push (m per unit squared). kNoted: at a pose, as what its disturbance stands for; kKept: as
-  /// it was noted; kFollowed: no pose comes, and d moves as the push does, less the drag that this filter reckons
-  /// itself, and is no farther from it than the force's offset (kForceOffset_m_s2): in motion d lags.
-  void feel(S push, Felt felt);
+  /// How a measured push is used.
+  enum class PushUse : std::uint8_t { kNoted, kKept, kFollowed };
+  /// Uses the push that the force shows (m per unit squared). kNoted: at a pose; the push is stored as the one that
+  /// corresponds to the present d. kKept: the stored push stays. kFollowed: no pose comes, and d changes as the push
+  /// does, less the drag that this filter models itself, and stays within the force's offset (kForceOffset_m_s2) of it:
+  /// in motion d lags.
+  void feel(S push, PushUse felt);
   /// Tilt (rad) and tilt rate (rad per unit) of `age` ago.
   Verdict correct_attitude(S tilt, S rate, const Age<S>& age);
 
-  /// Innovation of a position (m) of `age` ago, and the largest that the gate lets pass: kGate sigmas, and what an
-  /// unseen change of the wind may have done while no pose came.
+  /// Innovation of a position (m) of `age` ago, and whether it is inside the gate: kGateSigmas sigmas, or the distance
+  /// that an unseen change of the wind may have caused while no pose came.
   struct PoseTest {
     typename ScaledCovariance<S, kStates>::Projection projection;
     S innovation{};
@@ -81,24 +82,25 @@ class AxisFilter {
   /// @param told_m2 the variance that the sender of the pose claims; 0: none
   PoseTest test_pose(S position, const Age<S>& age, S unseen_m, float told_m2);
   void correct_pose(const PoseTest& test);
-  /// Takes position (of `age` ago) and velocity from outside and forgets how they came about; d and m stay.
+  /// Sets position (of `age` ago) and velocity from outside and discards their covariances with the other states; d and
+  /// m stay.
   void reanchor(S position, S velocity, const Age<S>& age);
 
-  /// The tilt that the commands alone make by the model, whatever was measured; rad.
+  /// The tilt that the model predicts from the commands alone, without measurements; rad.
   S asked_tilt() const { return asked_.output; }
   S state(StateIndex i) const { return x_[static_cast<std::size_t>(i)]; }
   /// Sigma squared of a state over 4^scale; see ScaledCovariance.
   S scaled_covariance(int row, int col) const { return covariance_(row, col); }
   const Scales& scales() const { return scales_; }
   CovarianceHealth health() const { return covariance_.health(); }
-  /// All states are numbers and inside their ranges (by construction unless a float overflowed).
+  /// All states are finite and inside their ranges (by construction, unless a float overflowed).
   bool is_sane() const;
 
  private:
   struct Coefficients {
-    S gravity{}, half_gravity{}, drag{}, quadratic_drag{};
-    // Covariance, scaled: d(v)/d(tilt, rate, m) = these times 1/cos^2, and what does not depend on the state.
-    S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_quadratic_drag{};
+    S gravity{}, half_gravity{}, drag{}, square_drag{};
+    // Scaled covariance: d(v)/d(tilt, rate, m) is v_* times 1/cos^2; the others do not depend on the state.
+    S v_tilt{}, v_rate{}, v_m{}, tick_drag{}, tick_square_drag{};
     S pose_variance{}, tilt_variance{}, rate_variance{};
     S pose_rate{}, pose_d{}, tilt_rate{};
   };
@@ -107,12 +109,12 @@ class AxisFilter {
   void apply(const typename ScaledCovariance<S, kStates>::Column& gain, S innovation, int measured);
 
   std::array<S, kStates> x_{};
-  S felt_{};            ///< push of the air as last noted, less its own drag
+  S felt_{};            ///< push of the air as last stored, less the model's drag
   S tangent_{};         ///< of the tilt estimate
   S secant_squared_{};  ///< 1 + tangent^2
   S angular_acceleration_{};
   ResponseStep<S> response_;
-  typename ResponseStep<S>::State asked_;  ///< by command and model alone
+  typename ResponseStep<S>::State asked_;  ///< from commands and model alone
   Coefficients c_;
   typename ScaledCovariance<S, kStates>::Matrix phi_{};
   typename ScaledCovariance<S, kStates>::Column q_{};
@@ -121,9 +123,10 @@ class AxisFilter {
   AccelerationHistory<S> history_;
 };
 
-/// Exponents of two nearest above the steady-state sigmas (units of the filter), from 5 s of the filter with poses 20
-/// ms old. The same for every S, unless a sigma is a power of two to within its rounding. About 2 ms of a desktop core;
-/// at start-up only. In S, because a board that flies in float has no room for a filter in double.
+/// Exponents of the covariance scales, 4 to 8 times the steady-state sigmas (units of the filter), from 5 s of the
+/// filter with poses 20 ms old. The same for every S, unless a sigma is a power of two to within its rounding. About 2
+/// ms on a desktop core; at start-up only. In S, because a board that flies in float has no room for a filter in
+/// double.
 template <typename S>
 typename AxisFilter<S>::Scales steady_scales(const AxisModel& model);
 

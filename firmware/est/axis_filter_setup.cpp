@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From the model of an axis to the coefficients and scales of its filter; before the first tick.
+// Computes the coefficients and scales of an axis' filter from its model; before the first tick.
 #include "firmware/core/maths.h"
 #include "firmware/est/axis_filter.h"
 #include "firmware/est/units.h"
@@ -37,14 +37,14 @@ AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales
   c_.gravity = number(gravity);
   c_.half_gravity = number(0.5 * gravity);
   c_.drag = number(drag);
-  c_.quadratic_drag = number(model.quadratic_drag_per_m);
+  c_.square_drag = number(model.quadratic_drag_per_m);
 
   // d(acceleration)/d(tilt, rate, m) = g / cos^2(tilt) (1 + oo, o_r, o_u) / 2: the slope at the middle of the tick.
   c_.v_tilt = number(tick * gravity * 0.5 * (1.0 + step.oo) * ratio(kTilt, kV));
   c_.v_rate = number(tick * gravity * 0.5 * o_r * ratio(kRate, kV));
   c_.v_m = number(tick * gravity * 0.5 * step.o_u * ratio(kM, kV));
   c_.tick_drag = number(1.0 - tick * drag);
-  c_.tick_quadratic_drag = number(2.0 * tick * model.quadratic_drag_per_m);
+  c_.tick_square_drag = number(2.0 * tick * model.quadratic_drag_per_m);
 
   phi_[kP][kV] = number(tick * ratio(kV, kP));
   phi_[kP][kD] = number(0.5 * tick * tick * ratio(kD, kP));
@@ -83,7 +83,7 @@ AxisFilter<S>::AxisFilter(const AxisModel& model, const Scales& scales) : scales
 template <typename S>
 typename AxisFilter<S>::Scales steady_scales(const AxisModel& model) {
   using Filter = AxisFilter<S>;
-  // With rough sigmas first: the limits on scaled variances must not bind while the filter settles.
+  // Rough scales first: the limits of scaled variances must not bind while the filter settles.
   constexpr typename Filter::Scales kRough{-8, -5, -6, -2, -2, -5};
   Filter filter(model, kRough);
   const Age<S> pose_age = Age<S>::of(0.02);

@@ -15,9 +15,10 @@ using std::chrono::milliseconds;
 constexpr double kLargestAttitude_rad = 1.2;
 constexpr std::uint32_t kAttitudesBeforeRestart = 50;
 constexpr core::Duration kSettling = milliseconds(500);
-constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than sources pause
+constexpr core::Duration kPoseMissed = milliseconds(100);  // longer than the usual pauses of a source
 constexpr core::Duration kAttitudeDoubted = milliseconds(100);
-// Longer than telemetry may be old in coast, the model tilting on by the commands; shorter than a silence that ends it.
+// Longer than the age that telemetry may have in COAST, while the model predicts the tilt from the commands; shorter
+// than the silence that ends COAST.
 constexpr core::Duration kAttitudeSilent = milliseconds(450);
 constexpr core::Duration kPoseLost = milliseconds(1000);
 constexpr core::Duration kLongest = std::chrono::hours(1);
@@ -93,7 +94,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
     *age = older(*age, elapsed);
   }
   if (since_attitude_ > kAttitudeDoubted) {
-    gyro_yaw_rate_ = S{};  // a turn that nobody sees is not believed to go on
+    gyro_yaw_rate_ = S{};  // without attitudes a turn is not assumed to go on
   }
   if (measured.attitude.is_new) {
     attitude_refused_ = true;
@@ -107,7 +108,7 @@ Estimate<Real> DisturbanceEkf<S, Real>::update(const Measurement<Real>& measured
     recover(Recovery::kNotFinite);
     restart();
   }
-  (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // for all who are handed the estimate
+  (void)heading_.of(core::Arithmetic<S>::template real<Real>(yaw_.yaw()));  // once for all users of the estimate
   return estimate();
 }
 
@@ -131,8 +132,8 @@ void DisturbanceEkf<S, Real>::note_command(const ctl::Command<Real>& in_force) {
       .climb = core::Arithmetic<S>::template number<Real>(last_command_.climb_m_s * static_cast<Real>(kTimeUnit_s))};
 }
 
-// In the tick that has just passed, a delay of n + f ticks lets the command of n + 1 ticks ago act for a share f, then
-// that of n ticks ago.
+// With a delay of n + f ticks, the command of n + 1 ticks ago acts for a share f of the last tick, then that of n ticks
+// ago.
 template <typename S, typename Real>
 ActingInputs<S> DisturbanceEkf<S, Real>::inputs(const Delay& delay, S Sent::*axis) {
   auto& a = arithmetic_;
@@ -208,14 +209,14 @@ void DisturbanceEkf<S, Real>::use_attitude(const typename Measurement<Real>::Att
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::feel(const Push<Real>& push) {
-  using Felt = typename AxisFilter<S>::Felt;
+  using PushUse = typename AxisFilter<S>::PushUse;
   if (!push.is_known) {
     push_noted_ = false;
     return;
   }
   const bool missed = since_pose_ > kPoseMissed;
   const bool notes = !push_noted_ || since_pose_ == core::Duration(0);
-  const Felt felt = notes ? Felt::kNoted : missed ? Felt::kFollowed : Felt::kKept;
+  const PushUse felt = notes ? PushUse::kNoted : missed ? PushUse::kFollowed : PushUse::kKept;
   constexpr Real kUnits = static_cast<Real>(kTimeUnit_s * kTimeUnit_s);
   const auto limit = static_cast<Real>(20.0) * kUnits;
   const auto number = [=](Real m_s2) {

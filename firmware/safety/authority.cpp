@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/safety/authority.h"
 
+#include "firmware/core/assert.h"
 #include "firmware/safety/authority_table.h"
 
 namespace m100::safety {
@@ -60,8 +61,8 @@ void note(Action action, AuthorityState& state) {
   }
 }
 
-/// An ask is over when it is served, when it is refused, when control is lost on the way, and when a port came back: it
-/// was not meant for whoever is behind it now.
+/// An ask ends when it is served, when it is refused, when control is lost on the way, and when a port came back: it
+/// was not meant for the autopilot that answers there now.
 constexpr bool ends_ask(const AuthorityRow& row) {
   const bool refused_at_ready = row.from.has(Stage::kReady) && row.to == Stage::kReady;
   return refused_at_ready || row.to == Stage::kObtaining || row.to == Stage::kReleasing || row.to == Stage::kSilent ||
@@ -75,8 +76,7 @@ constexpr bool hears_items(AuthoritySign signs) {
   return all(signs, AuthoritySign::kHeard | AuthoritySign::kItemsFresh);
 }
 
-/// Whether something of the aircraft may still be ours. Only telemetry that is younger than all we asked for settles
-/// it.
+/// Whether control or Virtual RC may still be ours. Only telemetry that is younger than all our requests settles it.
 bool still_owed(const AuthorityState& state, AuthoritySign signs) {
   const bool settled = hears_items(signs) && !state.must_release && state.since_request >= kGrantTime &&
                        state.since_switch >= kGrantTime;
@@ -102,6 +102,7 @@ bool must_give_back(const AuthorityState& state, AuthoritySign signs) {
 }  // namespace
 
 AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Duration elapsed) {
+  M100_ASSERT(elapsed >= core::Duration{0});  // an age that shrank would let a request leave too early (R4)
   AuthorityStep result{.state = state, .action = Action::kNone, .moved = false};
   AuthorityState& after = result.state;
   after.since_entry = older(state.since_entry, elapsed);
@@ -125,7 +126,7 @@ AuthorityStep step(const AuthorityState& state, AuthoritySign signs, core::Durat
     after.asked = after.asked && !ends_ask(*row);
     after.must_release = after.must_release || row->action == Action::kReleaseControl;
   }
-  // A row orders a release; when it leaves is decided here, so that no two are ever closer than their spacing.
+  // A row orders a release; its time is decided here, so that no two releases are closer than their spacing.
   result.action = result.action == Action::kReleaseControl ? Action::kNone : result.action;
   if (result.action == Action::kNone && must_give_back(after, signs)) {
     result.action = Action::kReleaseControl;

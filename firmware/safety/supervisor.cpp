@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/safety/supervisor.h"
 
+#include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 
 namespace m100::safety {
 namespace {
 
-/// A law that keeps the same limit in float must not be cut for its last bits.
+/// Tolerance of the tilt limit: a law that keeps the same limit in float must not be cut because of its last bits.
 constexpr double kTiltRounding_rad = 1e-4;
-/// A gap of the poses that is flown through whatever the reserve is: COAST begins where a pose is older than it may be,
-/// so that after this time in it the gap is longer than this.
+/// Time in COAST that is flown through whatever the reserve is. The gap of the poses is longer than this, because COAST
+/// begins only when the pose is older than its limit.
 constexpr core::Duration kFlownThrough = std::chrono::milliseconds(500);
-/// By which a speed that no pose shows any more may grow or shrink unseen: the offset of the specific force that it is
-/// reckoned by (est::kForceOffset_m_s2).
+/// Unobserved acceleration while no pose shows the speed: the offset of the specific force from which the speed is
+/// computed (est::kForceOffset_m_s2).
 constexpr double kUnseen_m_s2 = 0.2;
 
-/// Finite and not absurd; NaN fails every comparison.
+/// Finite and at most twice the range; NaN fails every comparison.
 template <typename T>
 bool sound(T value, T range) {
   return value >= T(-2) * range && value <= T(2) * range;
@@ -29,7 +30,14 @@ bool Supervisor<T>::is_sound(const ctl::Command<T>& command) const {
          sound(command.climb_m_s, envelope_.climb_m_s) && sound(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
 }
 
-/// A pose counts once, in however many ticks it is fresh: it is new where the time of its capture has moved on.
+template <typename T>
+bool Supervisor<T>::is_inside(const ctl::Command<T>& command) const {
+  const auto inside = [](T value, T range) { return value >= -range && value <= range; };
+  return inside(command.roll_rad, envelope_.tilt_rad) && inside(command.pitch_rad, envelope_.tilt_rad) &&
+         inside(command.climb_m_s, envelope_.climb_m_s) && inside(command.yaw_rate_rad_s, envelope_.yaw_rate_rad_s);
+}
+
+/// A pose counts once, however many ticks it is fresh: it is new if its time of capture has advanced.
 template <typename T>
 void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   constexpr core::Duration kNewer = std::chrono::milliseconds(1);  // estimates of one time of capture differ by less
@@ -46,8 +54,8 @@ void Supervisor<T>::count_good_poses(const Observation& seen, bool fresh) {
   good_poses_ += good_poses_ < limits_.good_poses_to_recover ? 1U : 0U;
 }
 
-/// Two gaps in a row are two coasts: where poses were used between them and the observer claims no larger an error than
-/// when the first one began, nothing of it is left. A refused pose is no such pose.
+/// Two successive gaps count as two coasts if poses were used in between and the observer's error is no larger than
+/// when the first one began. Refused poses do not count as used.
 template <typename T>
 void Supervisor<T>::note_known(const Observation& seen, bool fresh) {
   if (fresh && seen.refused_poses == 0 && seen.error_m <= last_step_.seen.error_m) {
@@ -55,8 +63,8 @@ void Supervisor<T>::note_known(const Observation& seen, bool fresh) {
   }
 }
 
-/// From where the reserve is spent the aircraft brakes as in kLevel, and what follows counts as kLevel; but poses that
-/// come back after a gap of the usual length find it still flying.
+/// Once the reserve is spent the aircraft brakes as in kLevel, and this time counts as kLevel; but if poses come back
+/// after a gap of usual length, the law flies on.
 template <typename T>
 void Supervisor<T>::note_reserve(const Observation& seen) {
   if (rung_ != Rung::kCoast || known_ == seen.now) {
@@ -76,12 +84,12 @@ LadderSign Supervisor<T>::weigh(const ctl::Command<T>& wanted, const Observation
   count_good_poses(seen, fresh);
   note_known(seen, fresh);
   note_reserve(seen);
-  entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins behind the task
+  entered_ = rung_ == Rung::kLevel && seen.task_flies ? seen.now : entered_;  // its time begins after the task
   const core::Duration inside = seen.now - entered_;
-  const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // poses that are refused show no speed
+  const bool sees = fresh && seen.refused_for < limits_.gate_shut;  // refused poses show no speed
   const core::Duration most_level = sees ? limits_.level_moving_seen : limits_.level_moving;
   const double unseen_m_s = sees ? 0.0 : kUnseen_m_s2 * core::seconds<double>(seen.pose_age);
-  // A wind that is stronger than the tilt goes on pushing until the sticks are the pilot's: its lull is waited for.
+  // A wind stronger than the tilt keeps pushing until the pilot has the sticks, so the hand-over waits for a lull.
   const double speed_m_s = seen.speed_then_m_s > seen.speed_m_s ? seen.speed_then_m_s : seen.speed_m_s;
   const bool may_hand_over = speed_m_s + unseen_m_s < limits_.hand_over_m_s || inside >= most_level;
   add(seen.authority && seen.mode_f, LadderSign::kCommandable);
@@ -132,7 +140,7 @@ void Supervisor<T>::enter(const LadderRow& row, const Observation& seen) {
   stats_.coasts += rung_ == Rung::kCoast ? 1U : 0U;
   stats_.levels += rung_ == Rung::kLevel ? 1U : 0U;
   stats_.releases += rung_ == Rung::kRelease ? 1U : 0U;
-  good_poses_ = rung_ == Rung::kCoast ? 0 : good_poses_;  // ten good poses are counted from the fault on
+  good_poses_ = rung_ == Rung::kCoast ? 0 : good_poses_;  // ten good poses are counted after the fault
 }
 
 template <typename T>
@@ -144,12 +152,12 @@ T Supervisor<T>::limited(T wanted, T last, T range, T slew, T step_s) {
   return reached;
 }
 
-// Both axes together: each at its own limit would lean the aircraft by 1.4 times as much.
+// Limits both axes together: each at its own limit would tilt the aircraft by 1.4 times as much.
 template <typename T>
 ctl::Command<T> Supervisor<T>::leaning(const ctl::Command<T>& wanted) {
   const T most = envelope_.tilt_rad;
   const T square = wanted.roll_rad * wanted.roll_rad + wanted.pitch_rad * wanted.pitch_rad;
-  // cos(tilt) = cos(roll) cos(pitch): a little less than the root of the squares, by which the two are shortened.
+  // cos(tilt) = cos(roll) cos(pitch); this tilt is slightly below the root of the squares, by which both are scaled.
   if (square <= most * most ||
       core::cos(wanted.roll_rad) * core::cos(wanted.pitch_rad) >= core::cos(most + static_cast<T>(kTiltRounding_rad))) {
     return wanted;
@@ -174,7 +182,7 @@ ctl::Command<T> Supervisor<T>::limited(const ctl::Command<T>& wanted, T step_s) 
 }
 
 template <typename T>
-Passes Supervisor<T>::climb(const ctl::Command<T>& wanted, const Observation& seen) {
+Passes Supervisor<T>::step_ladder(const ctl::Command<T>& wanted, const Observation& seen) {
   signs_ = weigh(wanted, seen);
   const bool unsound = any(signs_, LadderSign::kCommandUnsound);
   stats_.unsound_commands += unsound ? 1U : 0U;
@@ -184,8 +192,8 @@ Passes Supervisor<T>::climb(const ctl::Command<T>& wanted, const Observation& se
     enter(kLadder[row], seen);
   }
   ended_ = before == Rung::kRelease && rung_ == Rung::kSilent && any(signs_, LadderSign::kCommandable);
-  // Half a second of level sticks in a wind is a metre per second: what has come to a stand by a pose is held until the
-  // sticks are the pilot's.
+  // Half a second of level sticks in a wind costs a metre per second: an aircraft that was stopped with a fresh pose is
+  // held until the pilot has the sticks.
   const bool stands = rung_ == Rung::kRelease && last_step_.from == Rung::kLevel && any(signs_, LadderSign::kFresh);
   const bool brakes = rung_ == Rung::kLevel || (rung_ == Rung::kCoast && spent_);
   const Passes passes = brakes || stands ? Passes::kSettled : passes_law(rung_) ? Passes::kWanted : Passes::kNeither;
@@ -193,9 +201,11 @@ Passes Supervisor<T>::climb(const ctl::Command<T>& wanted, const Observation& se
 }
 
 template <typename T>
-Grant<T> Supervisor<T>::let_through(Passes passes, const ctl::Command<T>& command, T step_s) {
+Grant<T> Supervisor<T>::limit_command(Passes passes, const ctl::Command<T>& command, T step_s) {
   const bool passes_one = passes == Passes::kWanted || (passes == Passes::kSettled && is_sound(command));
+  M100_ASSERT(step_s >= T(0));
   last_ = limited(passes_one ? command : ctl::Command<T>{}, step_s);
+  M100_ASSERT(is_inside(last_));  // R5: the last place at which a wrong number can be kept from the wire
   return {.command = last_, .rung = rung_, .transmit = may_transmit(rung_), .release = ended_};
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/core/assert.h"
 #include "firmware/ctl/command.h"
 #include "firmware/safety/ladder.h"
 #include "firmware/safety/limits.h"
@@ -10,7 +11,7 @@
 
 namespace m100::safety {
 
-/// What the supervisor lets through.
+/// The supervisor's output.
 template <typename T>
 struct Grant {
   ctl::Command<T> command{};  ///< finite, inside the envelope and its slew limits
@@ -19,7 +20,7 @@ struct Grant {
   bool release = false;   ///< true in the one tick in which control is to be given back
 };
 
-/// A step of the ladder, with what was seen when it was made.
+/// A step of the ladder, with the observation that led to it.
 struct LadderStep {
   Rung from = Rung::kSilent;
   Rung to = Rung::kSilent;
@@ -40,38 +41,44 @@ struct SupervisorStats {
   std::uint32_t releases = 0;
 };
 
-/// Stands between the law and the wire and may only take away: the ladder of ladder.h, then range and slew (R5).
+/// Checks every command between the law and the wire; it may only take away: the ladder of ladder.h, then range and
+/// slew limits (R5).
 ///
-/// Cost: one pass over some 20 table rows, about 60 comparisons. No state but the ladder's, its clock and the last
+/// Cost: one pass over some 20 table rows, about 60 comparisons. Its only state is the ladder's, its clock and the last
 /// command. T is float or double.
 template <typename T>
 class Supervisor {
  public:
-  Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope.cast<T>()) {}
+  /// Precondition (asserted): every range and slew limit of the envelope is above zero.
+  Supervisor(const Limits& limits, const Envelope& envelope) : limits_(limits), envelope_(envelope.cast<T>()) {
+    M100_ASSERT(envelope.tilt_rad > 0.0 && envelope.tilt_slew_rad_s > 0.0 && envelope.climb_m_s > 0.0 &&
+                envelope.climb_slew_m_s2 > 0.0 && envelope.yaw_rate_rad_s > 0.0 && envelope.yaw_slew_rad_s2 > 0.0);
+  }
 
   /// Once per tick. @param step_s the time since the last one, for the slew limits.
-  /// @param settled what may leave in kLevel; in kRelease only where LEVEL led
-  ///   there with a fresh pose. Else, and where it is unsound: level and trimmed
+  /// @param settled the command that leaves in kLevel, and in kRelease if LEVEL led there with a fresh pose. Otherwise,
+  ///   and if it is unsound, the command is level and trimmed.
   Grant<T> review(const ctl::Command<T>& wanted, const ctl::Command<T>& settled, const Observation& seen, T step_s) {
-    const Passes passes = climb(wanted, seen);
-    return let_through(passes, passes == Passes::kWanted ? wanted : settled, step_s);
+    const Passes passes = step_ladder(wanted, seen);
+    return limit_command(passes, passes == Passes::kWanted ? wanted : settled, step_s);
   }
-  /// The same in two halves, for who computes the settled command only where it is asked for: first the ladder, ...
-  Passes climb(const ctl::Command<T>& wanted, const Observation& seen);
-  /// ... then the limits. @param command of the two the one that passes; looked at by nobody where none does
-  Grant<T> let_through(Passes passes, const ctl::Command<T>& command, T step_s);
+  /// The same in two halves, for callers that compute the settled command only when it is needed: first the ladder, ...
+  Passes step_ladder(const ctl::Command<T>& wanted, const Observation& seen);
+  /// ... then the limits. @param command the one of the two that passes; not read if neither does.
+  Grant<T> limit_command(Passes passes, const ctl::Command<T>& command, T step_s);
 
   Rung rung() const { return rung_; }
-  /// What the table saw in the last tick.
+  /// The signs of the last tick.
   LadderSign signs() const { return signs_; }
   /// The ladder's last step; stats().steps counts them.
   const LadderStep& last_step() const { return last_step_; }
-  /// The step that ended the last flight by the law, or leads there now: where the descent began.
+  /// The step with which the last descent from the law's flight began.
   const LadderStep& descent() const { return descent_; }
   const SupervisorStats& stats() const { return stats_; }
 
  private:
   bool is_sound(const ctl::Command<T>& command) const;
+  bool is_inside(const ctl::Command<T>& command) const;
   LadderSign weigh(const ctl::Command<T>& wanted, const Observation& seen);
   void count_good_poses(const Observation& seen, bool fresh);
   void note_reserve(const Observation& seen);
@@ -86,13 +93,13 @@ class Supervisor {
   EnvelopeIn<T> envelope_;
   Rung rung_ = Rung::kSilent;
   core::TimePoint entered_{};
-  bool spent_ = false;  ///< kCoast: the reserve to the fence, and the place was not known again since
+  bool spent_ = false;  ///< kCoast: the error exceeded the reserve to the fence, and has not become small again
   core::TimePoint spent_since_{};
-  core::TimePoint known_{};  ///< kCoast: when the place was last known as well as when it began
+  core::TimePoint known_{};  ///< kCoast: when the error was last no larger than at its beginning
   std::uint32_t good_poses_ = 0;
   core::TimePoint last_capture_{};
   LadderSign signs_ = LadderSign::kNone;
-  bool ended_ = false;  ///< the last tick led from kRelease to kSilent, with control still ours
+  bool ended_ = false;  ///< this tick stepped from kRelease to kSilent, with control still ours
   LadderStep last_step_;
   LadderStep descent_;
   ctl::Command<T> last_{};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/vrc/command_map.h"
 
+#include "firmware/core/assert.h"
 #include "firmware/core/maths.h"
 
 namespace m100::vrc {
@@ -23,7 +24,14 @@ StickMap map_of(const model::StickAxis& axis, float sign = 1.F) {
           .sign = sign};
 }
 
-/// An axis that nobody has identified (scale 0) still needs a divisor; the paper's scale order of magnitude.
+/// Valid divisors and exponents for to_stick(). The vehicle file's ranges ensure this (files/vehicle_file.h); a vehicle
+/// that is constructed by hand must meet it, too.
+bool is_usable(const StickMap& map) {
+  return map.scale_si_per_vrc > 0.F && map.dead_zone_vrc >= 0.F && map.exponent > 0.F && map.gain_asymmetry > 0.F &&
+         finite(map.neutral_vrc);
+}
+
+/// An axis that was not identified (scale 0) still needs a divisor: one of the order of magnitude of the paper's scale.
 StickMap checked(StickMap map, float fallback_scale) {
   if (!(map.scale_si_per_vrc > 0.F)) {
     map.scale_si_per_vrc = fallback_scale;
@@ -35,7 +43,11 @@ StickMap checked(StickMap map, float fallback_scale) {
 
 CommandMap::CommandMap(const model::Vehicle& vehicle)
     : maps_{checked(map_of(vehicle.roll), 8.65e-4F), checked(map_of(vehicle.pitch), 8.44e-4F),
-            checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {}
+            checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {
+  for (const StickMap& map : maps_) {
+    M100_ASSERT(is_usable(map));
+  }
+}
 
 Stick CommandMap::modulated(StickIndex index, float command_si) {
   const StickMap& map = maps_[index];

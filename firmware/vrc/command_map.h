@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "firmware/core/assert.h"
 #include "firmware/core/expected.h"
 #include "firmware/ctl/command.h"
 #include "firmware/model/vehicle.h"
@@ -13,25 +14,30 @@ namespace m100::vrc {
 
 /// SI command <-> the four sticks of one vehicle. The only place, with the protocol, where counts exist.
 ///
-/// What a stick cannot say (dead zone with a jump, whole counts) is not lost: the part of the command that did not get
-/// through is added to the next one (error feedback), so that the mean over a few sticks is the command. Without it a
-/// jump of +-20 counts is a relay of +-1 degree around level. The remainder is limited to one dead zone.
+/// A stick cannot represent every command (dead zone with a jump, whole counts). The part of a command that a stick
+/// does not represent is added to the next one (error feedback), so that the mean over a few sticks is the command.
+/// Without it a jump of +-20 counts is a relay of +-1 degree around level. The remainder is limited to one dead zone.
 class CommandMap {
  public:
+  /// Precondition (asserted): finite trims, dead zones of at least zero, stick exponents and gain asymmetries above
+  /// zero.
   explicit CommandMap(const model::Vehicle& vehicle);
 
-  /// The sticks for a command, once per stick message that leaves.
+  /// The sticks for a command. Call it once per stick message that leaves.
   /// kOutOfRange: a number is not finite; nothing is changed then.
   core::Expected<Sticks> to_sticks(const ctl::Command<float>& command);
-  /// The command in force while these sticks stand: feed it to the observer and to the law.
+  /// The command that is in force with these sticks: pass it to the observer and to the law.
   ctl::Command<float> to_command(const Sticks& sticks) const;
   /// All sticks at their balancing points: level, no climb, no turn.
   Sticks neutral() const;
   /// Forgets the remainders.
   void reset() { remainder_ = {}; }
 
-  /// Of a stick: roll, pitch, throttle, yaw.
-  const StickMap& map(std::size_t stick) const { return maps_[stick]; }
+  /// @param stick  0 roll, 1 pitch, 2 throttle, 3 yaw
+  const StickMap& map(std::size_t stick) const {
+    M100_ASSERT(stick < kSticks);
+    return maps_[stick];
+  }
   const StickMap& roll() const { return maps_[kRoll]; }
   const StickMap& pitch() const { return maps_[kPitch]; }
   const StickMap& throttle() const { return maps_[kThrottle]; }

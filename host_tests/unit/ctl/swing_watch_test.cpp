@@ -14,7 +14,7 @@ namespace {
 constexpr double kStep_s = 0.01;
 constexpr double kGravity_m_s2 = 9.81;
 
-/// A motion along y: the tilt, and what pushes beside it [m/s^2]; where it goes follows from them.
+/// A motion along y: the tilt and an additional push [m/s^2]; the position follows from them.
 struct Motion {
   std::function<double(double t_s)> tilt_rad = [](double) { return 0.0; };
   std::function<double(double t_s)> push_m_s2 = [](double) { return 0.0; };
@@ -26,7 +26,7 @@ std::function<double(double)> sine(double height, double hz, double from_s = 0.0
       [=](double t_s) { return t_s < from_s ? 0.0 : 0.5 * height * std::sin(2.0 * core::kPi * hz * (t_s - from_s)); };
 }
 
-/// When the watch speaks [s]; negative: never in half a minute.
+/// @returns when the watch reports an oscillation [s]; negative: not within half a minute.
 template <typename T = double>
 double speaks_at(const Motion& motion, SwingReport<T>* seen = nullptr) {
   SwingWatch<T> watch;
@@ -56,7 +56,8 @@ double speaks_at(const Motion& motion, SwingReport<T>* seen = nullptr) {
 
 class SwingAt : public ::testing::TestWithParam<double> {};
 
-// Where a loop for such an aircraft swings: within three seconds, with its height and its frequency.
+// At the frequencies at which a loop of such an aircraft oscillates, the watch must report within three seconds, with
+// the right height and frequency.
 TEST_P(SwingAt, IsNoticedWithinThreeSeconds) {
   RecordProperty("promise", "R17");
   SwingReport<double> seen;
@@ -70,7 +71,8 @@ TEST_P(SwingAt, IsNoticedWithinThreeSeconds) {
 INSTANTIATE_TEST_SUITE_P(SwingWatch, SwingAt, ::testing::Values(1.0, 1.3, 1.7, 2.5),
                          [](const auto& tested) { return std::to_string(static_cast<int>(10.0 * tested.param)); });
 
-// Slower than that takes as many half-waves, and so more time; below 0.3 Hz it is no swing of the loop.
+// A slower oscillation takes the same number of half-waves, and so more time; below 0.3 Hz it is not an oscillation of
+// the loop.
 TEST(SwingWatch, CountsHalfWaves) {
   EXPECT_GT(speaks_at({.tilt_rad = sine(0.3, 0.5)}), 4.0);
   EXPECT_LT(speaks_at({.tilt_rad = sine(0.3, 0.5)}), 7.0);
@@ -86,8 +88,7 @@ TEST(SwingWatch, NoticesASwingThatGrows) {
   EXPECT_LT(at_s, 8.0);
 }
 
-// The answer to a step, to a push, and anything else that dies out: slowly, too, where the loop has little damping
-// left.
+// The response to a step or a push dies out, if slowly where the loop has little damping left.
 TEST(SwingWatch, IsSilentWhereAMotionDiesOut) {
   for (const double rate_per_s : {1.2, 0.6, 0.3}) {
     const auto rings = [=](double t_s) {
@@ -97,7 +98,7 @@ TEST(SwingWatch, IsSilentWhereAMotionDiesOut) {
   }
 }
 
-// Air that pushes to and fro as regularly as a swing, answered late and by half more than needed: |T| = 1.5.
+// Air that pushes as regularly as an oscillation, answered late and 50 % too strongly: |T| = 1.5.
 TEST(SwingWatch, IsSilentWhereTheAirPushes) {
   RecordProperty("promise", "R17");
   for (const double hz : {0.4, 0.7, 1.0, 1.5}) {
@@ -107,7 +108,7 @@ TEST(SwingWatch, IsSilentWhereTheAirPushes) {
   }
 }
 
-// A swing that is more than kTimes as large as what the air does is noticed in it.
+// An oscillation that is more than kTimes as large as the effect of the air must be noticed.
 TEST(SwingWatch, NoticesASwingInWeakerGusts) {
   const auto push = [](double t_s) { return 1.5 + 0.2 * std::sin(2.0 * core::kPi * 0.7 * t_s); };
   const auto tilts = [](double t_s) { return 1.5 / kGravity_m_s2 + sine(0.5, 1.3, 5.0)(t_s); };
@@ -116,7 +117,7 @@ TEST(SwingWatch, NoticesASwingInWeakerGusts) {
   EXPECT_LT(at_s, 8.0);
 }
 
-/// A circle's one axis.
+/// One axis of a circle.
 ref::AxisReference<double> swinging_reference(double t_s, double size_m, double hz) {
   const double w = 2.0 * core::kPi * hz;
   return {.position_m = size_m * std::sin(w * t_s),
@@ -124,7 +125,7 @@ ref::AxisReference<double> swinging_reference(double t_s, double size_m, double 
           .acceleration_m_s2 = -size_m * w * w * std::sin(w * t_s)};
 }
 
-// A course that swings, flown by an aircraft that answers 30 % more than believed; and goals that go to and fro.
+// A course that oscillates, flown by an aircraft whose gain is 30 % higher than believed; and goals that alternate.
 TEST(SwingWatch, IsSilentWhereTheReferenceAsksForIt) {
   RecordProperty("promise", "R17");
   const auto course = [](double t_s) { return swinging_reference(t_s, 0.5, 0.5); };
@@ -149,7 +150,7 @@ TEST(SwingWatch, LooksAwayAndBeginsAnew) {
     return watch.report().swings;
   };
   EXPECT_TRUE(watch_for(4.0, true, kStep_s));
-  watch.look_away(2.0);
+  watch.pause(2.0);
   EXPECT_FALSE(watch.report().swings);
   EXPECT_FALSE(watch_for(3.5, true, kStep_s));
   EXPECT_TRUE(watch_for(4.0, true, kStep_s)) << "two seconds later it counts again";
