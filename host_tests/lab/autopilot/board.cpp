@@ -14,7 +14,7 @@ void run_with_board(const Options& options, const sim::Plant& plant, const sim::
   sim::World world(plant, {.seed = options.seed, .autopilot = config});
   std::optional<EventFile> events;
   if (!options.events.empty()) {
-    events.emplace(options.events);
+    events.emplace(options.events, EventFile::Writes::kAtOnce);
     world.autopilot().on_event([&](const sim::N1Event& event) { events->write(event); });
   }
   world.autopilot().happen(sim::N1Happening::kLoss, options.loss);

@@ -12,14 +12,19 @@ constexpr core::Duration kTruthPeriod = std::chrono::milliseconds(100);
 
 double since_start_s(core::TimePoint at) { return core::seconds<double>(at.time_since_epoch()); }
 
-/// -1: there were not two.
+/// The spacing in seconds; -1: there were fewer than two.
 double spacing_s(core::Duration spacing) {
   return spacing == core::Duration::max() ? -1.0 : core::seconds<double>(spacing);
 }
 
 }  // namespace
 
-EventFile::EventFile(const std::string& path) : path_(path), file_(path) { expect_written(); }
+EventFile::EventFile(const std::string& path, Writes writes) : path_(path), file_(path) {
+  expect_written();
+  if (writes == Writes::kInAThread) {
+    writer_ = std::jthread([this](const std::stop_token& stop) { write_waiting(stop); });
+  }
+}
 
 void EventFile::expect_written() const {
   if (!file_) {
@@ -28,7 +33,29 @@ void EventFile::expect_written() const {
 }
 
 void EventFile::write_line(const Json& line) {
-  file_ << line.dump(-1, ' ', false, Json::error_handler_t::replace) << '\n' << std::flush;
+  const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  if (!writer_.joinable()) {
+    file_ << text << std::flush;
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_ += text;
+  }
+  lines_came_.notify_one();
+}
+
+/// Until it is stopped and nothing waits any more.
+void EventFile::write_waiting(const std::stop_token& stop) {
+  for (bool more = true; more;) {
+    std::string text;
+    {
+      std::unique_lock lock(mutex_);
+      more = lines_came_.wait(lock, stop, [this] { return !waiting_.empty(); });
+      text.swap(waiting_);
+    }
+    file_ << text << std::flush;
+  }
 }
 
 void EventFile::write(const sim::N1Event& event) {
@@ -41,7 +68,7 @@ void EventFile::tell_truth(core::TimePoint now, const sim::VehicleState& state) 
   }
   next_truth_ += kTruthPeriod;
   if (next_truth_ <= now) {
-    next_truth_ = now + kTruthPeriod;  // the machine kept us waiting
+    next_truth_ = now + kTruthPeriod;  // the machine delayed us
   }
   const core::Vector<double, 3>& p = state.position_w_m;
   const core::Vector<double, 3>& v = state.velocity_w_m_s;
@@ -87,6 +114,10 @@ void EventFile::summarise(core::TimePoint now, const sim::N1Autopilot& autopilot
        {"virtual_rc_on", autopilot.virtual_rc_on()},
        {"transmitter_since_s",
         autopilot.transmitter_in_control() ? Json(since_start_s(autopilot.transmitter_since())) : Json(nullptr)}});
+  if (writer_.joinable()) {
+    writer_.request_stop();
+    writer_.join();
+  }
   expect_written();
 }
 

@@ -1,37 +1,53 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <condition_variable>
+#include <cstdint>
 #include <fstream>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
 
 namespace m100::lab::autopilot {
 
-/// JSON lines of what the autopilot received and did, and ten times a second where the aircraft really is; the last one
-/// sums up what a strict examiner saw. Each line is written as it happens, so a program that is killed leaves them.
+/// Writes JSON lines: the events that the autopilot received and caused, and ten times a second the true place of the
+/// aircraft. The last line is a summary by strict rules.
 class EventFile {
  public:
+  /// Who waits for the disk.
+  enum class Writes : std::uint8_t {
+    kAtOnce,     ///< the caller: in simulated time every line is in the file before time goes on
+    kInAThread,  ///< a thread: in real time a disk that stands still must not stop telemetry and poses. If the program
+                 ///< is killed, only the lines that the thread has not yet taken are lost.
+  };
   /// @throws InputError
-  explicit EventFile(const std::string& path);
+  EventFile(const std::string& path, Writes writes);
 
   void write(const sim::N1Event& event);
-  /// Writes the truth where a tenth of a second has passed since the last.
+  /// Writes the true state if a tenth of a second has passed since the last one.
   void tell_truth(core::TimePoint now, const sim::VehicleState& state);
-  /// @param longest_lag the machine kept the autopilot waiting: its own stamps are late by up to that.
-  /// @throws InputError where a line could not be written, this one or an earlier one.
+  /// @param longest_lag longest time that the machine delayed the autopilot: its time stamps are late by up to that.
+  /// Waits until every line is written; nothing may be written after it.
+  /// @throws InputError if this line or an earlier one could not be written.
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 
  private:
   using Json = nlohmann::ordered_json;
 
   void write_line(const Json& line);
+  void write_waiting(const std::stop_token& stop);
   void expect_written() const;
 
   std::string path_;
-  std::ofstream file_;
+  std::ofstream file_;  ///< the thread's while there is one
   core::TimePoint next_truth_{};
+  std::mutex mutex_;
+  std::condition_variable_any lines_came_;
+  std::string waiting_;  ///< guarded by mutex_: lines for the thread
+  std::jthread writer_;  ///< the last member: it ends before what it uses
 };
 
 }  // namespace m100::lab::autopilot

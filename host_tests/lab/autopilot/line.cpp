@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::uint32_t kPoseBaud = 115200;
 
-/// Our end of a line: a pseudo-terminal that we make, or a simulated port of somebody who keeps the time.
+/// Our end of a line: a pseudo-terminal that we create, or a simulated port of a program that keeps the time.
 class LineEnd {
  public:
   LineEnd(const std::string& name, std::uint32_t baud) {
@@ -40,7 +40,7 @@ class LineEnd {
   std::optional<hal::SerialPort> simulated_;
 };
 
-/// Simulated ports of our own: whoever opens SOCKET and SOCKET.pose lives in our time, which stands still until then.
+/// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts only then.
 class OwnWorld {
  public:
   explicit OwnWorld(const std::string& socket)
@@ -60,7 +60,7 @@ class OwnWorld {
   void carry(sim::LockstepHost::End from, sim::LockstepHost::End to) { host_.give(to, host_.take(from)); }
   void keep_time() {
     constexpr double kLong_s = 86400.0;
-    // A signal to end sets time going without a client: the autopilot sleeps in it, and sees the signal when it wakes.
+    // A signal to end starts the time without a client: the autopilot sleeps in this time, and must wake to see it.
     host_.wait_for([this] { return host_.attendants() >= 2 || stop_asked(); }, kLong_s);
     while (!host_.stopped()) {
       host_.advance(host_.now() + std::chrono::seconds(1));
@@ -75,11 +75,11 @@ class OwnWorld {
   sim::LockstepHost::End pose_client_;
   sim::LockstepHost::End ours_;
   sim::LockstepHost::End our_pose_;
-  sim::LockstepHost::End client_;  ///< the last: who sees its name may open the others as well
+  sim::LockstepHost::End client_;  ///< created last: when its name exists, the others exist too
   std::thread keeper_;
 };
 
-/// Lines of a script that are typed in while it runs: each happens as soon as it is there, whatever time it names.
+/// Script lines that are typed in during the run: each takes effect at once, whatever time it names.
 class LiveScript {
  public:
   void step(sim::N1Autopilot& autopilot) {
@@ -110,7 +110,7 @@ class LiveScript {
   std::string text_;
 };
 
-/// With what the script says of the pose's faults.
+/// Sends a pose, with the pose faults of the script.
 void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle) {
   pose.source().set_faults({.silent = !autopilot.pose_on(), .lie = [&autopilot](sim::PoseSample& sample) {
                               if (autopilot.liar() != nullptr) {
@@ -120,7 +120,7 @@ void send(sim::PoseSender& pose, core::TimePoint now, sim::N1Autopilot& autopilo
   pose.step(now, vehicle, autopilot.ticked_at());
 }
 
-/// Until the duration is over or a signal comes.
+/// Runs until the duration is over or a signal arrives.
 void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopilot, const sim::Vehicle& vehicle,
          sim::PoseSender* pose, EventFile* events) {
   const core::TimePoint end{core::Duration{static_cast<std::int64_t>(options.duration_s * 1e6)}};
@@ -152,7 +152,7 @@ void fly(const Options& options, hal::PortClock& clock, sim::N1Autopilot& autopi
 }  // namespace
 
 void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1Config& config) {
-  std::signal(SIGPIPE, SIG_IGN);  // a client that leaves
+  std::signal(SIGPIPE, SIG_IGN);  // a client may disconnect
   const bool own_world = !options.simulated.empty();
   std::optional<OwnWorld> world;
   if (own_world) {
@@ -161,9 +161,9 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
   const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
   LineEnd line(name, options.baud);
-  std::optional<EventFile> events;  // after the line: where that is refused, the events of a run before stay
+  std::optional<EventFile> events;  // after the line: if the line fails, the events of an earlier run are kept
   if (!options.events.empty()) {
-    events.emplace(options.events);
+    events.emplace(options.events, own_world ? EventFile::Writes::kAtOnce : EventFile::Writes::kInAThread);
   }
   sim::Vehicle vehicle(plant, options.seed, {0.0, 0.0, options.on_ground ? 0.0 : 1.5});
   vehicle.set_motors(!options.on_ground);
@@ -172,7 +172,7 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   if (events) {
     autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
   }
-  // The pilot's sticks rest at the balancing point of the aircraft.
+  // The pilot's sticks rest at the trims of the aircraft.
   autopilot.set_pilot_sticks({.roll_vrc = 1024.0 + plant.roll.trim_counts,
                               .pitch_vrc = 1024.0 + plant.pitch.trim_counts,
                               .throttle_vrc = 1024.0 + plant.climb.trim_counts,

@@ -17,15 +17,17 @@
 
 namespace m100::scenario {
 
-/// How long each thread of this process, and of those that it started, has been kept waiting while it wanted to run.
+/// Time for which each runnable thread of this process, and of the processes that it started, had to wait.
 class RunDelays {
  public:
-  using Waited_s = std::map<long, double>;  ///< by the thread's id
+  using Waited_s = std::map<long, double>;  ///< by thread id
+  static constexpr long kDisk = 0;          ///< no thread's id: what waited for a disk
 
-  /// As Linux counts it (the second number of /proc/ID/task/ID/schedstat); nothing where it does not.
+  /// As Linux counts it (the second number of /proc/ID/task/ID/schedstat); empty if it does not.
   static Waited_s now() {
     const std::map<long, long> parent = parents();
     Waited_s waited;
+    add_disk(waited);
     for (const auto& [process, unused] : parent) {
       if (descends_from_us(process, parent)) {
         add_threads(process, waited);
@@ -33,7 +35,7 @@ class RunDelays {
     }
     return waited;
   }
-  /// The longest that a thread waited from `before` to `after`; one that is new waited since its beginning.
+  /// The longest wait of a thread between `before` and `after`; a new thread counts from its beginning.
   static double longest_s(const Waited_s& before, const Waited_s& after) {
     double longest = 0.0;
     for (const auto& [thread, waited] : after) {
@@ -44,6 +46,15 @@ class RunDelays {
   }
 
  private:
+  /// How long anything on this machine stood still for a disk (/proc/pressure/io, in microseconds): such a wait is not
+  /// among those of a thread that wants to run. Nothing where the kernel does not count it.
+  static void add_disk(Waited_s& waited) {
+    const std::string pressure = text("/proc/pressure/io");
+    const std::size_t total = pressure.find("total=");  // the first line's: some task waited
+    if (total != std::string::npos) {
+      waited[kDisk] = 1e-6 * std::strtod(pressure.c_str() + total + 6, nullptr);
+    }
+  }
   static std::string text(const std::filesystem::path& path) {
     std::ifstream file(path);
     return std::string(std::istreambuf_iterator<char>(file), {});
@@ -53,7 +64,7 @@ class RunDelays {
     for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
       const long id = std::atol(entry.path().filename().c_str());
       const std::string stat = id > 0 ? text(entry.path() / "stat") : std::string();
-      const std::size_t name_ends = stat.rfind(')');  // then come the state, a letter, and the parent's id
+      const std::size_t name_ends = stat.rfind(')');  // followed by the state, a letter, and the parent's id
       if (name_ends != std::string::npos && name_ends + 4 < stat.size()) {
         found[id] = std::atol(stat.c_str() + name_ends + 4);
       }
@@ -69,7 +80,7 @@ class RunDelays {
     return false;
   }
   static void add_threads(long process, Waited_s& waited) {
-    std::error_code ended;  // a process may end while it is looked at
+    std::error_code ended;  // a process may end during the visit
     for (std::filesystem::directory_iterator task("/proc/" + std::to_string(process) + "/task", ended), none;
          !ended && task != none; task.increment(ended)) {
       std::istringstream numbers(text(task->path() / "schedstat"));
@@ -81,12 +92,12 @@ class RunDelays {
   }
 };
 
-/// How long the machine keeps a process waiting that wants to run: the programs' times are late by that. Looks at its
-/// own thread, which sees the machine stand still, and at the threads of all programs, one of which may wait while
+/// Measures how long the machine keeps runnable processes waiting, which delays the programs by that time. Watches its
+/// own thread, which notices a stall of the whole machine, and the threads of all programs, one of which may wait while
 /// others run.
 class StallMeter {
  public:
-  /// The longest wait of this thread, or of a program's within kWindow. Ends the looking.
+  /// Ends the measurement. @returns the longest wait of this thread, or of a program's thread within kWindow.
   double longest_s() {
     if (thread_.joinable()) {
       thread_.request_stop();
@@ -99,7 +110,7 @@ class StallMeter {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLook{5};
   static constexpr std::chrono::milliseconds kCount{
-      100};                                  ///< between two counts: a program that ends takes its waits along
+      100};  ///< between two counts; short, because a program that ends takes its counts along
   static constexpr std::size_t kWindow = 5;  ///< counts: telemetry is dead after 0.5 s (safety::Limits)
 
   void look(const std::stop_token& stop) {
@@ -126,7 +137,7 @@ class StallMeter {
   }
   void note(double waited_s) { longest_s_ = std::max(longest_s_, waited_s); }
 
-  double longest_s_ = 0.0;  ///< the thread's until it ended
+  double longest_s_ = 0.0;  ///< written by the thread until it ends
   std::jthread thread_{[this](const std::stop_token& stop) { look(stop); }};
 };
 
