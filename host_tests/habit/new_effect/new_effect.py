@@ -2,20 +2,21 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Adds an effect to a copy of the project and counts the files that this took.
 
-An effect is declared in one place and its law stands in one other: simulation, identification, files and reports must
-then have it. The copy shows whether that is still so.
+An effect is declared in one place and its law is in one other; simulation, identification, files and reports must then
+know it. The copy tests whether that still holds.
 
 Usage: new_effect.py ROOT SCRATCH [--whole]
-  SCRATCH  folder for the copies; what is in it is thrown away
-  without --whole  each effect's quick check is compiled with the files that it needs, and run (under a minute)
-  --whole          each copy is built, the effect is simulated, identified blind, written to the vehicle file and reported
-Exit code 1: an effect took more files than it may, or does not arrive everywhere.
+  SCRATCH  folder for the copies; its earlier content is deleted
+  without --whole  compiles each effect's quick check with the files that it needs, and runs it (under a minute)
+  --whole          builds each copy, simulates the effect, identifies it blind, writes the vehicle file and the report
+Exit code 1: an effect took more files than allowed, or some part of the project does not know it.
 """
 import argparse
 import filecmp
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -25,11 +26,12 @@ NOT_COPIED = shutil.ignore_patterns(".git", "build", "__pycache__")
 
 
 class Broken(Exception):
-    """What an effect does not do, in one sentence."""
+    """The effect fails the test; the text is the reason, in one sentence."""
 
 
 def run(command, folder, name):
-    """Runs a command in a folder; its output goes to NAME.log there. An exit code of 1 is an answer, above it a failure."""
+    """Runs a command in a folder; its output goes to NAME.log there. Fails on an exit code above 1, or 1 unless NAME is
+    identify, for which it is an answer."""
     log = folder / f"{name}.log"
     with open(log, "w", encoding="utf-8") as out:
         code = subprocess.run([str(word) for word in command], cwd=folder, stdout=out, stderr=subprocess.STDOUT,
@@ -40,12 +42,12 @@ def run(command, folder, name):
 
 
 def insert(copy, path, anchor, text):
-    """Puts text before the one line that begins with the anchor."""
+    """Inserts text before the only line that begins with the anchor."""
     file = copy / path
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
     places = [number for number, line in enumerate(lines) if line.startswith(anchor)]
     if len(places) != 1:
-        raise Broken(f"{path}: {len(places)} lines begin with {anchor!r}; the recipe of this test needs one")
+        raise Broken(f"{path}: {len(places)} lines begin with {anchor!r}; this test's recipe needs exactly one")
     lines[places[0]:places[0]] = [text]
     file.write_text("".join(lines), encoding="utf-8")
 
@@ -92,10 +94,10 @@ def build_lab(copy):
 
 
 class Flown:
-    """What becomes of an effect: flown with a plant file, found blind, in the vehicle file and on the report's page."""
+    """Follows an effect: simulated with a plant file, identified blind, in the vehicle file and in the report."""
 
     def __init__(self, copy, plant):
-        """Builds the copy and flies with the plant, of which the controller knows nothing."""
+        """Builds the copy and simulates flights with the plant, which the controller does not know."""
         self.copy, self.lab, self.out = copy, build_lab(copy), copy / "build" / "flights"
         self.out.mkdir()
         (self.out / "plant.toml").write_text(plant, encoding="utf-8")
@@ -110,20 +112,20 @@ class Flown:
 
     def is_found(self, axis, effect):
         found = [one["name"] for one in json.loads((self.out / f"{axis}.json").read_text(encoding="utf-8"))["effects"]]
-        print("  found: " + ", ".join(found))
+        print("  identified: " + ", ".join(found))
         if effect not in found:
-            raise Broken(f"it was flown and not found; what was: {found}")
+            raise Broken(f"the effect was simulated but not identified; identified: {found}")
 
     def is_written(self, key, flown, tolerance):
         vehicle = (self.out / "found.toml").read_text(encoding="utf-8").splitlines()
         written = [line for line in vehicle if line.startswith(key)]
         if not written or abs(float(written[0].split("=")[1]) - flown) > tolerance:
-            raise Broken(f"the vehicle file says {written}, {flown} was flown")
+            raise Broken(f"the vehicle file has {written}, the simulated value is {flown}")
         print("  vehicle file: " + written[0])
 
     def is_reported(self, axis, sentence):
         if sentence not in (self.out / f"{axis}.html").read_text(encoding="utf-8"):
-            raise Broken("the report does not say what it means")
+            raise Broken("the report does not explain the effect")
 
 
 # ---- an effect of a stick axis ---------------------------------------------------------------------------------------
@@ -163,7 +165,7 @@ def add_axis_effect(copy):
 
 
 def fly_axis_effect(copy):
-    """The whole way, and the forecast of manoeuvres knows the effect too."""
+    """All steps; in addition, the forecast of manoeuvres must know the effect."""
     measured = {"roll": ("scale_rad_per_count = 9.23e-4", "natural_frequency_rad_s = 9.26", "damping_ratio = 0.703"),
                 "pitch": ("scale_rad_per_count = 9.22e-4", "natural_frequency_rad_s = 8.05", "damping_ratio = 0.612")}
     flown = Flown(copy, "".join("[axis." + axis + "]\n" + "\n".join(lines) + "\n" +
@@ -176,7 +178,7 @@ def fly_axis_effect(copy):
     run([flown.lab, "excite", "--axis", "roll", "--json", flown.out / "forecast.json"], copy, "excite")
     forecast = json.loads((flown.out / "forecast.json").read_text(encoding="utf-8"))["forecast"]
     if not any(one["effect"] == AXIS_NAME and one["sigma"] > 1.0 for one in forecast):
-        raise Broken("the forecast of manoeuvres does not know it")
+        raise Broken("the forecast of manoeuvres does not know the effect")
 
 
 # ---- an effect of translation ----------------------------------------------------------------------------------------
@@ -187,7 +189,7 @@ SIDE_RATE = 0.3
 
 
 def add_translation_effect(copy):
-    """A force across the velocity in the air, as a wing that hangs askew has it: one file."""
+    """A force perpendicular to the air velocity, as an inclined wing causes it: one file."""
     (copy / "firmware/model/translation/side_force.h").write_text(f"""// SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
@@ -223,7 +225,7 @@ struct SideForce {{
 
 
 def fly_translation_effect(copy):
-    """The whole way."""
+    """All steps."""
     flown = Flown(copy, f"[air]\n{SIDE_KEY} = {SIDE_RATE}\n")
     flown.identify("translation", "rigid_body")
     flown.is_found("translation", SIDE_NAME)
@@ -231,8 +233,26 @@ def fly_translation_effect(copy):
     flown.is_reported("translation", f"{SIDE_NAME}: Flying forward pushes")
 
 
+# Production code: everything but tests, and but the vehicles that tests keep independent on purpose
+# (host_tests/property).
+PRODUCTION = ("firmware", "hal", "protocol", "host_tests/lab", "host_tests/sim")
+NAMED_IN_AT_MOST = 6
+EXAMPLES = {"backlash": r"backlash", "quadratic_drag": r"quadratic_?drag"}
+
+
+def names_stand_in_few_files(root):
+    """An effect that is named in many files has no home. Keys and comments count."""
+    for effect, pattern in EXAMPLES.items():
+        named = sorted(str(file.relative_to(root)) for folder in PRODUCTION for file in (root / folder).rglob("*")
+                       if file.suffix in (".h", ".cpp", ".inc")
+                       and re.search(pattern, file.read_text(encoding="utf-8"), re.IGNORECASE))
+        print(f"{effect} stands in {len(named)} production files: " + ", ".join(named))
+        if not named or len(named) > NAMED_IN_AT_MOST:
+            raise Broken(f"{effect} is named in {len(named)} production files, at most {NAMED_IN_AT_MOST} are allowed")
+
+
 class Recipe:
-    """How an effect is added, how many files that may take, and how it is shown to arrive."""
+    """How an effect is added, how many files that may take, and how the test proves that all parts know it."""
 
     def __init__(self, title, at_most, add, check, sources, fly):
         self.title, self.at_most, self.add, self.check, self.sources, self.fly = title, at_most, add, check, sources, fly
@@ -259,6 +279,11 @@ def main():
     options = parser.parse_args()
     root = options.root.resolve()
     failed = False
+    try:
+        names_stand_in_few_files(root)
+    except Broken as reason:
+        print(f"  {reason}")
+        failed = True
     for number, recipe in enumerate(RECIPES):
         copy = options.scratch.resolve() / str(number)
         shutil.rmtree(copy, ignore_errors=True)
@@ -271,7 +296,7 @@ def main():
                 recipe.fly(copy)
             else:
                 quick_check(copy, recipe.check, recipe.sources)
-            print("  it arrives")
+            print("  all parts know the effect")
         except Broken as reason:
             print(f"  {reason}")
             failed = True
