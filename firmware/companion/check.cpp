@@ -28,7 +28,7 @@ struct CheckOptions {
   std::string json;
 };
 
-/// Flight file and course, read and refused as `fly` does.
+/// Reads and checks flight file and course as `fly` does.
 /// @returns the mode that would fly
 Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
   FlyOptions files;
@@ -37,7 +37,7 @@ Mode check_orders(const CheckOptions& options, std::vector<Finding>& out) {
   const Orders orders(files);
   const Range start_z_m = check_offsets(orders);
   if (orders.flight) {
-    out.push_back({"", true, "the flight file has a box around the start, and every key in its range"});
+    out.push_back({"", true, "the flight file has a fence around the start, and every key is in its range"});
   }
   if (!options.course.empty()) {
     std::ostringstream text;
@@ -70,12 +70,12 @@ nlohmann::json to_json(const std::vector<Finding>& all, Mode mode, bool agrees) 
 
 void run(const CheckOptions& options) {
   check_files(options);
-  // Refuses any changed bit, and tables of another vehicle.
+  // This constructor refuses any changed bit, and tables of another vehicle.
   const FlightModel field(options.vehicle, options.gains, Mode::kField);
   std::vector<Finding> all{{"", true, "the gain table is intact and was made from this vehicle file"}};
   const Mode mode = check_orders(options, all);
   const FlightModel flown(options.vehicle, options.gains, mode);
-  all.push_back({"", true, "the gain table has what flies in mode " + std::string(name(mode))});
+  all.push_back({"", true, "the gain table has the table of mode " + std::string(name(mode))});
   const std::vector<Finding> more = findings(flown);
   all.insert(all.end(), more.begin(), more.end());
   bool agrees = true;
@@ -97,7 +97,7 @@ void run(const CheckOptions& options) {
 void add_check(CLI::App& m100) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* app =
-      m100.add_subcommand("check", "see whether vehicle file, gain table, flight file, course and limits agree");
+      m100.add_subcommand("check", "check whether vehicle file, gain table, flight file, course and limits agree");
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
   app->add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table")->required();
   app->add_option("--flight", options->flight, "flight file (TOML), as fly takes it");

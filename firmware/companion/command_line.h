@@ -18,8 +18,8 @@ namespace m100::companion {
 
 // What the main functions of both programs do with their subcommands.
 
-/// Started with a standard stream closed, the next file to be opened takes its number: what is printed would leave by
-/// the autopilot's port, or stand in a result.
+/// Opens /dev/null for each standard stream that is closed. Otherwise the next file to be opened would take its number,
+/// and printed text would go to the autopilot's port or into a result.
 inline void fill_standard_streams() {
   int descriptor = open("/dev/null", O_RDWR);
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
@@ -30,13 +30,13 @@ inline void fill_standard_streams() {
   }
 }
 
-/// Whether all that was printed found its way: a disk that is full loses an answer without a word.
+/// Whether everything printed was written: a full disk would lose an answer silently.
 inline bool said_everything() {
   std::cout.flush();
   return std::cout && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
 }
 
-/// The same without what may be a key (64 hexadecimal digits): who gave one on the command line must not find it again
+/// The text without anything that may be a key (64 hexadecimal digits): a key given on the command line must not appear
 /// in a journal.
 inline std::string without_keys(std::string text) {
   constexpr std::size_t kDigits = 64;
@@ -45,7 +45,7 @@ inline std::string without_keys(std::string text) {
        at = text.find_first_of(kHexadecimal, at)) {
     const std::size_t end = std::min(text.find_first_not_of(kHexadecimal, at), text.size());
     if (end - at == kDigits) {
-      text.replace(at, kDigits, "(64 digits: a key belongs into a file, not on a command line)");
+      text.replace(at, kDigits, "(64 digits: a key belongs in a file, not on a command line)");
     }
     at = end - at == kDigits ? at + 1 : end;
   }
@@ -57,7 +57,7 @@ struct Example {
   std::string_view line;     ///< a whole command line that does something useful
 };
 
-/// Ends each subcommand's --help with an example. Whether each has one is held by a test that walks them all.
+/// Ends each subcommand's --help with an example. A test checks that each subcommand has one.
 inline void add_examples(CLI::App& app, std::span<const Example> examples, const std::string& words = "") {
   for (CLI::App* const command : app.get_subcommands({})) {
     const std::string name = words + (words.empty() ? "" : " ") + command->get_name();
@@ -71,9 +71,8 @@ inline void add_examples(CLI::App& app, std::span<const Example> examples, const
   }
 }
 
-/// An option that is given names something: `--course "$COURSE"` of a shell that knows no COURSE would hover instead,
-/// and an empty
-/// `--key-file` would fly unencrypted. To be called when all subcommands have their options.
+/// Makes every option refuse an empty value: `--course "$COURSE"` without a COURSE in the shell would hover instead,
+/// and an empty `--key-file` would fly unencrypted. Call it when all subcommands have their options.
 inline void refuse_empty_words(CLI::App& app) {
   for (CLI::Option* const option : app.get_options()) {
     option->check([](const std::string& word) { return std::string(word.empty() ? "is given, but empty" : ""); }, "");
@@ -83,13 +82,13 @@ inline void refuse_empty_words(CLI::App& app) {
   }
 }
 
-/// What is wrong with a word of an option that takes a number; empty: nothing.
+/// What is wrong with the value of an option that takes a number; empty: nothing.
 inline std::string odd_number(const std::string& word, bool whole) {
   const bool is_plain = whole ? is_plain_whole_number(word) : is_plain_number(word);
-  return is_plain ? std::string() : "'" + word + "' is no " + (whole ? "whole number" : "decimal number");
+  return is_plain ? std::string() : "'" + word + "' is not a " + (whole ? "whole number" : "decimal number");
 }
 
-/// Numbers on a command line are decimal and finite. To be called when all subcommands have their options.
+/// Makes options accept only decimal, finite numbers. Call it when all subcommands have their options.
 inline void refuse_odd_numbers(CLI::App& app) {
   for (CLI::Option* const option : app.get_options()) {
     const std::string type = option->get_type_name();
@@ -103,8 +102,8 @@ inline void refuse_odd_numbers(CLI::App& app) {
   }
 }
 
-/// The first word of a command line that looks like an option and is none of its subcommand's; empty: there is none.
-/// CLI11 complains about an option that is missing before one that it does not know, which may be the same, misspelt.
+/// The first word of a command line that looks like an option but is unknown to its subcommand; empty: there is none.
+/// CLI11 reports a missing option before an unknown one, which may be the same option, misspelt.
 inline std::string unknown_option(const CLI::App& app, std::span<char* const> words) {
   const CLI::App* at = &app;
   for (std::string word : words) {
@@ -120,7 +119,7 @@ inline std::string unknown_option(const CLI::App& app, std::span<char* const> wo
   return "";
 }
 
-/// What is said where something is missing on a command line.
+/// The message for a command line on which something is missing.
 inline std::string what_lacks(const CLI::App& app, std::span<char* const> words, const CLI::RequiredError& wrong) {
   const std::string unknown = unknown_option(app, words);
   return (unknown.empty() ? wrong.what() : unknown + ": no such option") + "; see --help";

@@ -65,7 +65,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
     std::cerr << "m100: " << m100::companion::printable(m100::companion::without_keys(wrong.what())) << "\n";
     return m100::companion::kBadInput;
   }
-  // A flight that was flown is not undone because nobody could read of it.
+  // Output that could not be written does not change the exit code of a flight.
   const bool flew = m100.got_subcommand("fly") || m100.got_subcommand("handshake") || m100.got_subcommand("record");
   if (!flew && !m100::companion::said_everything()) {
     std::cerr << "m100: standard output: cannot be written\n";

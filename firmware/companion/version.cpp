@@ -24,7 +24,7 @@ std::string version_text(const std::string& program) {
     digest += byte;
   }
   return program + " " + version() +
-         "\ntables: fly takes those of --gains; the project's own belong to the vehicle file " + digest +
+         "\ntables: fly uses those of --gains; the built-in ones were made from the vehicle file " + digest +
          "... (SHA-256)";
 }
 

@@ -28,7 +28,7 @@ std::string first_line(const fs::path& path) {
   return line;
 }
 
-/// Read from the file: getgrgid() would pull shared libraries into the static binary.
+/// Reads the group from the file, because getgrgid() would pull shared libraries into the static binary.
 std::string owner_group(const std::string& port) {
   struct stat status {};
   if (stat(port.c_str(), &status) == 0) {
@@ -57,9 +57,9 @@ Check check_port(const std::string& path) {
     return check;
   }
   if (access(path.c_str(), R_OK | W_OK) != 0) {
-    check.finding = "no right to read and write";
+    check.finding = "no permission to read and write";
     const std::string group = owner_group(path);
-    check.remedy = group == "root"  // whose group gives far more than a port
+    check.remedy = group == "root"  // membership of root would permit far more than a port
                        ? "install the package's udev rules (60-m100.rules) and plug the adapter in again"
                        : "sudo usermod -aG " + group + " $USER, then log in again";
     return check;
@@ -91,7 +91,7 @@ Check check_adapter(const std::string& path) {
   }
   const bool short_enough = value == "1" || value == "0" || value == "2";
   return {"adapter latency " + path, short_enough ? Health::kGood : Health::kBad, value + " ms",
-          short_enough ? "" : "echo 1 | sudo tee " + timer.string() + " (for good: a udev rule)"};
+          short_enough ? "" : "echo 1 | sudo tee " + timer.string() + " (permanently: a udev rule)"};
 }
 
 Check check_real_time() {
@@ -110,7 +110,7 @@ Check check_real_time() {
   }
   return {"real-time rights", Health::kDoubtful, granted ? "memory cannot be locked" : "SCHED_FIFO is refused",
           "add '@realtime - rtprio 80' and '@realtime - memlock unlimited' to /etc/security/limits.d/m100.conf, and "
-          "yourself to that group"};
+          "add yourself to the group realtime"};
 }
 
 Check check_clock() {
@@ -136,7 +136,7 @@ Check check_clock() {
 Check check_governor() {
   const std::string governor = first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   if (governor.empty()) {
-    return {"processor clock", Health::kGood, "does not change", ""};
+    return {"processor clock", Health::kGood, "no frequency scaling", ""};
   }
   const bool steady = governor == "performance";
   return {"processor clock", steady ? Health::kGood : Health::kDoubtful, "governor " + governor,

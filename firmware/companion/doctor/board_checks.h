@@ -7,13 +7,15 @@
 
 namespace m100::companion::doctor {
 
-/// What the board itself may lack for a flight. Each looks once, changes nothing, and names the remedy.
+// Checks of what the board itself may lack for a flight. Each looks once, changes nothing, and names the remedy.
+
+/// Whether the port exists, may be read and written, is free, and takes 230400 baud.
 Check check_port(const std::string& path);
-/// FTDI adapters collect bytes for 16 ms unless told otherwise: more than one control period.
+/// The latency timer of an FTDI adapter: by default it collects bytes for 16 ms, more than one control period.
 Check check_adapter(const std::string& path);
-/// Whether the program may go before others, and keep its memory from being swapped out.
+/// Whether the program may run with real-time priority and lock its memory.
 Check check_real_time();
-/// How late ticks of 10 ms are; takes half a second.
+/// The lateness of ticks of 10 ms; takes half a second.
 Check check_clock();
 Check check_governor();
 /// @param folder where flight logs go.

@@ -7,12 +7,12 @@ namespace m100::companion::doctor {
 
 enum class Health { kGood, kDoubtful, kBad };
 
-/// One thing that was looked at.
+/// The result of one check.
 struct Check {
   std::string name;
   Health health = Health::kGood;
   std::string finding;
-  std::string remedy;  ///< empty: nothing is to be done
+  std::string remedy;  ///< empty: nothing needs to be done
 };
 
 }  // namespace m100::companion::doctor

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 doctor: what on this board may stand in the way of a flight, and the remedy for each.
+// m100 doctor: finds what on this board may prevent a flight, and the remedy for each.
 #include <CLI/CLI.hpp>
 
 #include <array>
@@ -92,7 +92,7 @@ void run(const DoctorOptions& options) {
   for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
                                     {"--pose-baud", options.pose.baud},
                                     {"--hold", options.by_hand.hold_s}}) {
-    if (std::isnan(value)) {  // passes every comparison of a range
+    if (std::isnan(value)) {  // CLI11's range check accepts it
       throw UsageError(std::string(name) + ": is not a number");
     }
   }
@@ -121,29 +121,30 @@ void run(const DoctorOptions& options) {
 }  // namespace
 
 void add_doctor(CLI::App& m100) {
-  CLI::App* app =
-      m100.add_subcommand("doctor", "find what on this board stands in the way of a flight; print remedies");
+  CLI::App* app = m100.add_subcommand("doctor", "find what on this board prevents a flight; print remedies");
   auto options = std::make_shared<DoctorOptions>();
-  app->add_option("--port", options->port, "serial port; default: all that look like one");
+  app->add_option("--port", options->port, "serial port; default: every port that looks like one");
   app->add_option("--folder", options->folder, "where flight logs go");
-  app->add_option("--pose-port", options->pose.port,
-                  "where poses come from: a serial port, or udp:PORT, which needs --mavlink-key; listens there for two "
-                  "seconds; default: not looked at. Example: udp:14560");
+  app->add_option(
+      "--pose-port", options->pose.port,
+      "where poses come from: a serial port, or udp:PORT, which needs --mavlink-key; m100 listens there for "
+      "two seconds; default: not checked. Example: udp:14560");
   app->add_option("--mavlink-key", options->pose.key_file,
                   "file with the key of the signatures, as in m100 fly; default: none. Example: mavlink.key");
   app->add_option("--pose-message", options->pose.message, "the message in which poses will come")
       ->check(CLI::IsMember(doctor::pose_messages()));
   app->add_option("--pose-rate", options->pose.rate_hz, "poses per second")->check(CLI::Range(1.0, 1000.0));
-  app->add_option("--pose-baud", options->pose.baud, "baud rate of their line")->check(CLI::Range(1200.0, 4e6));
+  app->add_option("--pose-baud", options->pose.baud, "baud rate of the poses' line")->check(CLI::Range(1200.0, 4e6));
   CLI::Option* const frames = app->add_flag(
       "--frames", options->frames,
-      "propellers off: move the aircraft by hand, and be told which axis of the pose is wrong against the autopilot's "
+      "propellers off: move the aircraft by hand; m100 says which axis of the pose disagrees with the autopilot's "
       "attitude and specific force; needs --port and --pose-port. Example: m100 doctor --frames --port /dev/ttyUSB0 "
       "--pose-port udp:14560 --mavlink-key mavlink.key");
-  app->add_option("--baud", options->by_hand.baud, "with --frames: of the autopilot, as set in DJI's assistant")
+  app->add_option("--baud", options->by_hand.baud,
+                  "with --frames: baud rate of the autopilot, as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}))
       ->needs(frames);
-  app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move it")
+  app->add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
       ->check(CLI::Range(1.0, 600.0))
       ->needs(frames);
   app->add_option("--json", options->json, "result as JSON");

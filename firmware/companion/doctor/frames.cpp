@@ -21,11 +21,11 @@
 namespace m100::companion::doctor {
 namespace {
 
-/// The autopilot's telemetry, listened to.
+/// Decodes the autopilot's telemetry.
 class Ear {
  public:
   explicit Ear(hal::Uart& uart) : uart_(uart) {}
-  /// Reads what came.
+  /// Reads what has arrived.
   void listen() {
     for (auto count = uart_.read(buffer_); count && *count > 0; count = uart_.read(buffer_)) {
       parser_.consume(std::span<const std::byte>(buffer_).first(*count),
@@ -63,7 +63,7 @@ core::Quaternion<double> quaternion(const std::array<float, 4>& q) {
   return {static_cast<double>(q[0]), static_cast<double>(q[1]), static_cast<double>(q[2]), static_cast<double>(q[3])};
 }
 
-/// Keeps the attitude of the newest pose: m100 flies by its heading alone.
+/// Keeps the attitude of the newest pose, of which a flight uses only the heading.
 class AttitudeLine final : public HeardLine {
  public:
   using HeardLine::HeardLine;
@@ -72,7 +72,7 @@ class AttitudeLine final : public HeardLine {
 
  private:
   void hear(const mavlink::FrameView& frame) override {
-    if (!link::read_pose(frame)) {  // it would not be flown by
+    if (!link::read_pose(frame)) {  // a flight would refuse it, too
       return;
     }
     if (mavlink::is<mavlink::AttPosMocap>(frame)) {
@@ -117,8 +117,8 @@ std::vector<Check> check_frames(const FramesOptions& options) {
   std::optional<core::Pose<double>> pose;
   std::cout
       << "propellers off; for " << options.hold_s
-      << " s: nose down and up, right and left, turn it both ways, then push it to and fro along x, y and z of the "
-         "room, each in a second"
+      << " s: tilt the nose down and up, tilt right and left, turn both ways, then push it back and forth along x, y "
+         "and z of the room, each within a second"
       << std::endl;
   TickClock clock(options.port);
   for (core::TimePoint now = clock.now();
@@ -133,8 +133,7 @@ std::vector<Check> check_frames(const FramesOptions& options) {
     }
   }
   if (!pose) {
-    return {
-        {"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port), "see to the source of pose"}};
+    return {{"frames", Health::kBad, "no pose came; " + why_no_pose(pose_link, pose_port), "check the source of pose"}};
   }
   if (frames.samples() == 0) {
     return {{"frames", Health::kBad, ear.heard() ? "telemetry without attitude or acceleration" : "no telemetry came",

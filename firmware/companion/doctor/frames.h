@@ -10,7 +10,7 @@
 
 namespace m100::companion::doctor {
 
-/// Of `m100 doctor --frames`.
+/// The options of `m100 doctor --frames`.
 struct FramesOptions {
   std::string port;  ///< of the autopilot
   std::uint32_t baud = 230400;
@@ -18,7 +18,8 @@ struct FramesOptions {
   double hold_s = 30.0;
 };
 
-/// Listens to both while somebody moves the aircraft, and sends nothing to the autopilot. Errors: UsageError.
+/// Listens to both ports while the operator moves the aircraft by hand, and sends nothing to the autopilot.
+/// Errors: UsageError.
 std::vector<Check> check_frames(const FramesOptions& options);
 
 }  // namespace m100::companion::doctor

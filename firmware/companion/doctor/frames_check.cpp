@@ -14,13 +14,13 @@ namespace m100::companion::doctor {
 namespace {
 
 constexpr double kTick_s = 0.01;
-// Less motion than this, root mean square, tells nothing about an axis.
+// Less motion than this (root mean square) does not suffice to judge an axis.
 constexpr double kLeastTilt = 0.05;  ///< of the direction of up: three degrees
 constexpr double kLeastTurn_rad = 0.03;
 constexpr double kLeastAcceleration_m_s2 = 0.25;
-/// An axis is the one that it correlates with by more than this.
+/// Least correlation by which two axes count as the same.
 constexpr double kSure = 0.6;
-constexpr double kUntold = 0.01;  ///< of the least motion: noise, or nothing at all
+constexpr double kUntold = 0.01;  ///< share of the least motion; below it the pose shows noise or nothing
 
 /// Body to world.
 Eigen::Matrix3d rotation_of(const core::Quaternion<double>& q) {
@@ -40,9 +40,9 @@ std::string percent(double correlation) {
   return text.str();
 }
 
-/// What an axis of the pose is, by its correlations with each axis of the autopilot's.
-/// @param told root mean square of the pose's axis. @param moved the same of each of the autopilot's. @param least of
-/// them.
+/// Judges an axis of the pose by its correlations with the autopilot's axes.
+/// @param told root mean square of the pose's axis. @param moved the same of each of the autopilot's axes. @param least
+/// value of `moved` that suffices.
 template <typename Row>
 Check judge(std::string_view what, std::string_view how, std::size_t axis, const Row& row, double told,
             const Row& moved, double least, std::span<const std::string_view> names) {
@@ -56,28 +56,30 @@ Check judge(std::string_view what, std::string_view how, std::size_t axis, const
     return check;
   }
   if (told < kUntold * least) {
-    check.finding = "the pose does not tell it: it stands still while the aircraft moves";
+    check.finding = "the pose does not show this motion: it stays the same while the aircraft moves";
     check.remedy =
-        "of the attitude m100 flies by the heading alone; a place or a heading that stands still is an error";
+        "of the pose's attitude m100 uses the heading alone; a position or a heading that stays the same is an error";
     return check;
   }
   if (std::abs(correlation) < kSure) {
-    check.finding = "agrees with no axis of the autopilot's (" + percent(correlation) + ")";
+    check.finding = "agrees with no axis of the autopilot (" + percent(correlation) + ")";
     check.health = Health::kBad;
-    check.remedy = "move one axis at a time, less hastily; else the body of the pose is turned by no quarter turn";
+    check.remedy =
+        "move one axis at a time, and more slowly; if it stays so, the body of the pose is turned by an angle that is "
+        "not a multiple of 90 degrees";
     return check;
   }
   const bool is_own = static_cast<std::size_t>(best) == axis;
   check.health = is_own && correlation > 0.0 ? Health::kGood : Health::kBad;
   if (check.health == Health::kGood) {
-    check.finding = "right (" + percent(correlation) + ")";
+    check.finding = "correct (" + percent(correlation) + ")";
     return check;
   }
   const std::string_view sign = correlation < 0.0 ? "minus " : "";
   check.finding = is_own ? "is reversed (" + percent(correlation) + ")"
                          : "is the autopilot's " + std::string(sign) +
                                std::string(names[static_cast<std::size_t>(best)]) + " (" + percent(correlation) + ")";
-  check.remedy = "turn the axis at the source of pose; on the wire: world NED, body FRD";
+  check.remedy = "correct the axis at the source of pose; on the wire: world NED, body FRD";
   return check;
 }
 
@@ -101,7 +103,7 @@ void FramesCheck::add(const Sample& sample) {
 
 void FramesCheck::add_tilt(const Sample& sample) {
   const Eigen::Vector3d pose = up_in_body(sample.pose_wb), autopilot = up_in_body(sample.autopilot_wb);
-  // In the signs of the angles: nose down is a positive pitch and takes x down; right down is a positive roll.
+  // Signs as of the angles: nose down is a positive pitch and lowers x; right side down is a positive roll.
   const Eigen::Vector2d p(-pose.x(), pose.y()), a(-autopilot.x(), autopilot.y());
   tilt_products_ += p * a.transpose();
   tilt_pose_ += p;
@@ -130,7 +132,7 @@ void FramesCheck::add_position() {
     const Sample& sample = window_[i];
     const double turn = heading(sample.pose_wb) - heading(sample.autopilot_wb);
     const Eigen::Vector3d there = rotation_of(sample.autopilot_wb) * sample.force_b;
-    const double c = std::cos(turn), d = std::sin(turn);  // about the vertical, into the room
+    const double c = std::cos(turn), d = std::sin(turn);  // rotation about the vertical into the room's axes
     force += weight * Eigen::Vector3d(c * there.x() - d * there.y(), d * there.x() + c * there.y(), there.z());
   }
   force *= model::kGravity_m_s2 * static_cast<double>(samples_) / std::max(1e-6, force_length_);
@@ -172,7 +174,7 @@ std::vector<Check> FramesCheck::checks() const {
   checks.push_back(judge("heading", "turn it left and right about the vertical, by 45 degrees", 0, turn,
                          std::sqrt(turn_pose_squares_ / n), turn_rms, kLeastTurn_rad, kHeading));
   const double m = static_cast<double>(std::max<std::size_t>(positions_, 1));
-  const Eigen::Vector3d pose_mean = position_pose_ / m, force_mean = position_force_ / m;  // an offset is no motion
+  const Eigen::Vector3d pose_mean = position_pose_ / m, force_mean = position_force_ / m;  // an offset is not a motion
   const Eigen::Vector3d force_rms = (position_force_squares_ / m - force_mean.cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
   const Eigen::Vector3d second_rms = (position_pose_squares_ / m - pose_mean.cwiseAbs2()).cwiseMax(1e-12).cwiseSqrt();
   const Eigen::Matrix3d products = position_products_ / m - pose_mean * force_mean.transpose();

@@ -14,12 +14,12 @@ namespace m100::companion::doctor {
 namespace {
 
 constexpr double kListen_s = 2.0;
-constexpr double kFewestPoses_hz =
-    50.0;  ///< below, a flight goes by older poses: fresh_limit() allows for the interval
+/// At a lower rate a flight uses older poses, because fresh_limit() adds the interval.
+constexpr double kFewestPoses_hz = 50.0;
 constexpr double kMostLost = 0.05;
 constexpr double kBitsPerByte = 10.0;
 
-/// What came in kListen_s.
+/// Judges the poses received in kListen_s.
 Check judge(const link::PoseLink& link, const PosePort& port, const PoseLine& line) {
   const link::PoseLinkStats& seen = link.stats();
   Check check{.name = "poses", .health = Health::kGood, .finding = "", .remedy = ""};
@@ -33,7 +33,7 @@ Check judge(const link::PoseLink& link, const PosePort& port, const PoseLine& li
     finding << ", " << std::lround(100.0 * share) << " % of " << line.baud << " baud";
     if (share > mavlink::kMostPoseShare) {
       check.health = Health::kBad;
-      check.remedy = "a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance";
+      check.remedy = "use a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance";
     }
   }
   if (port.signatures() != nullptr) {
@@ -42,10 +42,10 @@ Check judge(const link::PoseLink& link, const PosePort& port, const PoseLine& li
   if (seen.poses == 0) {
     finding.str("none came; " + why_no_pose(link, port));
     check.health = Health::kBad;
-    check.remedy = "see to the source of pose";
+    check.remedy = "check the source of pose";
   } else if (check.health == Health::kGood && (rate_hz < kFewestPoses_hz || lost > kMostLost)) {
     check.health = Health::kDoubtful;
-    check.remedy = "50 poses a second or more, and a line that loses none";
+    check.remedy = "send 50 poses a second or more, over a line that loses none";
   }
   check.finding = finding.str();
   return check;
@@ -72,7 +72,7 @@ Check check_pose_line(const PoseLine& line) {
           << std::lround(100.0 * share) << " % of " << line.baud << " baud";
   const bool fits = share <= mavlink::kMostPoseShare;
   return {"pose line", fits ? Health::kGood : Health::kBad, finding.str(),
-          fits ? "" : "a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance"};
+          fits ? "" : "use a higher baud rate, fewer poses, or ATT_POS_MOCAP without its covariance"};
 }
 
 std::vector<Check> check_pose_port(const PoseLine& line) {
@@ -94,8 +94,8 @@ std::vector<Check> check_pose_port(const PoseLine& line) {
     }
     return {{name, Health::kGood, line.key_file.empty() ? "opens" : "opens, and the key can be read", ""},
             judge(link, port, line)};
-  } catch (const UsageError& error) {  // of the port or of the key: its words hold the remedy
-    return {{name, Health::kBad, error.what(), "see what it says"}};
+  } catch (const UsageError& error) {  // of the port or of the key: its message holds the remedy
+    return {{name, Health::kBad, error.what(), "do what the finding says"}};
   }
 }
 

@@ -9,9 +9,9 @@
 
 namespace m100::companion::doctor {
 
-/// Where poses will come from, as the operator says.
+/// Where poses will come from, as the operator gives it.
 struct PoseLine {
-  std::string port;      ///< a serial port, or "udp:PORT"; empty: none is looked at
+  std::string port;      ///< a serial port, or "udp:PORT"; empty: no port is checked
   std::string key_file;  ///< of the signatures; empty: none
   std::string message{mavlink::kPoseWires.front().name};
   double rate_hz = 100.0;
@@ -21,10 +21,10 @@ struct PoseLine {
 /// The names that PoseLine::message may have.
 std::vector<std::string> pose_messages();
 
-/// Whether the poses that are meant to come fit into their line, signatures and all; over a network there is none.
+/// Whether the planned rate of poses, with signatures, fits into the serial line. Not for a network.
 Check check_pose_line(const PoseLine& line);
 
-/// The port, its key, and what comes there within two seconds. Nothing, if no port is named.
+/// Checks the port, its key, and the poses that arrive within two seconds. Empty if no port is named.
 std::vector<Check> check_pose_port(const PoseLine& line);
 
 }  // namespace m100::companion::doctor

@@ -19,7 +19,7 @@ constexpr double kSamePlace_m = 1e-3;
 constexpr std::string_view kTable = "t_s";
 constexpr core::Duration kHour = std::chrono::hours(1);
 
-/// Lays one line after the other.
+/// Lays a course line by line.
 template <typename T>
 class Layer {
  public:
@@ -93,8 +93,8 @@ class Layer {
     return is_limited() && !stands ? step_within_limits(there, lasts, spot) : course_.append_step(there, lasts);
   }
 
-  /// A jump reaches the speed that its way and the tilt allow. Where a line with 'limits' stands above, it is gone to
-  /// within them, and stood at for the rest of its time.
+  /// A jump reaches the speed that its distance and the tilt allow. Below a 'limits' line the course goes there within
+  /// the limits instead, and stays for the rest of the line's time.
   core::Status step_within_limits(const ref::Waypoint<T>& there, core::Duration lasts, const Spot& spot) {
     ref::SpeedLimits limits = limits_;
     limits.acceleration_m_s2 =
@@ -104,7 +104,7 @@ class Layer {
     const core::Duration way = course_.duration() - begin;
     if (status == core::Status::kOk && way >= lasts) {
       std::ostringstream what;
-      what << "the way takes " << core::seconds<double>(way) << " s within its limits, the line has "
+      what << "the way takes " << core::seconds<double>(way) << " s within its limits, but the line allows "
            << core::seconds<double>(lasts) << " s";
       spot.fail(what.str());
     }
@@ -138,7 +138,7 @@ class Layer {
     std::array<ref::Polynomial<double>, ref::kDimensions> axes{};
     const std::array<double, ref::kDimensions> here = offset(course_.end());
     for (std::size_t d = 0; d < ref::kDimensions; ++d) {
-      axes[d].c[0] = here[d];  // an axis that is not named stays
+      axes[d].c[0] = here[d];  // an axis that is not named keeps its value
     }
     std::size_t axis = kAxes.size(), count = 0;
     double scale = 1.0;
@@ -151,7 +151,7 @@ class Layer {
         continue;
       }
       if (axis == kAxes.size()) {
-        spot.fail("'" + words[i] + "' is no axis: x, y, z, yaw are");
+        spot.fail("'" + words[i] + "' is not an axis; the axes are x, y, z, yaw");
       }
       if (count == ref::kCoefficients) {
         spot.fail("has more than 8 coefficients for " + std::string(kAxes[axis]));
@@ -169,7 +169,8 @@ class Layer {
     for (const std::string& name : names) {
       if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end() ||
           std::count(names.begin(), names.end(), name) > 1) {
-        spot.fail("'" + name + "' is no column, or stands twice: t_s, x_m, y_m, z_m, yaw_rad or yaw_deg are");
+        spot.fail("'" + name +
+                  "' is not a column, or appears twice; the columns are t_s, x_m, y_m, z_m, yaw_rad or yaw_deg");
       }
     }
     for (const std::string_view needed : {"t_s", "x_m", "y_m", "z_m"}) {
@@ -193,9 +194,9 @@ class Layer {
     }
     const double at_s = n[3];
     const ref::Waypoint<T> there = place({n[0], n[1], n[2], n[4]});
-    if (at_s == 0.0 && timed_.empty()) {  // says where the table begins, which is where the course is
+    if (at_s == 0.0 && timed_.empty()) {  // the row only repeats where the course is
       if ((there.position_w_m - course_.end().position_w_m).norm() > static_cast<T>(kSamePlace_m)) {
-        spot.fail("the first place is not where the course is then; give it a time above 0 to be there");
+        spot.fail("the table does not begin where the course is; give its first row a time above 0");
       }
       return;
     }
@@ -259,12 +260,12 @@ class Layer {
   ref::Trajectory<T>& course_;
   const std::string& name_;
   ref::SpeedLimits limits_;
-  ref::SpeedLimits named_ = kNoLimits;  ///< what a line with 'limits' said of them
+  ref::SpeedLimits named_ = kNoLimits;  ///< only those that 'limits' lines give
   std::vector<CoursePiece> pieces_;
   std::vector<ref::Waypoint<T>> through_;
-  Words columns_;  ///< of the table that is being read
+  Words columns_;  ///< of the table being read
   std::vector<ref::TimedWaypoint<T>> timed_;
-  std::vector<Spot> spots_;  ///< of the waypoints that wait to be laid
+  std::vector<Spot> spots_;  ///< of the waypoints not yet laid
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ class CourseError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A word that begins a line of a course. `--help`, the reference and the reader take it from here.
+/// A word that begins a line of a course. `--help`, the reference page and the parser read this table.
 struct CourseWord {
   std::string_view word;
   std::string_view arguments;
@@ -26,22 +26,23 @@ struct CourseWord {
 };
 inline constexpr std::array kCourseWords{
     CourseWord{"step", "X Y Z YAW SECONDS", "jump there and stay; below 'limits', go there within them and stay"},
-    CourseWord{"quintic", "X Y Z YAW SECONDS", "rest to rest, straight, in this time"},
-    CourseWord{"square", "SIDE PER_SIDE PAUSE", "once around, at rest in every corner; times in s"},
+    CourseWord{"quintic", "X Y Z YAW SECONDS", "fly straight from rest to rest in this time"},
+    CourseWord{"square", "SIDE PER_SIDE PAUSE", "fly once around, at rest in every corner; times in s"},
     CourseWord{"limits", "[speed_m_s V] [acceleration_m_s2 A] [tilt_deg D] [yaw_rate_deg_s R]",
-               "what the lines below may ask for, and how fast 'through' and 'step' are flown"},
+               "limits of the lines below; 'through' and 'step' are flown as fast as they allow"},
     CourseWord{"through", "X Y Z YAW",
-               "fly through here; consecutive lines are one way of least snap, at rest at both ends only"},
+               "fly through here; consecutive lines are one way of minimum snap, at rest at both ends only"},
     CourseWord{"circle", "RADIUS SPEED TURNS",
                "begins along +x with its centre to the left, or, with a negative radius, to the right"},
     CourseWord{"eight", "LENGTH WIDTH SPEED TURNS",
                "a figure of eight, long in x, that begins where it crosses itself; SPEED is the highest"},
     CourseWord{"polynomial", "SECONDS x|y|z|yaw C0 C1 ... [x|y|z|yaw C0 ...]",
-               "C0 + C1 t + C2 t^2 ..., up to t^7, t in s from its beginning; it must begin as the course is there"},
+               "C0 + C1 t + C2 t^2 ..., up to t^7, t in s from its beginning; it must join the course there"},
     CourseWord{"t_s,x_m,y_m,z_m[,yaw_rad|,yaw_deg]", "",
-               "the head of a table: one place and its time a line, flown through with least snap; to the next word"}};
+               "the head of a table: one place and its time per line, flown through with minimum snap; ends at the "
+               "next word"}};
 
-/// The words with what they mean, for --help.
+/// The words and their meanings, for --help.
 std::string course_help();
 
 inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
@@ -52,17 +53,17 @@ inline constexpr ref::SpeedLimits kNoLimits{
 struct CoursePiece {
   int line = 0;
   std::string word;
-  core::Duration begin{0};  ///< in the course's own time
+  core::Duration begin{0};  ///< time since the start of the course
   core::Duration end{0};
-  ref::SpeedLimits limits = kNoLimits;  ///< those that a line with 'limits' above names; infinite where it does not
+  ref::SpeedLimits limits = kNoLimits;  ///< of the 'limits' lines above; infinite if not named
 };
 
-/// Lays a course from text, one piece a line, as flown by `m100 fly` and written into every log. Linux only; before the
-/// first tick. The words: kCourseWords. Places are offsets from the start in m and rad along the axes of the world;
-/// '#' begins a comment. A file that is a table of time and place alone is a course, too.
+/// Lays a course from text, one piece per line, as `m100 fly` flies it and writes it into every log. Linux only; before
+/// the first tick. The words: kCourseWords. Places are offsets from the start in m and rad along the axes of the world;
+/// '#' begins a comment. A file that holds only a table of time and place is a course, too.
 ///
-/// Leaves `course` standing at the start where the text is empty. Errors: CourseError.
-/// @param name of the file, for errors. @returns its pieces, in order: one a line, one a waypoint.
+/// With an empty text, `course` holds the start. Errors: CourseError.
+/// @param name of the file, for errors. @returns the pieces, in order: one per line, one per waypoint.
 template <typename T>
 std::vector<CoursePiece> lay_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
                                     const std::string& name = "course");

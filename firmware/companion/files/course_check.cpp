@@ -16,7 +16,7 @@ constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr double kSlack = 1.01;
 constexpr std::array<double, 3> kJoint{1e-3, 0.01, 0.05};  ///< of the value and its first two derivatives
 
-/// One thing that is limited. `wished` is the limit of the course's own line.
+/// One limited quantity. `wished` is the limit of the course's own line.
 struct Bound {
   const char* what;
   const char* unit;
@@ -52,7 +52,7 @@ ref::Motion standing(const ref::Motion& at) {
   return out;
 }
 
-/// The first derivative, 0 for the place, by which two motions differ; 3: none.
+/// The lowest derivative (0: place) in which two motions differ; 3: none.
 std::size_t difference(const ref::Motion& a, const ref::Motion& b, std::size_t from) {
   for (std::size_t order = from; order < kJoint.size(); ++order) {
     for (std::size_t d = 0; d < ref::kDimensions; ++d) {
@@ -78,8 +78,8 @@ void expect_joints(const ref::Trajectory<double>& course, std::span<const Course
     const std::size_t order = difference(before, jumps ? standing(before) : begins, jumps ? 1 : 0);
     if (order < kJoint.size()) {
       refuse(course_name, piece,
-             std::string(jumps ? "the course is still in motion here: its "
-                               : "does not go on as the course is here: another ") +
+             std::string(jumps ? "a step must begin at rest, but the course still has "
+                               : "does not join the course before it in ") +
                  kWhat[order] + ", " + when_and_where(piece.begin, before, start));
     }
     before = course.motion(piece.end, true);
@@ -90,8 +90,8 @@ void expect_joints(const ref::Trajectory<double>& course, std::span<const Course
   }
 }
 
-/// A set point asks for no speed; how fast the aircraft becomes on its way there, all tilt for half of the way and
-/// against it for the other half, is the root of acceleration x distance. A line with 'limits' is laid within them.
+/// A jump sets no speed of its own. With full tilt for half of the way and full opposite tilt for the other half, the
+/// aircraft reaches the root of acceleration x distance. Below a 'limits' line the way keeps the limits instead.
 void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const CoursePiece& piece,
                       const CourseLimits& limits, const std::string& course_name) {
   const double way_m = std::hypot(to[0][0] - from[0][0], to[1][0] - from[1][0]);
@@ -100,8 +100,7 @@ void expect_slow_jump(const ref::Motion& from, const ref::Motion& to, const Cour
   if (reached_m_s > kSlack * limits.speed_m_s) {
     refuse(course_name, piece,
            "the jump of " + text_of(way_m) + " m reaches up to " + text_of(reached_m_s) + " m/s, the limit " +
-               text_of(limits.speed_m_s) + " m/s: 'limits speed_m_s " + text_of(limits.speed_m_s) +
-               "' above it keeps it");
+               text_of(limits.speed_m_s) + " m/s: put 'limits speed_m_s " + text_of(limits.speed_m_s) + "' above it");
   }
 }
 

@@ -11,8 +11,8 @@
 
 namespace m100::companion {
 
-/// What any course may ask for. Climb and yaw rate end where the supervisor would cut the command off; the tilt ends at
-/// the law's own box along an axis, because what the supervisor leaves above it is for braking in a wind.
+/// The limits of any course. Climb and yaw rate are limited to what the supervisor passes. The tilt is limited to the
+/// law's own input limit along an axis, because the margin from there to the supervisor's limit is for braking in wind.
 struct CourseLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double speed_m_s = kNone;
@@ -22,7 +22,7 @@ struct CourseLimits {
   double yaw_rate_rad_s = safety::Envelope{}.yaw_rate_rad_s;
 };
 
-/// What the limits look at, in one moment.
+/// The limited quantities at one time.
 struct Effort {
   double speed_m_s = 0.0;
   double acceleration_m_s2 = 0.0;
@@ -32,18 +32,21 @@ struct Effort {
 };
 Effort effort_of(const ref::Motion& motion);
 
-/// Calls for moments of a course at most 10 ms apart (in pieces above 40 s: 4000 a piece), with both ends of each
-/// piece.
+/// Calls `look` for times of a course at most 10 ms apart (in pieces longer than 40 s: 4000 per piece), including both
+/// ends of each piece.
 void for_each_moment(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                      const std::function<void(const CoursePiece&, core::Duration at, const ref::Motion&)>& look);
 
 /// "1.25 s after the beginning, at (1.20, 0.40, 1.00) m from the start"
 std::string when_and_where(core::Duration at, const ref::Motion& motion, const ref::Waypoint<double>& start);
 
-/// Refuses a course that asks for more than its own 'limits', the given ones or the supervisor's (1 % is let through:
-/// that is how closely a way of least snap keeps its limits), whose pieces do not join in place, velocity and
-/// acceleration (1 mm, 1 cm/s, 5 cm/s^2; a set point may jump, but from rest, and where a speed is limited only as far
-/// as keeps it), or which ends in motion. Errors: CourseError with file, line, word, time and place.
+/// Refuses a course
+///  - that exceeds its own 'limits', the given ones or the supervisor's by more than 1 % (a way of minimum snap keeps
+///    its limits within 1 %);
+///  - whose pieces do not join in place, velocity and acceleration (1 mm, 1 cm/s, 5 cm/s^2); a set point may jump, but
+///    only from rest, and under a speed limit only as far as the jump keeps it;
+///  - that ends in motion.
+/// Errors: CourseError with file, line, word, time and place.
 void expect_flyable(const ref::Trajectory<double>& course, std::span<const CoursePiece> pieces,
                     const ref::Waypoint<double>& start, const CourseLimits& limits, const std::string& course_name);
 

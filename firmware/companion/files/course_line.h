@@ -13,10 +13,10 @@
 #include "firmware/companion/files/course.h"
 #include "firmware/companion/files/printable.h"
 
-// What reading one line of a course takes; course.cpp alone includes it.
+// Helpers that read one line of a course; only course.cpp includes this file.
 namespace m100::companion {
 
-/// A place in the file that can be complained about.
+/// A place in the file, for error messages.
 struct Spot {
   const std::string& name;
   int line;
@@ -26,7 +26,7 @@ struct Spot {
   }
 };
 
-/// Why the trajectory refuses, for the person who wrote the line.
+/// Why the trajectory refuses a piece, for the author of the line.
 inline std::string reason(core::Status status) {
   switch (status) {
     case core::Status::kResourceExhausted:
@@ -63,11 +63,11 @@ inline double number(const std::string& text, const Spot& spot) {
   return value;
 }
 
-/// A time; a day in each of 1024 pieces stays far below what a duration can count.
+/// Converts a time of at most a day; 1024 pieces of a day do not overflow a duration.
 inline core::Duration seconds_of(double seconds, const Spot& spot) {
   constexpr double kDay_s = 86400.0;
   if (!(std::abs(seconds) <= kDay_s)) {
-    spot.fail("a time of more than a day");
+    spot.fail("the time is longer than a day");
   }
   return core::Duration(std::llround(seconds * 1e6));
 }
@@ -83,8 +83,8 @@ inline std::vector<double> numbers(const std::vector<std::string>& words, std::s
   return out;
 }
 
-/// A line with limits: pairs of a limit and its number.
-/// @param limits what is flown by. @param named what such lines said.
+/// Reads a line with limits: pairs of a limit and its number.
+/// @param limits that shape the course. @param named only those that such lines give.
 inline void read_limits(const std::vector<std::string>& words, const Spot& spot, ref::SpeedLimits& limits,
                         ref::SpeedLimits& named) {
   constexpr double kDegree_rad = std::numbers::pi / 180.0;
@@ -104,7 +104,8 @@ inline void read_limits(const std::vector<std::string>& words, const Spot& spot,
     const auto* const limit =
         std::find_if(kLimits.begin(), kLimits.end(), [&](const Limit& row) { return row.key == words[i]; });
     if (limit == kLimits.end()) {
-      spot.fail("'" + words[i] + "' is no limit: speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s are");
+      spot.fail("'" + words[i] +
+                "' is not a limit; the limits are speed_m_s, acceleration_m_s2, tilt_deg, yaw_rate_deg_s");
     }
     const double value = number(words[i + 1], spot);
     const double most = limit->key == "tilt_deg" ? 60.0 : 100.0;

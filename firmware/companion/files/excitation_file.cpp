@@ -67,7 +67,7 @@ double number(const std::vector<std::string>& cells, std::size_t column, const s
   return value;
 }
 
-/// Rows of the table, one after the other.
+/// Reads the rows of the table.
 class Rows {
  public:
   Rows(ExcitationFile& out, std::string name) : out_(out), name_(std::move(name)) {}

@@ -20,8 +20,8 @@ class ExcitationFileError : public std::runtime_error {
 
 /// Stick movements as `m100-lab excite --out` makes them, ready to fly. Linux only; read before the first tick.
 ///
-///   # limits roll distance 8 braking 2 speed 6 tilt 0.5     one line for each stick that moves; '#' begins it
-///   t_s,piece,stick_roll,...                                 further columns are for people
+///   # limits roll distance 8 braking 2 speed 6 tilt 0.5     one line, beginning with '#', for each stick that moves
+///   t_s,piece,stick_roll,...                                 further columns are ignored
 ///   0.00,1,120,...                                           piece 0: the stick rests; in flight the law returns
 ///
 /// A piece moves one stick: roll, pitch, throttle or yaw.
@@ -30,7 +30,7 @@ struct ExcitationFile {
   std::vector<ctl::ExcitationPiece> pieces;
   std::array<ctl::ExcitationLimits, ctl::kStickAxes> limits{};
 
-  /// Views of this object.
+  /// The plan; it views this object.
   ctl::ExcitationPlan plan() const { return {.counts = counts, .pieces = pieces, .limits = limits}; }
   bool moves(ctl::ExcitedStick axis) const;
   double length_s() const;
@@ -38,11 +38,11 @@ struct ExcitationFile {
 
 std::string_view name(ctl::ExcitedStick axis);
 
-/// Reads and checks a file. Samples every 20 ms, sticks within their travel, one stick a piece, limits for each that
-/// moves. Errors: ExcitationFileError. @param name stands for the file in messages.
+/// Reads and checks a file: samples every 20 ms, sticks within their travel, one stick per piece, limits for each stick
+/// that moves. Errors: ExcitationFileError. @param name of the file, for messages.
 ExcitationFile parse_excitation(std::string_view text, const std::string& name);
 
-/// The same as a note in a log, which holds no more than 60 000 bytes, and back. Errors: ExcitationFileError.
+/// Converts an excitation into a note of a log (at most 60 000 bytes) and back. Errors: ExcitationFileError.
 std::string note_of(const ExcitationFile& excitation, const std::string& name);
 ExcitationFile excitation_of_note(const std::string& note);
 

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One file under two names: the same place, or links to one place.
+/// Whether two paths name one file: the same path, or links to one file.
 bool same_file(const std::string& a, const std::string& b) {
   std::error_code error;
   if (fs::equivalent(a, b, error) && !error) {
@@ -31,22 +31,22 @@ bool same_file(const std::string& a, const std::string& b) {
   return !error && place_a.lexically_normal() == place_b.lexically_normal();
 }
 
-/// A device such as /dev/null takes two outputs; a file keeps one of them only.
+/// Whether two outputs to this path would overwrite each other: true for a file, false for a device such as /dev/null.
 bool keeps_one_only(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   return !fs::exists(status) || fs::is_regular_file(status);
 }
 
-/// Whether opening the pipe returns at once whoever is at its other end: one that a shell made (`| cat`, `>(cat)`,
-/// /dev/stdout) has no name of its own in the file system; one of mkfifo waits for a reader, for ever if none comes.
+/// Whether opening the pipe returns at once. A shell's pipe (`| cat`, `>(cat)`, /dev/stdout) has no name of its own in
+/// the file system and does; a pipe of mkfifo waits for a reader, for ever if none comes.
 bool is_unnamed_pipe(const std::string& path) {
   struct statfs system {};
   return ::statfs(path.c_str(), &system) == 0 && system.f_type == PIPEFS_MAGIC;
 }
 
-/// Whether the device is one to write text to: null, zero and full; the terminal of this program; or what it was given
-/// as a standard stream. Any other may be the autopilot's port, or a disk.
+/// Whether text may be written to the device: null, zero and full; the terminal of this program; or a device that it
+/// was given as a standard stream. Any other may be the autopilot's port, or a disk.
 bool is_text_device(const struct stat& device) {
   constexpr unsigned kMemoryDevices = 1;
   const dev_t terminal = makedev(5, 0);  // /dev/tty
@@ -62,19 +62,19 @@ bool is_text_device(const struct stat& device) {
   return false;
 }
 
-/// Why what is there already is no place for an output; empty: it is one, or nothing is there.
+/// Why an existing path cannot take an output; empty: it can, or it does not exist.
 std::string why_no_place(const std::string& path) {
   struct stat there {};
   if (::stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode) || S_ISDIR(there.st_mode)) {
-    return "";  // a folder is the system's to refuse
+    return "";  // the system refuses to write to a folder
   }
   if (S_ISFIFO(there.st_mode)) {
     return is_unnamed_pipe(path) ? "" : "is a named pipe, which waits for its reader: give a file, or /dev/stdout";
   }
-  return S_ISCHR(there.st_mode) && is_text_device(there) ? "" : "is no file, and no device for text";
+  return S_ISCHR(there.st_mode) && is_text_device(there) ? "" : "is neither a file nor a device for text";
 }
 
-/// Files and folders that were made to see whether they can be; gone again with this.
+/// Creates files and folders to test whether that is possible; the destructor removes them.
 class Trial {
  public:
   Trial() = default;
@@ -87,7 +87,7 @@ class Trial {
     }
   }
 
-  /// @returns errno; 0: the folder is there.
+  /// @returns errno; 0: the folder exists.
   int make_folder(const fs::path& folder) {
     std::error_code error;
     std::vector<fs::path> missing;
@@ -104,11 +104,11 @@ class Trial {
     return fs::is_directory(folder, error) ? 0 : ENOTDIR;
   }
 
-  /// @returns errno; 0: the file can be written, and is there.
+  /// @returns errno; 0: the file exists and can be written.
   int open_file(const std::string& path) {
     std::error_code error;
     const fs::file_status before = fs::status(path, error);
-    if (fs::exists(before) && !fs::is_regular_file(before)) {  // why_no_place() has looked at it
+    if (fs::exists(before) && !fs::is_regular_file(before)) {  // why_no_place() has checked it
       return fs::is_directory(before) ? EISDIR : ::access(path.c_str(), W_OK) == 0 ? 0 : errno;
     }
     const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
@@ -117,7 +117,7 @@ class Trial {
     }
     ::close(file);
     if (!fs::exists(before)) {
-      made_.push_back(fs::canonical(path, error));  // where a link leads, not the link
+      made_.push_back(fs::canonical(path, error));  // the target of a link, not the link
     }
     return 0;
   }
@@ -217,7 +217,7 @@ void FileUse::check() const {
       throw FileUseError(entry.path + ": cannot be written: " + why_not_written(why) + " (" + entry.option + ")");
     }
   }
-  refuse_overlaps();  // what is there now shows links that led nowhere before
+  refuse_overlaps();  // now that the files exist, dangling links show their targets
 }
 
 }  // namespace m100::companion

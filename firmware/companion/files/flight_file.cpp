@@ -14,8 +14,8 @@ namespace m100::companion {
 namespace {
 
 constexpr double kFarthest_m = 1000.0;
-constexpr double kRounding_m = 1e-3;  ///< a pose has millimetres; a course along the fence is inside
-constexpr double kRoom_m = 0.5;       ///< a hover in wind wanders by half of it, and a place is to be left by braking
+constexpr double kRounding_m = 1e-3;  ///< poses are exact to millimetres; a course along the fence counts as inside
+constexpr double kRoom_m = 0.5;       ///< a hover in wind wanders by half of it; the rest is for braking
 constexpr std::array kKeys{
     FlightKey{.section = "", .key = "mode", .mode = &FlightFile::mode},
     FlightKey{.section = "fence",
@@ -42,9 +42,9 @@ constexpr std::array kKeys{
               .low = -kFarthest_m,
               .high = kFarthest_m},
     FlightKey{.section = "wind", .key = "class_m_s", .number = &FlightFile::wind_m_s, .low = 0.0, .high = 20.0},
-    // Promise R3: a pose is never taken for fresh for longer than 250 ms.
+    // Promise R3: a pose is fresh for at most 250 ms.
     FlightKey{.section = "pose", .key = "fresh_s", .number = &FlightFile::pose_fresh_s, .low = 0.02, .high = 0.25},
-    // Above 0.75 s it does not matter: the observer gives a prediction up 1 s after its last pose.
+    // Values above 0.75 s have no effect: the observer abandons its prediction 1 s after the last pose.
     FlightKey{.section = "pose", .key = "coast_s", .number = &FlightFile::pose_coast_s, .low = 0.03, .high = 3.0},
     FlightKey{.section = "pose", .key = "level_s", .number = &FlightFile::pose_level_s, .low = 0.1, .high = 10.0},
     FlightKey{
@@ -128,7 +128,7 @@ bool is_section(std::string_view word) {
   return std::any_of(kKeys.begin(), kKeys.end(), [&](const FlightKey& key) { return key.section == word; });
 }
 
-/// Every key of one table of the file has a row, or is refused.
+/// Reads one table of the file; refuses a key without a row in kKeys.
 void read_section(const toml::table& table, std::string_view section, const std::string& file, FlightFile& into) {
   for (const auto& [word, node] : table) {
     const FlightKey* const key = std::find_if(kKeys.begin(), kKeys.end(), [&, &name = word](const FlightKey& row) {
@@ -149,7 +149,7 @@ void check_together(const toml::table& root, const std::string& file, const Flig
   for (const FlightKey& key : kKeys) {
     const toml::node* const section = root.get(key.section);
     if (key.required && !root[key.section][key.key]) {
-      fail(file, section, full_name(key.section, key.key), "is missing: without a box nothing flies");
+      fail(file, section, full_name(key.section, key.key), "is missing: nothing flies without a fence");
     }
   }
   for (const auto& [key, box] : {std::pair{"x_m", flight.fence_x_m}, std::pair{"y_m", flight.fence_y_m}}) {
@@ -159,7 +159,7 @@ void check_together(const toml::table& root, const std::string& file, const Flig
     if (box.low > -kRoom_m || box.high < kRoom_m) {
       fail(
           file, root["fence"][key].node(), std::string("fence.") + key,
-          text_of(box) + " leaves less than " + text_of(kRoom_m) + " m to a side of the start: too narrow to hover in");
+          text_of(box) + " leaves less than " + text_of(kRoom_m) + " m on a side of the start: too narrow to hover in");
     }
   }
   if (flight.fence_z_m.high - flight.fence_z_m.low < 2.0 * kRoom_m) {
@@ -180,7 +180,7 @@ core::Duration or_else(double seconds, core::Duration otherwise) {
   return seconds > 0.0 ? core::Duration(std::llround(seconds * 1e6)) : otherwise;
 }
 
-/// One axis of a place, and what the box allows there.
+/// One axis of a place and the fence's range there.
 struct Side {
   const char* axis;
   double at_m;

@@ -14,7 +14,7 @@
 
 namespace m100::companion {
 
-/// What is wrong with a flight file, or with a course in its box, in one line: "f.toml:3: 'fence.x_m': is missing".
+/// An error in a flight file, or in a course against its fence, in one line: "f.toml:3: 'fence.x_m': is missing".
 class FlightFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -27,7 +27,7 @@ struct Range {
   bool contains(double value) const { return value >= low && value <= high; }
 };
 
-/// "field" or "calm_room". Errors: FlightFileError, which says `where` the word stands.
+/// Parses "field" or "calm_room". Errors: FlightFileError, which begins with `where`.
 Mode mode_of(std::string_view word, const std::string& where);
 
 /// What a flight may do and when it ends (TOML). Linux only: reading happens once, before the first tick.
@@ -37,18 +37,19 @@ struct FlightFile {
   Range fence_y_m;
   Range fence_z_m;            ///< of the height in the world of the pose
   double ground_z_m = 0.0;    ///< in the world of the pose
-  double wind_m_s = 5.0;      ///< the class that the fence and the observer reckon with
-  double pose_fresh_s = 0.0;  ///< 0: not said, as the measured latency needs (safety::fresh_limit)
+  double wind_m_s = 5.0;      ///< wind class for which fence and observer are designed
+  double pose_fresh_s = 0.0;  ///< 0: not given; the limit follows the measured latency (safety::fresh_limit)
   double pose_coast_s = 0.0;
   double pose_level_s = 0.0;
-  double course_speed_m_s = 0.0;  ///< what a course may ask for; 0: not said, as CourseLimits has it
+  double course_speed_m_s = 0.0;  ///< limits of a course; 0: not given, as in CourseLimits
   double course_acceleration_m_s2 = 0.0;
   double course_tilt_deg = 0.0;
   double course_yaw_rate_deg_s = 0.0;
-  double battery_low_percent = 20.0;  ///< from this charge on the flight ends where it began; 0: it does not matter
+  double battery_low_percent = 20.0;  ///< at this charge the flight ends where it began; 0: never
 };
 
-/// One key of a flight file: where it stands, what it fills, what it may be. Exactly one of the three places is set.
+/// One key of a flight file: its place in the file, the member that it sets, its range. Exactly one of the three member
+/// pointers is set.
 struct FlightKey {
   std::string_view section;  ///< empty: the top of the file
   std::string_view key;
@@ -62,26 +63,26 @@ struct FlightKey {
 /// All of them, in the order of the file.
 std::span<const FlightKey> flight_keys();
 
-/// Reads and checks a flight file. The three ranges of the fence must be there; unknown sections or keys, wrong types,
-/// values outside their range, a fence without the start in it and a coast that is over before a pose is old are
-/// errors. Errors: FlightFileError with file, line and key.
-/// @param name stands for the file in messages.
+/// Reads and checks a flight file. The three ranges of the fence are required. Unknown sections or keys, wrong types,
+/// values outside their range, a fence that does not contain the start, and a coast time that is not longer than the
+/// age limit of a pose are errors. Errors: FlightFileError with file, line and key.
+/// @param name of the file, for messages.
 FlightFile parse_flight(std::string_view text, const std::string& name);
 
-/// The box in the world of the pose, from where the flight starts.
+/// The fence in the world of the pose, from where the flight starts.
 core::Fence fence_of(const FlightFile& flight, const ref::Waypoint<double>& start);
 
-/// The ladder's times as the file has them.
+/// The ladder's times: those of the file, otherwise the defaults.
 safety::Limits limits_of(const FlightFile& flight);
 
-/// What a course may ask for.
+/// The limits of a course.
 CourseLimits course_limits_of(const FlightFile& flight);
-/// What the ways to goals may ask for: the less of what goals do by themselves and what a course may. An acceleration
-/// a in any direction, down as well, is flown by a tilt of asin(a / g) at most.
+/// The limits of the ways to goals: the smaller of the defaults for goals and the limits of a course. An acceleration a
+/// in any direction, including down, needs a tilt of at most asin(a / g).
 ref::SpeedLimits goal_limits_of(const FlightFile& flight);
 
-/// Refuses a course that leaves the box, or a start outside of it. Errors: FlightFileError that names the line of the
-/// course, the side of the box, the time and the place.
+/// Refuses a course that leaves the fence, or a start outside it. Errors: FlightFileError that names the line of the
+/// course, the side of the fence, the time and the place.
 /// @param course as laid, by `pieces`. @param course_name for messages.
 void expect_inside(const FlightFile& flight, const ref::Waypoint<double>& start, const ref::Trajectory<double>& course,
                    std::span<const CoursePiece> pieces, const std::string& course_name);

@@ -13,15 +13,15 @@
 
 namespace m100::companion {
 
-/// Why a key file is refused. `what` is empty: it is not.
+/// Why a key file is refused. Empty `what`: it is accepted.
 struct KeyFileProblem {
   long line = 0;  ///< 0: the file as a whole
   std::string what;
 };
 
-/// Reads the app's key: 64 hexadecimal digits, the only word of the file. Who has it can fly the aircraft, so a file
-/// that others than its owner can read or change is refused, and no program takes a key on its command line, where
-/// every user of the machine can read it. Nothing may follow: of two keys nobody would know which one counts.
+/// Reads the app's key: 64 hexadecimal digits, and nothing else in the file. Anybody with the key can fly the aircraft,
+/// so a file that others than its owner can read or change is refused, and no program takes a key on its command line,
+/// where every user of the machine can read it. Nothing may follow the key: two keys would be ambiguous.
 inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key) {
   constexpr std::uintmax_t kMostKeyBytes = 1U << 20U;
   const FileContent content = read_regular(path, kMostKeyBytes);
@@ -42,7 +42,7 @@ inline KeyFileProblem load_key(const std::string& path, protocol::CipherKey& key
     const auto end = content.bytes.begin() +
                      static_cast<std::ptrdiff_t>(content.bytes.find(more, content.bytes.find(hex) + hex.size()));
     return {.line = 1 + std::count(content.bytes.begin(), end, '\n'),
-            .what = "something follows the key: one key only"};
+            .what = "something follows the key: a file holds one key only"};
   }
   for (std::size_t i = 0; i < key.size(); ++i) {
     key[i] = static_cast<std::uint8_t>(std::stoul(hex.substr(2 * i, 2), nullptr, 16));

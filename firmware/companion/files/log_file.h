@@ -18,10 +18,10 @@
 
 namespace m100::companion {
 
-/// A log on its way to a file: a thread of its own waits for the medium, the tick never does.
+/// Writes a log to a file from a thread of its own: that thread waits for the medium, the tick never does.
 class LogFile {
  public:
-  /// @param when_full ends the line on stderr that says why the medium takes no more.
+  /// @param when_full ends the line on stderr that says why the medium takes no more data.
   explicit LogFile(const std::string& path, std::string when_full = "the flight goes on without the rest of its log")
       : file_(path), when_full_(std::move(when_full)), storage_(kRingBytes), ring_(storage_), log_(ring_) {
     if (file_.open() != core::Status::kOk) {
@@ -45,7 +45,7 @@ class LogFile {
       }
     });
   }
-  /// Writes what is there and waits for the medium. Nothing may be appended after it.
+  /// Writes the rest of the log and waits for the medium. Nothing may be appended afterwards.
   void finish() {
     running_ = false;
     if (writer_.joinable()) {
@@ -55,8 +55,8 @@ class LogFile {
       }
     }
   }
-  /// Waits, in the machine's time, until what is there is in the file. For flights in simulated time alone: those go as
-  /// fast as the machine can, and a busy one writes more slowly than they log.
+  /// Waits, in the machine's time, until the log so far is in the file. Only for flights in simulated time: they run as
+  /// fast as the machine can, and a busy machine writes more slowly than they log.
   void wait_until_written() const {
     for (const std::uint32_t seen = rounds_; running_ && !is_cut_ && rounds_ - seen < 2;) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -64,7 +64,7 @@ class LogFile {
   }
   log::FlightLogWriter& log() { return log_; }
   log::Ring& ring() { return ring_; }
-  /// The medium took no more: the rest is not in the file.
+  /// The medium took no more data: the rest of the log is not in the file.
   bool is_cut() const { return is_cut_; }
 
  private:
@@ -95,7 +95,7 @@ class LogFile {
   log::FlightLogWriter log_;
   std::atomic<bool> running_{true};
   std::atomic<bool> is_cut_{false};
-  std::atomic<std::uint32_t> rounds_{0};  ///< of the writer: all that was there at its begin is written
+  std::atomic<std::uint32_t> rounds_{0};  ///< passes of the writer: each writes what the ring held at its begin
   std::thread writer_;
 };
 

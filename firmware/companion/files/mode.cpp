@@ -6,9 +6,9 @@
 namespace m100::companion {
 namespace {
 
-/// Factors and not numbers of their own, so that a vehicle whose own weights are cautious stays more cautious in a calm
-/// room as well. Half the price of velocity and 7/12 of the input's: steps of 1 to 6 m are 4 % closer to the
-/// time-optimal ones and the simulator course 12 %, with the same margins and command motion; jumps of tens of metres,
+/// Factors instead of absolute weights, so that a vehicle with cautious weights stays cautious in a calm room, too.
+/// With 1/2 of the weight of velocity and 7/12 of the weight of the input, steps of 1 to 6 m are 4 % closer to the
+/// time-optimal ones and the simulator course 12 %, with the same margins and command motion. Jumps of tens of metres,
 /// for which a room has no space, overshoot more (firmware/mpc/README.md).
 constexpr double kCalmVelocityWeight = 0.5;
 constexpr double kCalmInputWeight = 7.0 / 12.0;

@@ -8,9 +8,9 @@
 
 namespace m100::companion {
 
-/// Whether the text is a number as people write it, finite and inside the type's range.
-/// What strtod and strtoull take besides is another number than was meant, or none: 010 is 8, 0x10 is 16, a seed of 20
-/// nines is the largest there is, and nan is inside of every range that is asked the wrong way round.
+/// Whether the text is a decimal number, finite and inside the type's range.
+/// strtod and strtoull accept more, and then give another number than was meant: 010 is 8, 0x10 is 16, a seed of 20
+/// nines becomes the largest integer, and nan passes a check that refuses values below or above a range.
 inline bool is_plain_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::general);

@@ -10,18 +10,17 @@
 
 namespace m100::companion {
 
-/// Whether three bytes of UTF-8 give an order to who shows them: U+2028 and U+2029 end a line, U+202A to U+202E and
-/// U+2066 to U+2069 turn the order of what follows round, so that a line reads as another one than it is.
+/// Whether three bytes of UTF-8 control how text is displayed: U+2028 and U+2029 end a line; U+202A to U+202E and
+/// U+2066 to U+2069 change the direction of the text that follows, so that a line reads as something else.
 inline bool is_order_to_show(std::string_view three) {
   const auto last = static_cast<unsigned char>(three[2]);
   return (three.starts_with("\xE2\x80") && last >= 0xA8 && last <= 0xAE) ||
          (three.starts_with("\xE2\x81") && last >= 0xA6 && last <= 0xA9);
 }
 
-/// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. Control
-/// characters of the second kind (U+0080 to U+009F) count as none, and so do those of is_order_to_show() and what RFC
-/// 3629 forbids: a character that is written longer than it need be (a control character might hide so), half of a
-/// pair, and what is past U+10FFFF.
+/// Length of the valid UTF-8 sequence of at least two bytes that `text` begins with; 0: there is none. The C1 control
+/// characters (U+0080 to U+009F) and those of is_order_to_show() count as none, and so does what RFC 3629 forbids:
+/// overlong sequences (which might hide a control character), surrogates, and code points beyond U+10FFFF.
 inline std::size_t utf8_sequence(std::string_view text) {
   struct Row {  // RFC 3629: what a sequence begins with, how long it is, what its second byte may be
     unsigned first, last;
@@ -47,8 +46,8 @@ inline std::size_t utf8_sequence(std::string_view text) {
   return row->length == 3 && is_order_to_show(text.substr(0, 3)) ? 0 : row->length;
 }
 
-/// Text that came from a file or a command line, fit for a terminal: control characters and bytes that are no UTF-8
-/// become \xNN, and what is longer than `most` bytes ends in "...".
+/// Makes text from a file or a command line safe for a terminal: control characters and bytes that are not UTF-8 become
+/// \xNN, and text longer than `most` bytes ends in "...".
 inline std::string printable(std::string_view text, std::size_t most = 1200) {
   std::string out;
   for (std::size_t k = 0; k < text.size();) {

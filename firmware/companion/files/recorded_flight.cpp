@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kHeaderBytes = 16;
 constexpr std::array<char, 8> kMagic{0x55, 0x4C, 0x6F, 0x67, 0x01, 0x12, 0x35, 0x01};
 
-/// Walks the messages of one file.
+/// Reads the messages of one file.
 class Reader {
  public:
   Reader(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {}
@@ -27,7 +27,7 @@ class Reader {
     while (at + 3 <= bytes_.size()) {
       const std::size_t size = byte(at) + 256U * byte(at + 1);
       if (at + 3 + size > bytes_.size()) {
-        break;  // cut while it was written
+        break;  // truncated while it was written
       }
       message(bytes_[at + 2], at + 3, size);
       at += 3 + size;
@@ -108,7 +108,7 @@ class Reader {
     }
   }
 
-  /// Bytes of a tick come before its record.
+  /// Begins a tick, if none is open: the bytes of a tick come before its record.
   void open_tick() {
     if (!has_open_tick_) {
       flight_.ticks.emplace_back();
@@ -132,7 +132,7 @@ RecordedFlight read_flight(const std::string& path) {
   }
   RecordedFlight flight = Reader(path, std::move(content.bytes)).read();
   if (!flight.ticks.empty() && flight.ticks.back().record.timestamp == 0) {
-    flight.ticks.pop_back();  // its record was cut off
+    flight.ticks.pop_back();  // its record is missing
   }
   return flight;
 }

@@ -25,15 +25,15 @@ struct RecordedFlight {
     std::vector<std::byte> autopilot_in;
     std::vector<std::byte> autopilot_out;
     std::vector<std::byte> pose_in;
-    std::vector<std::byte> pose_out;  ///< questions for the sender's time
+    std::vector<std::byte> pose_out;  ///< time-synchronisation requests to the sender
     std::optional<log::ExcitationRecord> excitation;
   };
   std::map<std::string, std::string> notes;
   std::vector<Tick> ticks;
 };
 
-/// Reads the whole file. Bytes belong to the tick with their time stamp. A cut end is ignored: the power may have gone.
-/// Errors: FlightLogError, for a file that is not ours or of another version.
+/// Reads the whole file. Bytes belong to the tick whose record follows them. A truncated end is ignored: the power may
+/// have failed. Errors: FlightLogError for a file of another program or another version.
 RecordedFlight read_flight(const std::string& path);
 
 }  // namespace m100::companion

@@ -10,14 +10,14 @@
 
 namespace m100::companion {
 
-/// Of a file that a person writes (vehicle, plant, flight, course, script, map, key). The largest of ours has 20 kB.
+/// Largest size of a file that a person writes (vehicle, plant, flight, course, script, map, key). Ours: up to 20 kB.
 inline constexpr std::uintmax_t kMostTextBytes = std::uintmax_t{1} << 24U;
-/// Of a log or a table; on a 32 bit machine, what finds room beside the program and what is made of it.
+/// Largest size of a log or a table. On a 32-bit machine it leaves room for the program and for the parsed content.
 inline constexpr std::uintmax_t kMostFileBytes = std::uintmax_t{1} << (sizeof(std::size_t) > 4 ? 31U : 29U);
 static_assert(kMostFileBytes < std::uintmax_t{std::numeric_limits<std::size_t>::max() / 2}, "one string holds it");
 
-/// Why a file is not read to its end; empty: it may be. A device or a pipe has no end, and no size that memory and time
-/// could be held to.
+/// Why a file must not be read to its end; empty: it may be read. A device or a pipe has no end and no known size, so
+/// reading it could take unlimited memory and time.
 inline std::string why_not_read(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -25,9 +25,9 @@ inline std::string why_not_read(const std::string& path) {
     return "cannot be read";
   }
   if (std::filesystem::is_directory(status)) {
-    return "is a folder, no regular file";
+    return "is a folder, not a regular file";
   }
-  return std::filesystem::is_regular_file(status) ? "" : "is no regular file: copy what it gives into one";
+  return std::filesystem::is_regular_file(status) ? "" : "is not a regular file: copy its content into one";
 }
 
 struct FileContent {
@@ -35,8 +35,8 @@ struct FileContent {
   std::string why_not;  ///< empty: `bytes` is the whole file
 };
 
-/// The one way by which both programs take a file into memory: a regular file of at most `most` bytes, or the reason
-/// why not.
+/// Reads a regular file of at most `most` bytes into memory, or gives the reason why not. Both programs read files only
+/// through this function.
 inline FileContent read_regular(const std::string& path, std::uintmax_t most = kMostFileBytes) {
   if (std::string why = why_not_read(path); !why.empty()) {
     return {.bytes = "", .why_not = std::move(why)};

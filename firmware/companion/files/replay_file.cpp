@@ -20,11 +20,11 @@ namespace m100::companion {
 namespace {
 
 constexpr const char* kFirstLine =
-    "# Newest MAVLink signatures accepted with this key. Whoever removes it lets them be played back.";
+    "# Newest MAVLink signatures accepted with this key. Without this file, recorded frames would be accepted again.";
 
 UsageError damaged(const std::string& name, std::size_t line) {
   return UsageError(name + ":" + std::to_string(line) +
-                    ": not as m100 wrote it; make a new key, or remove the file if nobody recorded earlier flights");
+                    ": is not what m100 writes; make a new key, or remove the file if nobody recorded earlier flights");
 }
 
 bool write_all(int file, const std::string& text) {
@@ -44,7 +44,7 @@ struct Line {
   mavlink::ReplayStream stream{};  ///< of "newest" only the time
 };
 
-/// Nothing: it is not as m100 writes it.
+/// @returns nothing: m100 does not write such a line.
 std::optional<Line> read_line(const std::string& line) {
   std::istringstream words(line);
   std::string kind;
@@ -109,8 +109,7 @@ ReplayFile::ReplayFile(const std::string& key_file) : path_(beside(key_file)) {
     before_ = parse_replay_memory(read_file(path_), path_);
   }
   if (!write(before_, 0)) {
-    throw UsageError(path_ + ": cannot be written: " + why_not_written(errno) +
-                     "; it must remember the newest signatures");
+    throw UsageError(path_ + ": cannot be written: " + why_not_written(errno) + "; it must keep the newest signatures");
   }
 }
 
@@ -129,7 +128,7 @@ bool ReplayFile::write(const mavlink::ReplayMemory& memory, mavlink::SignatureTi
 
 void ReplayFile::start() {
   writer_ = std::thread([this] {
-    constexpr auto kLook = std::chrono::milliseconds(20);  // the longest that the end of the program waits
+    constexpr auto kLook = std::chrono::milliseconds(20);  // longest delay at the end of the program
     constexpr int kLooksPerWrite = 50;
     mavlink::ReplayMemory memory;
     bool has_news = false;
@@ -138,7 +137,7 @@ void ReplayFile::start() {
         has_news = true;
       }
       if (has_news && look == 0) {
-        has_news = !write(memory, kAhead);  // the end says so, if it still fails then
+        has_news = !write(memory, kAhead);  // finish() reports it, if it still fails then
       }
       std::this_thread::sleep_for(kLook);
     }

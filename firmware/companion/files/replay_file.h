@@ -10,37 +10,38 @@
 
 namespace m100::companion {
 
-/// What a key has accepted, as text. Errors: UsageError naming file and line.
+/// Parses the accepted time stamps of a key. Errors: UsageError naming file and line.
 mavlink::ReplayMemory parse_replay_memory(const std::string& text, const std::string& name);
-/// @param ahead added to every time of a stream: how far beyond what is known a later life shall refuse.
+/// @param ahead added to the time of every stream: a later run refuses time stamps up to there.
 std::string text_of(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
 
-/// The newest time stamps that were accepted with a key, in a file beside it (KEY.accepted), so that what was recorded
-/// before a restart is refused after it. A thread of its own writes it about once a second, kAhead further than it is,
-/// so that a program that is killed refuses what it had accepted since; the end of the program writes what is.
+/// The newest time stamps that were accepted with a key, in a file beside it (KEY.accepted), so that frames recorded
+/// before a restart are refused after it. A separate thread writes the file about once a second with times that are
+/// kAhead in the future, so that after a kill the frames accepted since the last write are refused, too. At its end the
+/// program writes the exact times.
 class ReplayFile {
  public:
   static constexpr mavlink::SignatureTime kAhead = 3 * mavlink::kSignatureTicksPerSecond;
 
-  /// Where the file of a key lies.
+  /// The path of the file that belongs to a key.
   static std::string beside(const std::string& key_file) { return key_file + ".accepted"; }
-  /// Reads what is there; none is an empty one. Errors: UsageError, also where it cannot be written.
+  /// Reads the file; a missing file counts as empty. Errors: UsageError, also if it cannot be written.
   explicit ReplayFile(const std::string& key_file);
   ~ReplayFile() { finish(); }
   ReplayFile(const ReplayFile&) = delete;
   ReplayFile& operator=(const ReplayFile&) = delete;
 
-  /// What an earlier life has accepted.
+  /// The time stamps that earlier runs have accepted.
   const mavlink::ReplayMemory& before() const { return before_; }
   void start();
-  /// From the thread that flies: neither waits nor allocates. What finds no room is followed by something newer.
+  /// Called by the thread that flies: neither waits nor allocates. What finds no room is skipped; newer times follow.
   void offer(const mavlink::ReplayMemory& memory) { (void)ring_.push(memory); }
-  /// The last word, as it is. Says on stderr where the file takes no more.
+  /// Writes the exact times at the end of the program. Prints a line on stderr if that fails.
   void finish(const mavlink::ReplayMemory& memory);
 
  private:
   void finish();
-  /// The file anew, as a whole or not at all. @returns false: it could not be written.
+  /// Replaces the file atomically. @returns false: it could not be written.
   bool write(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
 
   std::string path_;

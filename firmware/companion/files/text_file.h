@@ -21,7 +21,7 @@ inline std::string read_file(const std::string& path, std::uintmax_t most = kMos
   return std::move(content.bytes);
 }
 
-/// Why a file cannot be written, in words that say what to do; else the system's own. @param error as errno has it.
+/// Why a file cannot be written, for the frequent causes in our words, otherwise in the system's. @param error errno.
 inline std::string why_not_written(int error) {
   switch (error) {
     case ENOSPC:
@@ -37,7 +37,7 @@ inline std::string why_not_written(int error) {
   }
 }
 
-/// The whole file, anew. Errors: UsageError that names it and what is wrong.
+/// Writes the whole file, replacing an old one. Errors: UsageError that names it and what is wrong.
 inline void write_file(const std::string& path, const std::string& text) {
   errno = 0;
   std::ofstream file(path, std::ios::binary | std::ios::trunc);

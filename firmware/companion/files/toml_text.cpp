@@ -10,7 +10,7 @@ namespace {
 
 bool is_ascii(char c) { return (static_cast<unsigned char>(c) & 0x80u) == 0; }
 
-/// Copies a text from its beginning to its end and knows on which line it is.
+/// Copies a text from beginning to end and counts the lines.
 class Copy {
  public:
   explicit Copy(std::string_view text) : rest_(text) {
@@ -40,7 +40,7 @@ class Copy {
 
   [[noreturn]] void refuse(const std::string& what) const { throw TomlTextError(line_, what); }
 
-  /// One character of two to four bytes, as TOML's escape.
+  /// Copies one character of two to four bytes as TOML's escape.
   void escape() {
     const std::uint32_t lead = static_cast<unsigned char>(next());
     const std::size_t bytes = lead >= 0xF0u ? 4 : lead >= 0xE0u ? 3 : 2;
@@ -78,7 +78,7 @@ void copy_comment(Copy& copy) {
   }
 }
 
-/// Up to and with the closing quotes; a string of one line also ends with its line, which toml++ then refuses.
+/// Copies a string including its closing quotes. A single-line string also ends with its line; toml++ then refuses it.
 void copy_basic_string(Copy& copy, std::string_view quotes) {
   copy.keep(quotes.size());
   while (!copy.done()) {
@@ -108,7 +108,7 @@ void copy_literal_string_as_it_is(Copy& copy) {
   copy.keep(!copy.done() && copy.next() == '\'' ? 1 : 0);
 }
 
-/// A literal string that needs an escape becomes a basic one.
+/// Copies a literal string; one that needs an escape becomes a basic string.
 void copy_literal_string(Copy& copy) {
   const std::string_view inside = copy.rest().substr(1, copy.rest().find_first_of("'\n", 1) - 1);
   const bool closed = inside.size() + 1 < copy.rest().size() && copy.rest()[inside.size() + 1] == '\'';
@@ -141,8 +141,8 @@ void copy_long_literal_string(Copy& copy) {
   copy.keep(3);
 }
 
-/// A name of so many parts is none of ours (three at the most), and toml++ goes down its parts on the stack: a million
-/// of them ended the program.
+/// Refuses a name of too many parts. Ours have at most three, and toml++ recurses over the parts: a million of them
+/// overflowed the stack.
 class NameParts {
  public:
   void see(Copy& copy) {

@@ -5,27 +5,26 @@
 #include <string>
 #include <string_view>
 
-// toml++ 3.3 ends a debug build where a text is none that its author thought of ("[", then a new line); what follows
-// its checks refuses such a text as well.
+// toml++ 3.3 has assertions that end a debug build on some invalid texts ("[", then a new line); the code after them
+// refuses such texts as well.
 #define TOML_ASSERT(condition) static_cast<void>(0)
 #include <toml++/toml.h>
 
 namespace m100::companion {
 
-/// A text that is not TOML. Whoever reads the file puts its name and `line` before what() in an error of its own kind.
+/// A text that is not TOML. The reader of the file puts its name and `line` before what() in its own type of error.
 struct TomlTextError : std::runtime_error {
   TomlTextError(long at_line, const std::string& what) : std::runtime_error(what), line(at_line) {}
   long line = 0;  ///< 1-based
 };
 
-/// The same TOML in ASCII: what is not ASCII is an escape in a string, where it may stand, and a question mark in a
-/// comment. Lines stay where they were. Errors: TomlTextError at the first such character anywhere else, at one that is
-/// not UTF-8, and in a literal string of several lines, which knows no escapes.
+/// Converts TOML to ASCII: a character that is not ASCII becomes an escape in a string and a question mark in a
+/// comment. Line numbers stay the same. Errors: TomlTextError at the first such character anywhere else, at bytes that
+/// are not UTF-8, and in a literal string of several lines, which has no escapes.
 std::string ascii_toml(std::string_view text);
 
-/// The table that a text of TOML 1.0 holds. Errors: TomlTextError. Every TOML file of ours is read through this,
-/// because toml++ 3.3 runs into undefined behaviour where a letter that is not ASCII stands outside quotes. Only this
-/// header may include toml++.
+/// Parses a text of TOML 1.0. Errors: TomlTextError. Every TOML file of ours is read through this function, because
+/// toml++ 3.3 has undefined behaviour on a non-ASCII letter outside quotes. Only this header may include toml++.
 toml::table parse_toml(std::string_view text);
 
 }  // namespace m100::companion

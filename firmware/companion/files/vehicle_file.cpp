@@ -58,7 +58,7 @@ class Reader {
     check_order(name, *table, keys, into);
   }
 
-  /// Names the first section that nobody reads.
+  /// Refuses the first unknown section.
   void refuse_unknown() const {
     for (const auto& [key, node] : root_) {
       const std::string name(key.str());
@@ -123,7 +123,7 @@ class Reader {
       fail(file_, &node, full, "must be a number");
     }
     const double value = *node.value<double>();
-    // Zero stands for "no such effect" in keys that have it as their default, though their range begins above it.
+    // Zero means "no such effect" in keys whose default it is, although their range begins above it.
     const bool absent = value == 0.0 && may_be_absent && full.find("scale") == std::string::npos;
     if (!absent && !(value >= low && value <= high)) {
       fail(file_, &node, full, shortest(value) + " is outside [" + shortest(low) + ", " + shortest(high) + "]");
@@ -161,7 +161,7 @@ class Reader {
   std::set<std::string> known_;
 };
 
-/// Writes what Reader reads; the same tables, so that nothing can be written that is not read back.
+/// Writes what Reader reads, from the same tables, so that everything written can be read back.
 class Writer {
  public:
   explicit Writer(const std::map<std::string, std::string>& sources) : sources_(sources) {}
@@ -199,7 +199,7 @@ class Writer {
   std::ostringstream text_;
 };
 
-/// The one list of sections, in file order.
+/// Visits all sections in file order; reader and writer share this list.
 template <typename Visitor, typename VehicleRef>
 void visit_sections(Visitor& visitor, VehicleRef& vehicle) {
   visitor.section("axis.roll", axis_keys(AxisUnit::kTilt_rad), vehicle.roll);
@@ -250,7 +250,7 @@ std::string to_text(const Vehicle& vehicle, const std::map<std::string, std::str
 VehicleFile save_vehicle(const std::string& path, const Vehicle& vehicle,
                          const std::map<std::string, std::string>& sources) {
   const std::string text = to_text(vehicle, sources);
-  VehicleFile file = parse_vehicle(text, path);  // what cannot be read back is not written
+  VehicleFile file = parse_vehicle(text, path);  // a text that cannot be read back is not written
   std::ofstream stream(path, std::ios::binary);
   stream << text;
   stream.flush();

@@ -12,7 +12,7 @@
 
 namespace m100::companion {
 
-/// What is wrong with a vehicle file, in one line: "v.toml:12: 'axis.roll.damping_ratio': must be in [0.05, 5]".
+/// An error in a vehicle file, in one line: "v.toml:12: 'axis.roll.damping_ratio': must be in [0.05, 5]".
 class VehicleFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -30,13 +30,13 @@ struct VehicleFile {
 /// unknown sections or keys, wrong types and values outside their range are errors, and so is an axis with both a time
 /// constant and a natural frequency, or with neither. Errors: VehicleFileError.
 VehicleFile load_vehicle(const std::string& path);
-/// The same from text; `name` stands for the file in messages.
+/// The same from text; `name` is the file's name in messages.
 VehicleFile parse_vehicle(std::string_view text, const std::string& name);
 
 /// The file's text: all sections, keys in a fixed order, numbers in the shortest form that reads back to the same bits.
 std::string to_text(const model::Vehicle& vehicle, const std::map<std::string, std::string>& sources);
 
-/// Writes the text and gives back what load_vehicle would read. Errors: VehicleFileError.
+/// Writes the text and returns what load_vehicle would read. Errors: VehicleFileError.
 VehicleFile save_vehicle(const std::string& path, const model::Vehicle& vehicle,
                          const std::map<std::string, std::string>& sources);
 

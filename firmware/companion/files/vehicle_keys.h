@@ -16,11 +16,11 @@ struct NumberKey {
   double T::*member;
   double low;
   double high;
-  bool only_if_set = false;  ///< not written while it has its default: files of before the key keep their digest
+  bool only_if_set = false;  ///< not written at its default, so files older than the key keep their digest
 };
 
-/// The keys of an axis' section, made from the table of axis effects, the scale first. The same keys serve the plant
-/// file of the simulator, so that a quantity has one name and one range.
+/// The keys of an axis' section, from the table of axis effects, the scale first. The simulator's plant file uses the
+/// same keys, so that a quantity has one name and one range.
 std::span<const NumberKey<model::StickAxis>> axis_keys(model::AxisUnit unit);
 
 std::span<const NumberKey<model::Translation>> translation_keys();

@@ -13,7 +13,7 @@ bool is_ground(FlightStatus status) {
   return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
 }
 
-/// Where a task leads, and where it begins: the air and the ground, or the other way round.
+/// A take-off begins on the ground and ends in the air, a landing the other way round.
 bool is_at_end(Task task, FlightStatus status) {
   return task == Task::kTakeOff ? status == FlightStatus::kInAir : is_ground(status);
 }
@@ -87,7 +87,7 @@ void AutopilotTask::hear_answer(core::TimePoint now, const Controller& controlle
   if (!answer.name.empty() && answer.verdict != protocol::AckVerdict::kDone) {
     answer_ = answer;
     fail(Failure::kRefused);
-  } else if (!answer.name.empty() || shows_it) {  // answers are lost; telemetry tells, too
+  } else if (!answer.name.empty() || shows_it) {  // an answer may be lost, and telemetry shows it, too
     state_ = State::kFlies;
   } else if (now - asked_at_ > kAnswerIn) {
     fail(Failure::kNoAnswer);
@@ -101,7 +101,7 @@ void AutopilotTask::watch(core::TimePoint now, const link::SerialLink& link) {
   const core::Duration same_for = now - same_since_;
   const bool takes_off = task_ == Task::kTakeOff;
   begun_ = begun_ || shown == (takes_off ? FlightStatus::kTakingOff : FlightStatus::kLanding);
-  const bool is_new = begun_ || now - asked_at_ > kAnswerIn;  // not what was shown before it began
+  const bool is_new = begun_ || now - asked_at_ > kAnswerIn;  // the status no longer dates from before the task
   if (is_at_end(task_, shown) && (takes_off ? same_for >= kSettled : is_new)) {
     state_ = State::kDone;
   } else if (!begun_ && now - asked_at_ > kBegunIn) {
@@ -128,19 +128,19 @@ void describe(TextLine& line, const AutopilotTask& task) {
       line.add(static_cast<double>(task.answer().code), 0).add("; ").add(task.answer().remedy);
       return;
     case AutopilotTask::Failure::kNoAnswer:
-      line.add(": the autopilot does not answer, and its flight status shows nothing of it");
+      line.add(": the autopilot does not answer, and its flight status does not show it");
       return;
     case AutopilotTask::Failure::kNotAsked:
       line.add(": the request could not be sent");
       return;
     case AutopilotTask::Failure::kNotBegun:
-      line.add(": the autopilot has accepted it and does not begin");
+      line.add(": the autopilot accepted it but did not begin");
       return;
     case AutopilotTask::Failure::kBrokenOff:
-      line.add(": the autopilot has broken it off");
+      line.add(": the autopilot aborted it");
       return;
     case AutopilotTask::Failure::kTooLong:
-      line.add(": the autopilot does not come to its end");
+      line.add(": the autopilot did not finish it in time");
       return;
     case AutopilotTask::Failure::kNone:
       return;

@@ -17,11 +17,11 @@
 namespace m100::companion {
 namespace {
 
-/// What could be seen without sending.
+/// Results that need no sending.
 struct Seen {
   bool telemetry = false;
   bool mode_f = false;
-  std::optional<bool> pose;  ///< no value: nobody looked
+  std::optional<bool> pose;  ///< no value: not examined
   link::LinkHealth health;
   nlohmann::json pose_link{};
   std::uint32_t stalls = 0;
@@ -38,13 +38,14 @@ std::uint32_t listen(const FlyOptions& options, const Tick& tick) {
   return clock.stalls();
 }
 
-/// The link asks for the version, and hears no answer to what has not left: that is no failure of the line.
+/// Clears the session counts: the link's request for the version was never sent, so its missing answer is not a failure
+/// of the line.
 link::LinkHealth unasked(link::LinkHealth health) {
   health.sessions = {};
   return health;
 }
 
-/// Without a vehicle or a pose there is nothing to estimate: the link alone.
+/// Without a vehicle or a pose there is nothing to estimate: runs the link alone.
 Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal::Uart& port) {
   link::SerialLink link(port, config);
   const std::uint32_t stalls = listen(options, [&](core::TimePoint now) { link.receive(now); });
@@ -55,7 +56,7 @@ Seen listen_only(const FlyOptions& options, const link::LinkConfig& config, hal:
           .stalls = stalls};
 }
 
-/// The whole program but its voice.
+/// Runs the whole program without sending.
 Seen fly_silently(const FlyOptions& options, const Orders& orders, const FlightModel& model,
                   const link::LinkConfig& link, hal::Uart& port) {
   PosePort pose_port(options.pose, options.port);
@@ -98,7 +99,8 @@ void tell(const FlyOptions& options, const Seen& seen) {
               << "\n";
   }
   if (seen.pose) {
-    std::cout << "pose:      " << (*seen.pose ? "fresh, and the estimate is healthy" : "too old, or not believed")
+    std::cout << "pose:      "
+              << (*seen.pose ? "fresh, and the estimate is healthy" : "too old, or the estimate is not healthy")
               << "\n";
   }
   print(std::cout, seen.health);
@@ -126,7 +128,7 @@ bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart&
   const Orders orders(options);
   const bool has_model = !options.vehicle.empty() && !options.gains.empty();
   if (options.vehicle.empty() != options.gains.empty()) {
-    throw UsageError("fly: --vehicle and --gains belong together");
+    throw UsageError("fly: --vehicle and --gains must be given together");
   }
   if (!options.log.empty() && (!has_model || options.pose.port.empty())) {
     throw UsageError("fly: --log needs --pose-port, --vehicle and --gains");

@@ -7,7 +7,7 @@
 
 namespace m100::companion {
 
-/// What became of an excitation, for the result of a flight.
+/// The outcome of an excitation, for the result of a flight.
 nlohmann::json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& file);
 
 }  // namespace m100::companion

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 fly: the flight controller on a course, from the first pose to the hand-over.
+// m100 fly: flies a course with the flight controller, from the first pose to the handover.
 #include <sched.h>
 #include <sys/mman.h>
 
@@ -33,23 +33,24 @@ namespace m100::companion {
 namespace {
 
 using Controller = app::FlightController<double>;
-constexpr int kPriority = 50;  ///< of SCHED_FIFO, where it is granted
-/// From where control is taken: a pilot's hover wanders by a metre; a longer way is a course that nobody asked for.
+constexpr int kPriority = 50;  ///< of SCHED_FIFO, if it is granted
+/// Largest distance from the beginning of the course at which control is taken. A pilot's hover wanders by a metre; a
+/// longer way there would be a course that the operator did not order.
 constexpr double kReach_m = 1.5;
 
-/// What an assertion handler can reach.
+// An assertion handler can only use globals.
 hal::SerialPort* farewell_port = nullptr;
 const link::Farewell* farewell = nullptr;
 const link::AuthorityView* farewell_authority = nullptr;
 
 void say_farewell(const char* file, int line) {
-  // The neutral command is one of control: nothing of it leaves where control is the pilot's (promise R4).
+  // The neutral command is a control command: it must not be sent when the pilot has control (promise R4).
   (void)farewell_port->write(farewell_authority->in_control ? farewell->bytes() : farewell->giving_back());
   std::cerr << "m100: broken invariant at " << file << ":" << line << "; control was released\n";
   std::_Exit(kAnswerIsNo);
 }
 
-/// What a broken invariant says from now on. @returns the handler of before.
+/// Makes a broken invariant send the farewell from now on. @returns the former handler.
 core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::SerialPort& port,
                                        const link::AuthorityView& authority) {
   farewell = &last_words;
@@ -58,7 +59,7 @@ core::AssertionHandler say_when_broken(const link::Farewell& last_words, hal::Se
   return core::set_assertion_handler(&say_farewell);
 }
 
-/// To the end, where that was asked for.
+/// Whether the excitation was flown to its end, if there is one.
 bool is_excited(const Orders& orders, const Controller& controller) {
   return !orders.excitation || controller.excitation().state() == ctl::Excitation<double>::State::kOver;
 }
@@ -89,7 +90,7 @@ link::ChannelCommand neutral_of(const FlyOptions& options, const model::Vehicle&
                                        : link::ChannelCommand(vrc::CommandMap(vehicle).neutral());
 }
 
-/// The library would make the buffer of the standard output when the first line is said, in flight (promise R1).
+/// Sets the buffer of the standard output now: the library would allocate it in flight, with the first line (R1).
 void give_output_its_buffer() {
   static std::array<char, BUFSIZ> buffer;
   (void)std::setvbuf(stdout, buffer.data(), _IOFBF, buffer.size());
@@ -100,30 +101,30 @@ void ask_for_real_time() {
   const bool first = sched_setscheduler(0, SCHED_FIFO, &priority) == 0;
   const bool locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
   if (!first || !locked) {
-    std::cout << (first ? "memory cannot be locked" : "no real-time rights") << "; m100 doctor tells how to get them\n";
+    std::cout << (first ? "memory cannot be locked" : "no real-time rights") << "; m100 doctor tells the remedy\n";
   }
 }
 
-/// What the thread that flies needs before its first tick.
-/// @returns who speaks to the room, where somebody listens.
+/// Prepares the thread that flies for its first tick.
+/// @returns the speaker to the room; null: there is none.
 Speaker* prepare_the_thread(PosePort& pose_port, Live& live) {
   give_output_its_buffer();
-  Speaker* const speaker = pose_port.start_speaker();  // the threads must not inherit what follows
+  Speaker* const speaker = pose_port.start_speaker();  // before the steps whose effects the threads must not inherit
   live.start();
   ask_for_real_time();
   return speaker;
 }
 
-/// Of a flight in simulated time, for its log: less than the log's ring holds.
+/// In simulated time the flight waits for its log after so many ticks: the log's ring holds more than they produce.
 constexpr std::uint32_t kTicksPerWait = 400;
 constexpr core::Duration kHealthPeriod = std::chrono::seconds(1);  ///< of the link's health in the log
-/// How long a service manager may hear nothing: more than the keeper's 0.7 s, which ends a hang more gently.
+/// Watchdog time-out of the service manager: longer than the keeper's 0.7 s, which handles a hang more gently.
 constexpr core::Duration kServicePatience = std::chrono::seconds(1);
 
-/// Lines for the terminal and the log.
+/// Sends lines to the terminal, the log and the room.
 class Ears final : public Listener {
  public:
-  /// @param speaker who tells the room; may be null.
+  /// @param speaker to the room; may be null.
   Ears(log::FlightLogWriter* log, Speaker* speaker) : log_(log), speaker_(speaker) {}
   void hear(core::TimePoint now, std::string_view line) override {
     TextLine timed;
@@ -142,7 +143,7 @@ class Ears final : public Listener {
   Speaker* speaker_;
 };
 
-/// A line a second of what the link is like.
+/// Logs the health of the link once a second.
 class HealthLog {
  public:
   explicit HealthLog(log::FlightLogWriter* log) : log_(log) {}
@@ -159,20 +160,19 @@ class HealthLog {
   HealthText text_{};
 };
 
-/// Whether there is still somebody who gives control back if this program dies, in words where that changes.
+/// Watches whether the second process would give control back if this program died; tells the operator on a change.
 class GuardWatch {
  public:
   GuardWatch(Keeper& keeper, Listener& listener) : keeper_(keeper), listener_(listener) {}
-  /// @returns true: there is.
+  /// @returns true: it would.
   bool tick(core::TimePoint now) {
     const Keeper::Guard guard = keeper_.guard(now);
     if (guard != told_) {
       told_ = guard;
-      listener_.hear(now,
-                     guard == Keeper::Guard::kStands ? "the second process goes on"
-                     : guard == Keeper::Guard::kDead
-                         ? "the second process is dead: nobody gives control back if this program dies. Land"
-                         : "the second process stands still: nobody gives control back if this program dies. Land");
+      listener_.hear(now, guard == Keeper::Guard::kStands ? "the second process runs again"
+                          : guard == Keeper::Guard::kDead
+                              ? "the second process is dead: nobody gives control back if this program dies. Land"
+                              : "the second process hangs: nobody gives control back if this program dies. Land");
     }
     return guard == Keeper::Guard::kStands;
   }
@@ -185,11 +185,11 @@ class GuardWatch {
 
 void say_what_is_off(const FlyOptions& options, Ears& ears, core::TimePoint now) {
   for (const std::string& check : options.checks_off) {
-    ears.hear(now, TextLine{}.add("by --override, check ").add(check).add(" is switched off").text());
+    ears.hear(now, TextLine{}.add("--override: check ").add(check).add(" is switched off").text());
   }
 }
 
-/// @returns null: none was asked for.
+/// @returns null: no log was requested.
 log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& options, const FlightModel& model,
                                 const Orders& orders, const ref::Waypoint<double>& start,
                                 const app::FlightConfig& config, core::TimePoint now) {
@@ -202,14 +202,14 @@ log::FlightLogWriter* begin_log(std::optional<LogFile>& file, const FlyOptions& 
   return &file->log();
 }
 
-/// A flight in simulated time goes as fast as the machine can, and its log with it.
+/// Lets the log catch up in simulated time, in which a flight runs as fast as the machine can.
 void let_the_log_follow(const FlyOptions& options, const std::optional<LogFile>& log, std::uint32_t ticks) {
   if (log && hal::is_simulated(options.port) && ticks % kTicksPerWait == 0) {
     log->wait_until_written();
   }
 }
 
-/// The operator's words and those of the room.
+/// The commands of the operator and of the room.
 OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& controller, const Pilotage& pilotage,
                     core::TimePoint now) {
   const Said said = heard_from_operator();
@@ -217,10 +217,10 @@ OperatorInput heard(const PosePort& port, RoomOrders& room, const Controller& co
   return {.word = said.word || ordered.word, .land = said.land || ordered.land, .stops = stops(), .led = room.leads()};
 }
 
-/// The closing words, and the result.
+/// Prints the closing lines and writes the result.
 void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
               Live& live) {
-  live.finish();  // its line must not stand among the words
+  live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
@@ -270,11 +270,11 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     keeper.hold(port.descriptor(), port.openings());
     if (!keeper.beat(controller->link().authority().in_control)) {
       controller->release();
-      say("this program stood still for too long: control was given back to the transmitter");
+      say("this program stalled for too long: control was given back to the transmitter");
     }
     pose_port.tick();
     const bool guarded = guard.tick(now);
-    (void)controller->tick(now);  // what became of the command stands in the log
+    (void)controller->tick(now);  // the log holds the outcome of the command
     pose_port.tell(*controller, now);
     live.tell(*controller, *trajectory, now);
     health.tick(now, controller->link().health());

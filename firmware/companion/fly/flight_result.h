@@ -11,12 +11,12 @@
 
 namespace m100::companion {
 
-/// What `fly --json` says of a flight that is over, in SI units.
+/// The result of a flight for `fly --json`, in SI units.
 /// @param stalls ticks that came more than two periods late
 nlohmann::json flight_result(const FlyOptions& options, const Orders& orders, const Pilotage& pilotage,
                              const app::FlightController<double>& controller, std::uint32_t stalls,
                              const safety::Limits& limits);
-/// And of what the room said.
+/// The counts of messages from the room.
 nlohmann::json room_result(const HeardStats& heard, std::uint32_t parameters_not_set);
 
 }  // namespace m100::companion

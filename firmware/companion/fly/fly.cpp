@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 fly: the options of a flight, and what the dry run, the handshake and the flight share.
+// m100 fly: the options of a flight, and functions shared by the dry run, the handshake and the flight.
 #include "firmware/companion/fly/fly.h"
 
 #include <poll.h>
@@ -43,8 +43,7 @@ link::LinkConfig link_config(const FlyOptions& options) {
                     .paper_100_hz = options.paper_100_hz};
   if (!link::command_period(config.channel)) {
     throw UsageError(
-        "--rate: virtual_rc takes 5 to 25 Hz, movement 1 to 50 Hz; the paper's 100 Hz is asked for with "
-        "--paper-100hz");
+        "--rate: virtual_rc takes 5 to 25 Hz, movement 1 to 50 Hz; the paper's 100 Hz needs --paper-100hz");
   }
   return config;
 }
@@ -64,9 +63,9 @@ void check_files(const FlyOptions& options) {
 
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
-  (void)receiver_of(options.live.to);  // before anything is begun
+  (void)receiver_of(options.live.to);  // refuses a wrong one before anything begins
   if (!options.excite.empty() && options.channel != "virtual_rc") {
-    throw UsageError("--excite: is made of sticks, and needs --channel virtual_rc");
+    throw UsageError("--excite: moves sticks, and needs --channel virtual_rc");
   }
   const PreparedLink prepared(options);
   watch_signals();
@@ -85,7 +84,7 @@ void run(const FlyOptions& options) {
 }  // namespace
 
 PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(options)) {
-  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // passes every comparison of a range
+  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // CLI11's range check accepts it
     throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
   }
   check_files(options);
@@ -101,15 +100,15 @@ std::uint32_t stops() { return stop_signals; }
 void watch_signals() {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
-  std::signal(SIGHUP, on_signal);  // the terminal is gone, the aircraft is not
+  std::signal(SIGHUP, on_signal);  // without its terminal the program must still end the flight in order
   std::signal(SIGQUIT, on_signal);
   std::signal(SIGUSR1, on_word);
-  // The shell's job control must not stop a program that flies: Ctrl-Z is a wish to end, and whoever is in the
-  // background has no terminal to read.
+  // The shell's job control must not stop a program that flies: Ctrl-Z ends the flight, and in the background there is
+  // no terminal to read.
   std::signal(SIGTSTP, on_signal);
   std::signal(SIGTTIN, SIG_IGN);
   std::signal(SIGTTOU, SIG_IGN);
-  // A reader of our output that left, or a log that may not grow, must not end a flight.
+  // A closed reader of our output, or a log at its size limit, must not end a flight.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }
@@ -133,7 +132,7 @@ void say(std::string_view line) {
   pollfd output{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
   if (poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0) {
     std::cout << line_begin() << line << std::endl;
-    std::cout.clear();  // a line that was not taken is lost, those behind it are not
+    std::cout.clear();  // only the line that was not taken is lost
     std::clearerr(stdout);
   }
 }
@@ -143,7 +142,8 @@ void open_or_explain(hal::SerialPort& port) {
     case core::Status::kOk:
       return;
     case core::Status::kRefused:
-      throw UsageError(port.path() + ": no right to open it, or another program holds it (m100 doctor tells more)");
+      throw UsageError(port.path() +
+                       ": no permission to open it, or another program holds it (m100 doctor tells more)");
     case core::Status::kInvalidArgument:
       throw UsageError(port.path() + ": this baud rate is not supported");
     default:
@@ -174,15 +174,17 @@ core::TimePoint TickClock::next() {
 
 void add_link_options(CLI::App& app, FlyOptions& options) {
   app.add_option("--port", options.port, "serial port of the autopilot")->required();
-  app.add_option("--baud", options.baud, "as set in DJI's assistant")
+  app.add_option("--baud", options.baud, "baud rate, as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app.add_option("--app-id", options.app_id, "from DJI's developer site");
+  app.add_option("--app-id", options.app_id, "app id from DJI's developer site");
   app.add_option("--key-file", options.key_file,
-                 "file with the app's key, 64 hexadecimal digits, that only its owner can read; encrypts commands");
+                 "file with the app's key (64 hexadecimal digits, readable by its owner only); encrypts the commands");
   app.add_option("--channel", options.channel, "how commands are sent")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
-  app.add_option("--rate", options.rate_hz, "commands per second, inside the channel's window; 0: the channel's own");
-  app.add_flag("--paper-100hz", options.paper_100_hz, "the paper's command rate, beyond what DJI allows");
+  app.add_option("--rate", options.rate_hz,
+                 "commands per second, inside the channel's window; 0: the channel's default");
+  app.add_flag("--paper-100hz", options.paper_100_hz,
+               "the paper's command rate of 100 Hz, which is more than DJI allows");
   app.add_option("--json", options.json, "result as JSON");
 }
 
@@ -198,26 +200,26 @@ void add_fly(CLI::App& m100) {
       app->add_flag("--take-control", options->take_control,
                     "ask for control once as soon as all is ready, and give it back after --hold");
   app->add_flag("--take-off", options->take_off,
-                "the aircraft stands on the ground: the word to fly takes off first, by the autopilot's own task, and "
-                "the course begins 1.2 m above; --hold counts from there");
+                "an aircraft on the ground takes off first, by the autopilot's own task, when the operator orders the "
+                "flight; the course begins 1.2 m above the ground, and --hold counts from there");
   app->add_flag("--land", options->land,
-                "the end of --hold lands, by the autopilot's own task, and gives control back on the ground")
+                "land at the end of --hold, by the autopilot's own task, and give control back on the ground")
       ->needs(take_control);
   app->add_flag("--once", options->once,
                 "for scripts: end (exit code 1) where the program would wait for the operator");
-  app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; of a dry run")
+  app->add_option("--hold", options->hold_s, "seconds in control, with --take-control; length of a dry run")
       ->check(CLI::Range(0.0, 3600.0));
   add_pose_options(*app, options->pose);
   app->add_option("--vehicle", options->vehicle, "vehicle file (TOML)");
   app->add_option("--gains", options->gains, "gain table file, made from that vehicle file by m100-lab gains");
-  app->add_option("--flight", options->flight, "flight file (TOML): the fence, and what else the flight may do");
-  app->add_option("--mode", options->mode, "tuning; default: the flight file's")
+  app->add_option("--flight", options->flight, "flight file (TOML): the fence and the other limits of the flight");
+  app->add_option("--mode", options->mode, "tuning; default: as in the flight file")
       ->check(CLI::IsMember({"field", "calm_room"}));
   app->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline, for comparison")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   app->add_option("--override", options->checks_off,
-                  "switch off one check of the pose against the autopilot's telemetry, or fly what m100 check calls "
-                  "wrong, by its name; may be repeated")
+                  "switch off one check of the pose against the autopilot's telemetry, or fly in spite of what m100 "
+                  "check finds wrong: give the name of either; may be repeated")
       ->check(CLI::IsMember(names_for_override()));
   CLI::Option* const course =
       app->add_option("--course", options->course, "course file; default: hover where the aircraft is");

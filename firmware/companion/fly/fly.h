@@ -20,7 +20,7 @@ class App;
 
 namespace m100::companion {
 
-/// The options of `fly`; those of the link are `handshake`'s too.
+/// The options of `fly`; `handshake` uses those of the link, too.
 struct FlyOptions {
   std::string port;
   std::uint32_t baud = 230400;
@@ -37,7 +37,7 @@ struct FlyOptions {
   double hold_s = 5.0;
   double patience_s = 30.0;
   std::string json;
-  // Not of the handshake.
+  // Not used by the handshake.
   PoseOptions pose;
   std::string vehicle;
   std::string gains;
@@ -51,10 +51,10 @@ struct FlyOptions {
   LiveOptions live;
 };
 
-/// The options of the link, for a subcommand that has one.
+/// Adds the options of the link to a subcommand.
 void add_link_options(CLI::App& app, FlyOptions& options);
 
-/// The link as the options have it, with its key. Errors: UsageError.
+/// The configuration of the link by the options, with its key. Errors: UsageError.
 struct PreparedLink {
   explicit PreparedLink(const FlyOptions& options);
   PreparedLink(const PreparedLink&) = delete;
@@ -64,29 +64,29 @@ struct PreparedLink {
   link::LinkConfig config;
 };
 
-/// How often SIGINT, SIGTERM, SIGHUP or SIGQUIT came: give control back and end.
+/// The number of SIGINT, SIGTERM, SIGHUP and SIGQUIT received: each means give control back and end.
 std::uint32_t stops();
 inline bool stop_asked() { return stops() != 0; }
 void watch_signals();
-/// What the operator has said since the call before. The end of the standard input is no word.
+/// The operator's commands since the last call. The end of the standard input is not a command.
 Said heard_from_operator();
-/// Words that were typed before there was anything to answer are none. What stands in a pipe is kept.
+/// Discards what was typed before there was anything to answer. Input in a pipe is kept.
 void forget_words();
 
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);
 
-/// A line for the operator, if the terminal takes it now: one that is stopped (Ctrl-S) must not stop the flight.
-/// A status line that stands there is taken away first.
+/// Prints a line for the operator if the terminal takes it now: a stopped terminal (Ctrl-S) must not stop the flight.
+/// Erases the status line first, if there is one.
 void say(std::string_view line);
 
-/// One line about where the authority table stands, with the remedy where there is one.
+/// One line with the state of the authority table, and the remedy if there is one.
 std::string describe(const link::AuthorityView& authority);
 
 /// Ticks of 10 ms by absolute deadlines; after a stall of more than one tick the grid starts anew.
 class TickClock {
  public:
-  /// @param port whose time it is: a simulated one brings its own, any other lives in the machine's.
+  /// @param port whose clock is used: a simulated port has its own, any other uses the machine's.
   explicit TickClock(const std::string& port) : clock_(port) {}
   core::TimePoint now() { return clock_.now(); }
   /// Waits for the next tick. @returns its time.
@@ -104,13 +104,12 @@ class TickClock {
   core::Duration longest_{0};
 };
 
-// What `m100 fly` does.
+// The two ways to run `m100 fly`.
 
-/// Everything of a flight that can be done without sending. @returns true: telemetry came, and the pose is fresh where
-/// one was asked for.
+/// Does everything of a flight that needs no sending. @returns true: telemetry came, and the pose is fresh if one was
+/// asked for.
 bool dry_run(const FlyOptions& options, const link::LinkConfig& link, hal::Uart& autopilot);
-/// @returns true: control was taken, held and given back. The flight controller on a course, by the pose that comes
-/// over the second port.
+/// Flies a course by the pose from the second port. @returns true: control was taken, held and given back.
 bool fly_course(const FlyOptions& options, const link::LinkConfig& config, hal::SerialPort& port);
 
 }  // namespace m100::companion

@@ -6,16 +6,15 @@ namespace {
 
 constexpr std::string_view kPilotsPart = "PILOT: turn the mode switch to P and back to F";
 
-/// Whose control is, by telemetry in which it is not ours.
+/// Who has control, by telemetry that shows that it is not ours.
 std::string_view whose(const protocol::Telemetry& telemetry) {
   if (telemetry.control.device() == protocol::ControlDevice::kMobileApp) {
     return "the mobile app has control of the aircraft, not the transmitter: end its control there, or turn the mode "
            "switch to P and back to F";
   }
   if (telemetry.rc.gear == 0) {
-    return "control is not ours, and no transmitter is heard: it is off or out of reach, and the autopilot does what "
-           "it "
-           "is set to do then. PILOT: switch the transmitter on";
+    return "control is not ours, and no transmitter is heard: it is off or out of range, and the autopilot does what "
+           "it is configured to do in that case. PILOT: switch the transmitter on";
   }
   return "the transmitter has the aircraft";
 }
@@ -36,7 +35,7 @@ HandBack::State HandBack::look(core::TimePoint now, const link::SerialLink& link
     begun_ = false;
     return State::kOver;
   }
-  // Ending without knowing: only where nothing of ours can arrive any more, or where the operator insists.
+  // Giving up without a confirmation: only if nothing of ours can arrive any more, or if the operator insists.
   const bool insists = stops > stops_before_ + (stops_before_ == 0 ? 1U : 0U);
   const bool port_is_lost = view.port_gone && now - port_here_ > kPortReturns;
   return port_is_lost || (insists && now - since_ > kTold) ? State::kGivesUp : State::kGoesOn;
@@ -54,7 +53,7 @@ void HandBack::tell_whose(core::TimePoint now, const link::SerialLink& link) {
   const bool is_certain = link.health().outages == outages_before_;
   listener_.hear(now, !is_certain && is_with_the_pilot_
                           ? "telemetry at the port shows that the transmitter has control. The port was gone: if "
-                            "another autopilot was plugged in, this says nothing of the one that flew"
+                            "another autopilot was plugged in, this says nothing about the one that flew"
                           : whose(telemetry));
 }
 
@@ -81,11 +80,12 @@ void HandBack::watch(core::TimePoint now, const link::AuthorityView& view) {
     listener_.hear(now, "the port is gone; control is not ours. It is opened again as soon as it is back");
   } else if (trouble != told_ && trouble != Trouble::kNone) {
     TextLine line;
-    line.add(trouble == Trouble::kPortGone       ? "the port is gone: no byte of ours reaches the autopilot. "
-             : trouble == Trouble::kNothingHeard ? "nothing new comes from the autopilot; control is given back blind. "
-             : trouble == Trouble::kUnheard      ? "the autopilot answers nothing: no byte of ours reaches it. "
-                                                 : "the autopilot does not show that the transmitter has control. ");
-    listener_.hear(now, line.add(kPilotsPart).add(". The program goes on giving back").text());
+    line.add(trouble == Trouble::kPortGone ? "the port is gone: no byte of ours reaches the autopilot. "
+             : trouble == Trouble::kNothingHeard
+                 ? "nothing new comes from the autopilot; control is given back unconfirmed. "
+             : trouble == Trouble::kUnheard ? "the autopilot answers nothing: no byte of ours reaches it. "
+                                            : "the autopilot does not show that the transmitter has control. ");
+    listener_.hear(now, line.add(kPilotsPart).add(". The program keeps giving control back").text());
   }
   told_ = trouble;
 }

@@ -9,31 +9,31 @@
 
 namespace m100::companion {
 
-/// The end of control, the same for a flight and for the handshake (promise R15): from when control is to go back, or
-/// is gone, until new telemetry shows whose it is. The link gives back; here stands when that is over, and what the
-/// operator reads where it does not succeed. No heap.
+/// The end of control, the same for a flight and for the handshake (promise R15): from the moment when control is to go
+/// back, or is lost, until new telemetry shows who has it. The link gives control back; this class decides when that is
+/// over, and tells the operator what to do if it does not succeed. No heap.
 class HandBack {
  public:
-  /// Longer than this, and the operator reads what the pilot has to do.
+  /// After this time the operator is told what the pilot has to do.
   static constexpr core::Duration kTold = std::chrono::seconds(1);
-  /// A port that is gone for longer does not come back in this session: where the program was to end, it ends.
+  /// After this time a port that is gone is not expected back: if the program was to end, it ends.
   static constexpr core::Duration kPortReturns = std::chrono::seconds(5);
 
   enum class State : std::uint8_t {
     kGoesOn,   ///< control may still be ours
-    kOver,     ///< telemetry shows that it is not
+    kOver,     ///< telemetry shows that control is not ours
     kGivesUp,  ///< unknown: the port is gone for good, or the operator insists
   };
 
   explicit HandBack(Listener& listener) : listener_(listener) {}
 
-  /// Control is asked for. @param outages of the port so far: an autopilot behind a port that was gone may be another.
+  /// Notes that control is requested. @param outages of the port so far: after one it may lead to another autopilot.
   void note_ask(std::uint32_t outages) { outages_before_ = outages; }
-  /// Control is to go back, or is gone. @param stops signals to end so far, that this answers.
+  /// Begins: control is to go back, or is lost. @param stops signals to end so far, which this hand-back answers.
   void begin(core::TimePoint now, std::uint32_t stops);
-  /// Each tick, in every phase: what the pilot has to do where control may be ours and cannot be given back.
+  /// Call it each tick, in every phase: tells what the pilot has to do if control may be ours and cannot be given back.
   void watch(core::TimePoint now, const link::AuthorityView& view);
-  /// Each tick after begin(). Says whose control is when it is over.
+  /// Call it each tick after begin(). Tells who has control when the hand-back is over.
   State look(core::TimePoint now, const link::SerialLink& link, std::uint32_t stops);
   /// After kOver: the transmitter is on and has control.
   bool is_with_the_pilot() const { return is_with_the_pilot_; }
@@ -47,7 +47,7 @@ class HandBack {
   Listener& listener_;
   bool begun_ = false;
   core::TimePoint since_{};
-  core::TimePoint port_here_{};  ///< the port was there
+  core::TimePoint port_here_{};  ///< when the port was last there
   std::uint32_t outages_before_ = 0;
   std::uint32_t stops_before_ = 0;
   bool is_with_the_pilot_ = false;

@@ -30,14 +30,14 @@ link::ChannelCommand neutral_of(const FlyOptions& options) {
                                        : link::ChannelCommand(vrc::Sticks{});
 }
 
-/// The course of one session at the autopilot. A signal gives control back. However control ends, the session goes on
-/// until telemetry shows that it is not ours.
+/// One session with the autopilot. A signal gives control back. However control ends, the session continues until
+/// telemetry shows that it is not ours.
 class Session final : public Listener {
  public:
   Session(const FlyOptions& options, link::SerialLink& link)
       : options_(options), neutral_(neutral_of(options)), link_(link), back_(*this) {}
 
-  /// One tick. @returns false: over.
+  /// One tick. @returns false: the session is over.
   bool tick(core::TimePoint now) {
     link_.receive(now);
     note_changes(now);
@@ -69,7 +69,7 @@ class Session final : public Listener {
     say(timed.str());
   }
 
-  /// Control was taken, held for its time or until the operator's word, and the transmitter has it.
+  /// Control was taken, held for its time or until the operator's command, and the transmitter has it.
   bool succeeded() const { return released_; }
   json to_json() const {
     json stages = json::array();
@@ -92,7 +92,7 @@ class Session final : public Listener {
 
   bool start(core::TimePoint now) {
     if (stop_asked() && link_.authority().owed) {
-      release(now);  // a program before us may have left it so
+      release(now);  // a previous program may have left control taken
       return true;
     }
     if (link_.authority().stage == safety::Stage::kReady) {
@@ -110,13 +110,13 @@ class Session final : public Listener {
     } else if (was_refused(now)) {
       begin_hand_back(now);
     } else if (stop_asked()) {
-      release(now);  // what is only asked for may already be granted
+      release(now);  // a request may already be granted
     }
     return true;
   }
   bool hold(core::TimePoint now) {
     if (!link_.authority().in_control) {
-      begin_hand_back(now);  // lost: no command is sent any more, and nobody asks again
+      begin_hand_back(now);  // lost: no command is sent any more, and control is not requested again
     } else if (stop_asked() || core::seconds<double>(now - obtained_at_) >= options_.hold_s) {
       was_held_ = true;
       release(now);
@@ -133,13 +133,13 @@ class Session final : public Listener {
   }
   bool give_back(core::TimePoint now) {
     if (now > back_.since() && link_.authority().in_control) {
-      link_.release(now);  // an answer that was on its way has granted control meanwhile
+      link_.release(now);  // a delayed answer has granted control meanwhile
     }
     const HandBack::State state = back_.look(now, link_, stops());
     released_ = state == HandBack::State::kOver && was_held_ && back_.is_with_the_pilot();
     return state == HandBack::State::kGoesOn;
   }
-  /// The table has gone back to a stage that waits for the operator.
+  /// The authority table is back at a stage that waits for the operator.
   bool was_refused(core::TimePoint now) const {
     const safety::Stage stage = link_.authority().stage;
     const bool waits =

@@ -17,11 +17,11 @@
 namespace m100::companion {
 namespace {
 
-constexpr core::Duration kGoes = std::chrono::seconds(2);      ///< then a keeper that was told to go is killed
-constexpr core::Duration kComesUp = std::chrono::seconds(20);  ///< else nothing flies; the machine may be busy
+constexpr core::Duration kGoes = std::chrono::seconds(2);      ///< time-out after which a dismissed keeper is killed
+constexpr core::Duration kComesUp = std::chrono::seconds(20);  ///< time-out for its start, as the machine may be busy
 
-/// Any two that follow each other differ: the autopilot executes a number once per session (protocol, section 5). They
-/// begin where the clock stands, because it may remember the farewell of a flight before.
+/// First sequence number of the farewells. Successive numbers differ, because the autopilot executes a number once per
+/// session (protocol, section 5). They begin at the clock's value, because it may remember those of an earlier flight.
 std::uint16_t first_sequence() { return static_cast<std::uint16_t>(monotonic_now().time_since_epoch().count()); }
 
 Rounds make_rounds(const link::ChannelCommand& neutral, const protocol::Cipher* cipher) {
@@ -45,7 +45,7 @@ Keeper::Keeper(const link::ChannelCommand& neutral, const protocol::Cipher* ciph
   const Rounds rounds = make_rounds(neutral, cipher);
   process_ = fork();
   if (process_ < 0) {
-    throw std::runtime_error("no second process can be started, which gives control back when this one dies");
+    throw std::runtime_error("the second process, which gives control back when this one dies, cannot be started");
   }
   if (process_ == 0) {
     keep_watch(ends[1], rounds, *board_, clock_);
@@ -55,7 +55,8 @@ Keeper::Keeper(const link::ChannelCommand& neutral, const protocol::Cipher* ciph
   if (!comes_up()) {
     (void)kill(process_, SIGKILL);
     (void)waitpid(process_, nullptr, 0);
-    throw std::runtime_error("the second process, which gives control back when this one dies, does not come up");
+    throw std::runtime_error(
+        "the second process, which gives control back when this one dies, does not report that it runs");
   }
 }
 
@@ -94,7 +95,7 @@ bool Keeper::beat(bool in_control) {
   board_->in_control.store(in_control ? 1 : 0);
   std::uint32_t beats = board_->beats.load();
   const std::uint32_t next = (beats + 1) & ~KeeperBoard::kSpoken;
-  // Fails against the keeper only, which sets one bit; then the second attempt meets nobody.
+  // The exchange can fail only because the keeper has set its bit; then the keeper does not write any more.
   if ((beats & KeeperBoard::kSpoken) == 0 && board_->beats.compare_exchange_strong(beats, next == 0 ? 1 : next)) {
     return true;
   }
@@ -132,11 +133,12 @@ void Keeper::end(char letter, core::Duration patience) {
   (void)send_word(socket_, letter, -1);
   for (core::TimePoint until = monotonic_now() + patience; alive() && monotonic_now() < until;) {
     if (clock_.is_simulated()) {
-      clock_.sleep_until(clock_.now() + std::chrono::milliseconds(1));  // else the keeper gets no time to end in
+      clock_.sleep_until(clock_.now() +
+                         std::chrono::milliseconds(1));  // otherwise simulated time would not advance for the keeper
     }
-    (void)poll(nullptr, 0, 1);  // its end takes the machine's time, whatever time we live in
+    (void)poll(nullptr, 0, 1);  // its end takes real time, even in simulated time
   }
-  if (process_ > 0) {  // somebody stopped it
+  if (process_ > 0) {  // it was stopped from outside
     (void)kill(process_, SIGKILL);
     (void)waitpid(process_, nullptr, 0);
     process_ = -1;

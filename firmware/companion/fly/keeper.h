@@ -14,57 +14,57 @@ namespace m100::companion {
 
 struct KeeperBoard;
 
-/// The second process of a flight (promise R15). It holds the port and the farewell, ready-made, and says it when the
-/// flying program has died without a word (SIGKILL, SIGSEGV, out of memory, an assertion) or has not beaten for kHang
-/// (a hang, SIGSTOP). It allocates nothing and reads nothing that comes over the port.
+/// The second process of a flight (promise R15). It holds the port and a ready-made farewell, and sends the farewell
+/// when the flying program has died without giving control back (SIGKILL, SIGSEGV, out of memory, an assertion) or has
+/// sent no heartbeat for kHang (a hang, SIGSTOP). It allocates nothing and reads nothing from the port.
 ///
-/// The same process, forked early: before it there are no threads, and little memory to lose to a hunter of memory. It
-/// is in a session of its own, deaf to every signal that can be ignored, so Ctrl-C, a closed terminal and `kill 0` pass
-/// it by. Told to go, it ends at once; after the death of the program it ends with its last word, and with it the lock
-/// on the port.
+/// It is forked early, before there are threads, and while it is too small for the out-of-memory killer to choose. It
+/// has a session of its own and ignores every signal that can be ignored, so Ctrl-C, a closed terminal and `kill 0` do
+/// not reach it. Told to go, it ends at once. After the death of the program it ends with its last round, and the lock
+/// on the port ends with it.
 ///
-/// It speaks and the program beats by one atomic word: after the keeper has decided to speak, the next beat() fails,
-/// and a beat() that succeeded is good for kHang. So the two never speak at the same time.
+/// The keeper's speaking and the program's heartbeats share one atomic word: after the keeper has decided to speak, the
+/// next beat() fails, and a beat() that succeeded is valid for kHang. So the two never send at the same time.
 class Keeper {
  public:
-  static constexpr core::Duration kHang = std::chrono::milliseconds(700);  ///< without a beat, after the first one
-  static constexpr core::Duration kLook = std::chrono::milliseconds(20);   ///< between two looks at the beats
+  static constexpr core::Duration kHang = std::chrono::milliseconds(700);  ///< without a heartbeat, after the first one
+  static constexpr core::Duration kLook = std::chrono::milliseconds(20);   ///< between two looks at the heartbeats
   /// Between two rounds, of two releases each: promise R4, at most five times a second.
   static constexpr core::Duration kRepeat = std::chrono::milliseconds(500);
-  static constexpr std::size_t kRounds = 4;  ///< of the farewell: the line may be bad, answers are not read
+  static constexpr std::size_t kRounds = 4;  ///< of the farewell, because the line may be bad and answers are not read
 
-  /// Starts the second process and waits until it says that it stands: what is asked for afterwards is given back
-  /// whenever this program dies. @param neutral command of the channel in use. @param cipher null: plain.
-  /// Errors: std::runtime_error where the system has no room for a process, or it does not come up: then nothing flies.
-  /// @param port whose time it lives in; a simulated one brings its own.
+  /// Starts the second process and waits until it reports that it runs: control that is requested afterwards is given
+  /// back whenever this program dies. @param neutral command of the channel in use. @param cipher null: plain.
+  /// Errors: std::runtime_error if the system has no room for a process, or the process does not report: nothing flies.
+  /// @param port whose clock is used; a simulated port has its own.
   Keeper(const link::ChannelCommand& neutral, const protocol::Cipher* cipher, const std::string& port = "");
-  /// Before the first beat it dismisses the keeper; after it, an exception is on its way, and the keeper speaks.
+  /// Before the first heartbeat it dismisses the keeper. After it, an exception is the cause, and the keeper speaks.
   ~Keeper();
   Keeper(const Keeper&) = delete;
   Keeper& operator=(const Keeper&) = delete;
 
-  /// The port's descriptor as it is now, each tick; -1: it is closed. The keeper lets go of a port that was unplugged,
-  /// so that it can come back under its name. No heap; costs a system call when something has changed.
-  /// @param openings SerialPort::openings(), which tells two ports with one number apart.
+  /// Passes the port's present descriptor to the keeper, each tick; -1: closed. The keeper closes a port that was
+  /// unplugged, so that it can return under its name. No heap; costs a system call when something has changed.
+  /// @param openings SerialPort::openings(), which distinguishes two ports with the same descriptor.
   void hold(int descriptor, std::uint32_t openings);
 
-  /// "I am alive", each tick, before anything is sent. @param in_control commands may be in force.
-  /// @returns false, once: the keeper has spoken since the beat before; control is given back, and must not be used.
+  /// The heartbeat, each tick, before anything is sent. @param in_control commands may be in force.
+  /// @returns false, once: the keeper has spoken since the last heartbeat; control is given back and must not be used.
   bool beat(bool in_control);
 
-  /// False: it was killed, so nobody would speak. Reaps it.
+  /// False: the keeper was killed, so nobody would give control back. Reaps it.
   bool alive();
 
   enum class Guard : std::uint8_t { kStands, kStandsStill, kDead };
-  /// Each tick: whether somebody would speak if this program died now. One that was stopped, or gets no time, has not
-  /// looked for kHang. A system call only where it has not.
+  /// Each tick: whether the keeper would speak if this program died now. A keeper that was stopped, or gets no
+  /// processor time, has not looked for kHang. Costs a system call only in that case.
   Guard guard(core::TimePoint now);
 
   /// The flight is over and control is back: the keeper ends. Waits for its end.
   void dismiss();
 
-  /// The flight is over, and control may still be ours, or granted later: the keeper says its rounds and ends. Waits
-  /// for its end, two seconds.
+  /// The flight is over, but control may still be ours, or may be granted later: the keeper sends its rounds and ends.
+  /// Waits for its end, at most 4 s.
   void speak();
 
   pid_t process() const { return process_; }

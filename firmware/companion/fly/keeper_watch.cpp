@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The second process of a flight. Nothing here may use the heap, a lock or stdio: it is a fork.
+// The second process of a flight. It is a fork, so nothing here may use the heap, a lock or stdio.
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -15,7 +15,7 @@
 namespace m100::companion {
 namespace {
 
-constexpr int kPriority = 51;  ///< of SCHED_FIFO, where it is granted: one above the program, which may spin
+constexpr int kPriority = 51;  ///< of SCHED_FIFO, if granted: one above the program, which may spin
 
 class Watch {
  public:
@@ -24,7 +24,7 @@ class Watch {
 
   [[noreturn]] void keep() {
     stand_apart();
-    last_change_ = clock_.now();  // from now on it takes part in simulated time, too
+    last_change_ = clock_.now();  // in simulated time, the clock waits for this process from here on
     (void)send_word(socket_, kStands, -1);
     while (true) {
       rest(Keeper::kLook);
@@ -35,21 +35,21 @@ class Watch {
   }
 
  private:
-  /// A shared stall of the whole machine is over for both at once: the program gets a few looks to beat again.
+  /// A stall of the whole machine ends for both processes at once: the program gets a few looks to send a heartbeat.
   static constexpr int kLooks = 4;
-  /// Promise R4, 40 ms, less the 20 ms between two looks: a beat is that much older than when it was seen.
+  /// 40 ms of promise R4 less the 20 ms between two looks, by which a heartbeat may be older than it seems.
   static constexpr core::Duration kOneCommand = std::chrono::milliseconds(40) - Keeper::kLook;
   static constexpr core::Duration kLineTakes = std::chrono::milliseconds(50);
 
   void stand_apart() const {
     (void)setsid();
     for (int number = 1; number < NSIG; ++number) {
-      (void)signal(number, SIG_IGN);  // those that cannot be ignored are refused
+      (void)signal(number, SIG_IGN);  // fails for those that cannot be ignored
     }
     (void)signal(SIGSEGV, SIG_DFL);
     (void)signal(SIGBUS, SIG_DFL);
     (void)prctl(PR_SET_NAME, "m100-keeper");
-    // Whatever else was inherited belongs to the program; stderr stays for the one line that there may be to say.
+    // All other inherited descriptors belong to the program; stderr stays open for one possible line.
     const auto socket = static_cast<unsigned>(socket_);
     close_all(STDERR_FILENO + 1, socket - 1);
     close_all(socket + 1, ~0U);
@@ -69,7 +69,7 @@ class Watch {
     }
   }
 
-  /// Until a word comes, or the time is over.
+  /// Waits until a message comes or the time is over.
   void rest(core::Duration time) {
     if (clock_.is_simulated()) {
       clock_.sleep_until(clock_.now() + time);
@@ -93,12 +93,12 @@ class Watch {
       speak_and_end("");
     }
     if (word.letter < 0) {
-      speak_and_end("m100: the flying program ended without a word; control was given back\n");
+      speak_and_end("m100: the flying program ended unexpectedly; control was given back\n");
     }
   }
 
   [[noreturn]] void speak_and_end(const char* line) {
-    // The neutral command is one of control: it leaves only while what the last tick knew about control can still hold.
+    // The neutral command is a control command: it is sent only while the last tick's view of control may be valid.
     const bool in_control = board_.in_control.load() != 0 && (board_.beats.load() & KeeperBoard::kSpoken) == 0;
     const bool just_now = clock_.now() - last_change_ <= kOneCommand;
     for (std::size_t round = 0; round < Keeper::kRounds; ++round) {
@@ -113,7 +113,7 @@ class Watch {
     _exit(0);
   }
 
-  /// Between two rounds at the end, when no word is waited for any more.
+  /// Waits between two rounds at the end, when no message is expected any more.
   void pause() {
     if (clock_.is_simulated()) {
       clock_.sleep_until(clock_.now() + Keeper::kRepeat);
@@ -138,7 +138,7 @@ class Watch {
     }
     std::uint32_t expected = beats;
     if (!board_.beats.compare_exchange_strong(expected, beats | KeeperBoard::kSpoken)) {
-      return;  // it beats again
+      return;  // a new heartbeat
     }
     last_beats_ = beats | KeeperBoard::kSpoken;
     speak(false);
@@ -149,7 +149,7 @@ class Watch {
     next_round_ = now + Keeper::kRepeat;
   }
 
-  /// One round, as far as the line takes it.
+  /// Sends one round, as much as the line takes.
   void speak(bool with_neutral) {
     const link::Farewell& words = rounds_[next_++ % Keeper::kRounds];
     std::span<const std::byte> left = with_neutral ? words.bytes() : words.giving_back();

@@ -5,7 +5,7 @@
 
 namespace m100::companion {
 
-/// A port that only listens: no byte can leave by it, whatever is asked.
+/// A port that only listens: it refuses every write.
 class ListeningPort final : public hal::Uart {
  public:
   explicit ListeningPort(hal::Uart& port) : port_(port) {}

@@ -21,11 +21,11 @@ namespace m100::companion {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(10);
-constexpr std::string_view kBegin = "\r\x1b[K";  ///< to the left end, and the line is empty
-constexpr std::size_t kNoEnd = 1000;             ///< of what is no terminal
+constexpr std::string_view kBegin = "\r\x1b[K";  ///< cursor to the left end, line erased
+constexpr std::size_t kNoEnd = 1000;             ///< columns if the output is not a terminal
 std::atomic<bool> line_stands{false};
 
-/// Columns of the terminal; a line that is longer could not be taken away again.
+/// Columns of the terminal; a longer line could not be erased.
 std::size_t columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1U : kNoEnd;
@@ -37,11 +37,11 @@ double milliseconds(double seconds) { return 1000.0 * seconds; }
 
 void add_live_options(CLI::App& app, LiveOptions& options) {
   app.add_option("--live", options.to,
-                 "sends what is flown as JSON over UDP, 50 times a second, unsigned: HOST:PORT, HOST an IPv4 address; "
-                 "default: to nobody. Example, for PlotJuggler on this machine: --live 127.0.0.1:9870");
+                 "send the state of the flight as JSON over UDP, 50 times a second, unsigned, to HOST:PORT; HOST is an "
+                 "IPv4 address; default: off. Example, for PlotJuggler on this machine: --live 127.0.0.1:9870");
   app.add_option(
          "--status", options.status,
-         "a line on the terminal with rung, position, error, pose and link; auto: where the standard output is a "
+         "show a line on the terminal with rung, position, error, pose and link; auto: if the standard output is a "
          "terminal. Example: --status never")
       ->check(CLI::IsMember({"auto", "always", "never"}));
 }
@@ -58,7 +58,7 @@ std::optional<sockaddr_in> receiver_of(const std::string& text) {
   const bool is_number = !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
   const unsigned long number = is_number ? std::stoul(port) : 0;
   if (number == 0 || number > 0xFFFFU || inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1) {
-    throw UsageError("--live: " + text + ": is no IPv4 address and port, as in 127.0.0.1:9870");
+    throw UsageError("--live: " + text + ": is not an IPv4 address and port, as in 127.0.0.1:9870");
   }
   address.sin_port = htons(static_cast<std::uint16_t>(number));
   return address;
@@ -159,8 +159,8 @@ void Live::start() {
   if (!receiver_ && !has_line_) {
     return;
   }
-  // The library would give this thread a pool of its own: 64 MB of addresses, all of which count as locked memory. The
-  // thread that flies takes nothing from the pool that they then share, so neither waits for the other.
+  // Otherwise malloc would give this thread an arena of its own: 64 MB of addresses, all of which count as locked
+  // memory. The thread that flies allocates nothing from the shared arena, so neither thread waits for the other.
   (void)mallopt(M_ARENA_MAX, 1);
   line_stands = has_line_;
   thread_ = std::thread([this] {
@@ -198,7 +198,7 @@ void Live::show(const LiveState& state) {
   if (descriptor_ >= 0) {
     const std::string text = json_of(state);
     (void)!::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&*receiver_),
-                    sizeof(*receiver_));  // what does not leave is lost, as on any network
+                    sizeof(*receiver_));  // a packet that cannot be sent is lost, as on any network
   }
   if (has_line_ && shown_ % kStatesPerLine == 0) {
     show_line(state);

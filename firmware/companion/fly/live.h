@@ -20,18 +20,19 @@ class App;
 
 namespace m100::companion {
 
-/// What the operator wants to see while it flies.
+/// What the operator wants to see during the flight.
 struct LiveOptions {
-  std::string to;               ///< "HOST:PORT"; empty: nobody
-  std::string status = "auto";  ///< auto: where the standard output is a terminal; always, never
+  std::string to;               ///< "HOST:PORT" that receives the JSON; empty: none
+  std::string status = "auto";  ///< auto: if the standard output is a terminal; always, never
 };
 
 void add_live_options(CLI::App& app, LiveOptions& options);
 
-/// An IPv4 address and a port. Errors: UsageError, where it is none; empty text: nothing.
+/// Parses an IPv4 address and a port; empty text: nothing. Errors: UsageError if it is neither.
 std::optional<sockaddr_in> receiver_of(const std::string& text);
 
-/// What is shown of a tick: a copy, so that whoever shows it needs nothing of the flight. World frame, SI units.
+/// The state that is shown of a tick: a copy, so that the thread that shows it needs nothing of the flight. World
+/// frame, SI units.
 struct LiveState {
   double t_s = 0.0;
   safety::Rung rung = safety::Rung::kSilent;
@@ -42,14 +43,14 @@ struct LiveState {
   std::array<double, 3> reference_m{};
   std::array<double, 2> tilt_rad{};
   double yaw_rad = 0.0;
-  ctl::Command<double> command{};  ///< that the ladder lets through; roll and pitch of the body, forward-left-up
+  ctl::Command<double> command{};  ///< that the ladder passes; roll and pitch of the body, forward-left-up
   double pose_age_s = 0.0;         ///< of the newest, since its capture
-  double pose_latency_s = 0.0;     ///< that every pose has
-  double pose_jitter_s = 0.0;      ///< on top of it: 99th percentile
+  double pose_latency_s = 0.0;     ///< least latency of a pose
+  double pose_jitter_s = 0.0;      ///< 99th percentile above the latency
   std::uint64_t poses = 0;         ///< taken, since the beginning
   std::uint64_t poses_lost = 0;
   double telemetry_hz = 0.0;
-  double telemetry_age_s = 0.0;  ///< not a number: none has come
+  double telemetry_age_s = 0.0;  ///< not a number: none has arrived
   std::uint8_t battery_percent = 0;
 };
 
@@ -60,12 +61,12 @@ std::string json_of(const LiveState& state);
 /// Rung, position, distance from the reference, latency and loss of the poses, link. @param lost_share of the poses.
 std::string status_of(const LiveState& state, double lost_share);
 
-/// What a line for the terminal must begin with: it takes a status line away, if one is shown in this process.
+/// The characters that begin a line for the terminal: they erase the status line, if this process shows one.
 std::string_view line_begin();
 
-/// Shows a flight while it flies, from a thread of its own: values as JSON over UDP fifty times a second, and a line on
-/// the terminal five times a second. The thread that flies hands over copies; it neither waits nor allocates. What
-/// finds no room is not shown. Nothing is signed: it is for reading, and nobody answers.
+/// Shows a flight from a thread of its own: values as JSON over UDP fifty times a second, and a line on the terminal
+/// five times a second. The thread that flies hands over copies; it neither waits nor allocates. A state that finds no
+/// room in the queue is not shown. The packets are unsigned and one-way.
 class Live {
  public:
   static constexpr std::uint32_t kTicksPerState = 2;
@@ -78,10 +79,10 @@ class Live {
   Live& operator=(const Live&) = delete;
 
   void start();
-  /// Shows what is left, takes the line away, and ends.
+  /// Shows the remaining states, erases the line, and ends the thread.
   void finish();
 
-  /// From the thread that flies, every tick.
+  /// Called by the thread that flies, every tick.
   void tell(const app::FlightController<double>& controller, const ref::Trajectory<double>& trajectory,
             core::TimePoint now) {
     if (thread_.joinable() && ticks_++ % kTicksPerState == 0) {
@@ -102,7 +103,7 @@ class Live {
   std::uint32_t ticks_ = 0;
   std::atomic<bool> running_{true};
   std::thread thread_;
-  // Of the thread that shows.
+  // Used by the thread that shows.
   std::uint32_t shown_ = 0;
   std::array<LiveState, 5> former_{};  ///< of the lines of the last second
   std::uint32_t lines_ = 0;

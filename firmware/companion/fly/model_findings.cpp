@@ -69,8 +69,8 @@ FlightModel sound_model(const FlyOptions& options, Mode mode) {
         std::find(options.checks_off.begin(), options.checks_off.end(), finding.name) != options.checks_off.end();
     if (!finding.holds && !is_off) {
       const std::string name(finding.name);
-      throw UsageError(options.vehicle + ": it does not hold that " + finding.what + " (m100 check); --override " +
-                       name + " flies all the same");
+      throw UsageError(options.vehicle + ": m100 check finds this wrong: " + finding.what + "; --override " + name +
+                       " flies nevertheless");
     }
   }
   return model;

@@ -10,8 +10,8 @@
 
 namespace m100::companion {
 
-/// One thing that vehicle file, table and the program's limits must agree on. `m100 check` says each; `fly` refuses
-/// what does not hold, unless --override names it.
+/// One point on which vehicle file, table and the program's limits must agree. `m100 check` prints each; `fly` refuses
+/// a finding that does not hold, unless --override names it.
 struct Finding {
   std::string_view name;  ///< for --override; empty: nothing overrides it, because it was refused before
   bool holds = false;
@@ -19,11 +19,11 @@ struct Finding {
 };
 std::vector<Finding> findings(const FlightModel& model);
 
-/// What --override may name: the checks of the pose in flight, and the findings.
+/// The names that --override takes: the checks of the pose in flight, and the findings.
 std::vector<std::string> names_for_override();
 
-/// The vehicle and the tables of the options. Errors: UsageError, also one that names the first finding that does not
-/// hold and was not overridden.
+/// The vehicle and the tables of the options. Errors: UsageError, also for the first finding that does not hold and is
+/// not overridden.
 FlightModel sound_model(const FlyOptions& options, Mode mode);
 
 }  // namespace m100::companion

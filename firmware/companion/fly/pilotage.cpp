@@ -9,7 +9,7 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// As long as an order to fly lasts in the flight controller: a later grant would fly nothing.
+/// As long as an order to fly is valid in the flight controller: after a later grant nothing would fly.
 constexpr core::Duration kPatience = std::chrono::seconds(20);
 
 constexpr std::string_view kNoLanding = "landing is not ordered: the program does not fly the aircraft";
@@ -56,11 +56,11 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
     begin_hand_back(now, false, input);
     return true;
   }
-  // An aircraft on the ground and one in the air take off differently: it must be known which it is.
+  // A take-off needs to know whether the aircraft is on the ground or in the air.
   const bool is_known = !wishes_.take_off || GroundView(controller_.link(), now).known;
   const bool all_ready =
       view.stage == safety::Stage::kReady && is_known && obstacle_now(takes_off_from_here(now)) == safety::Cause::kNone;
-  // Who gives a word has looked at the aircraft; this order is given in the tick in which all is ready.
+  // An operator who gives a command has looked at the aircraft; take_control acts in the first tick with all ready.
   if (wishes_.take_control && !order_given_ && all_ready && controller_.has_looked()) {
     order_given_ = true;
     try_to_engage(now, input.guarded);
@@ -69,7 +69,7 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
   }
   tell_what_is_awaited(now, view);
   waits_since_ = all_ready || phase_ != Phase::kWaiting ? now : waits_since_.value_or(now);
-  // Refused before anybody could ask, for a reason that does not heal by itself, or that has not healed.
+  // Control was refused before it was requested, for a reason that does not go away by itself or has not gone away.
   const bool has_waited = wishes_.take_control && now - *waits_since_ > kPatience;
   const bool stuck =
       view.stage == safety::Stage::kSilent || view.stage == safety::Stage::kSilentCold || order_given_ || has_waited;
@@ -82,8 +82,8 @@ bool Pilotage::wait(core::TimePoint now, const View& view, const OperatorInput& 
   return !ends;
 }
 
-/// What is known of the place counts only while nothing but the place stands against flying by it. Where goals have
-/// led, the next flight begins where the aircraft is; a take-off begins where it stood.
+/// The position counts only if nothing else prevents flying by it. If goals have led, the next flight begins where the
+/// aircraft is; a take-off begins where the aircraft stood.
 bool Pilotage::is_out_of_reach(bool takes_off) const {
   const est::Estimate<double>& at = controller_.estimate();
   const core::Vector<double, 3>& from = takes_off ? wishes_.stands_w_m : wishes_.begins_w_m;
@@ -99,8 +99,8 @@ bool Pilotage::takes_off_from_here(core::TimePoint now) const {
 
 bool Pilotage::is_outside(bool takes_off) const { return obstacle_now(takes_off) == safety::Cause::kFenceLeft; }
 
-/// Before the first package of telemetry its age says nothing, and the estimate's age would be the pose's. The floor of
-/// the fence does not stand in the way of a take-off.
+/// Before the first telemetry package its age is meaningless, and the lost estimate would be blamed on the pose. The
+/// floor of the fence does not prevent a take-off.
 safety::Cause Pilotage::obstacle_now(bool takes_off) const {
   if (controller_.link().health().packages == 0) {
     return safety::Cause::kTelemetryOld;
@@ -111,14 +111,14 @@ safety::Cause Pilotage::obstacle_now(bool takes_off) const {
 
 void Pilotage::try_to_engage(core::TimePoint now, bool guarded) {
   if (!guarded) {
-    tell(now, "control is not asked for: nobody would give it back if this program died; end it and start it again");
+    tell(now, "control is not asked for: nobody would give it back if this program died; end m100 and start it again");
     return;
   }
   if (wishes_.take_off && !GroundView(controller_.link(), now).known) {
     TextLine line;
     line.add(
-        "control was not asked for; the autopilot's flight status has not come, and whether the aircraft stands on ");
-    tell(now, line.add("the ground is not known; ").add(next_word(order_given_)).text());
+        "control was not asked for: without the autopilot's flight status it is not known whether the aircraft is on ");
+    tell(now, line.add("the ground; ").add(next_word(order_given_)).text());
     return;
   }
   takes_off_ = takes_off_from_here(now);
@@ -158,7 +158,7 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
     return true;
   }
   if (takes_off_) {
-    controller_.task_flies(protocol::Task::kTakeOff);  // granted in the next tick, the law must not fly
+    controller_.task_flies(protocol::Task::kTakeOff);  // if control is granted in the next tick, the law must not fly
   }
   const bool takes_it_back = now > since_ && (input.stops > 0 || input.word);
   if (takes_it_back || elsewhere || !input.guarded || now - since_ > kPatience) {
@@ -167,7 +167,7 @@ bool Pilotage::ask(core::TimePoint now, const View& view, const OperatorInput& i
     } else if (!takes_it_back && input.guarded) {
       tell(now, "control was not granted within 20 s");
     }
-    controller_.release();  // what is only asked for may already be granted
+    controller_.release();  // a request may already be granted
     begin_hand_back(now, takes_it_back, input);
   } else if (is_refused(now, view)) {
     TextLine line;
@@ -186,7 +186,7 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
     begin_hand_back(now, false, input);
     return true;
   }
-  if (!engaged_ && is_elsewhere(false)) {  // granted while no place was known
+  if (!engaged_ && is_elsewhere(false)) {  // control was granted while the position was unknown
     tell_place(now, false);
     controller_.release();
     begin_hand_back(now, false, input);
@@ -194,7 +194,7 @@ bool Pilotage::fly(core::TimePoint now, const View& view, const OperatorInput& i
   }
   const Excitation::State excitation = controller_.excitation().state();
   if (excitation == Excitation::State::kReturning || excitation == Excitation::State::kMoving) {
-    since_ = now;  // what was wished to be held counts from its end
+    since_ = now;  // --hold counts from the end of the excitation
   }
   end_or_fly_on(now, input);
   return true;
@@ -233,7 +233,7 @@ void Pilotage::begin_hand_back(core::TimePoint now, bool by_operator, const Oper
 bool Pilotage::hand_back(core::TimePoint now, const View& view, const OperatorInput& input) {
   ends_ = ends_ || input.stops > 0;
   if (now > since_ && view.in_control && controller_.supervisor().rung() == safety::Rung::kSilent) {
-    controller_.release();  // once more: an answer that was on its way may have granted control meanwhile
+    controller_.release();  // again: a delayed answer may have granted control meanwhile
   }
   switch (back_.look(now, controller_.link(), input.stops)) {
     case HandBack::State::kGoesOn:

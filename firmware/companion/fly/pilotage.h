@@ -18,36 +18,36 @@ namespace m100::companion {
 
 /// What the operator wants of a flight.
 struct Wishes {
-  bool take_control = false;  ///< ask once, as soon as all is ready
-  double hold_s = 5.0;        ///< with take_control: then give back and end
+  bool take_control = false;  ///< request control once, as soon as everything is ready
+  double hold_s = 5.0;        ///< with take_control: after this time give back and end
   bool once = false;          ///< for scripts: end where the program would wait for the operator
-  bool take_off = false;      ///< a word to fly, given on the ground, takes off first, by the autopilot's own task
-  bool land = false;          ///< the end of hold_s lands, likewise, instead of giving control back in the air
+  bool take_off = false;      ///< a command to fly, given on the ground, takes off first, by the autopilot's own task
+  bool land = false;          ///< land at the end of hold_s, likewise, instead of giving control back in the air
   core::Vector<double, 3> begins_w_m = core::Vector<double, 3>::Zero();  ///< where the course begins, in the world
   /// Where the aircraft stands before a take-off.
   core::Vector<double, 3> stands_w_m = core::Vector<double, 3>::Zero();
-  double reach_m = 1e9;  ///< farther from there control is not asked for: the law would fly the rest at once
+  double reach_m = 1e9;  ///< control is not requested farther from there: the law would fly the distance at once
   HomeSettings home{};   ///< a low battery ends the flight where its course begins
   double home_yaw_rad = 0.0;
 };
 
-/// What the operator did since the tick before.
+/// What the operator did since the last tick.
 struct OperatorInput {
   bool word = false;        ///< Enter, or SIGUSR1
   bool land = false;        ///< "land", typed, or by a signed order
   std::uint32_t stops = 0;  ///< signals to end, so far
-  bool guarded = true;      ///< somebody gives control back if this program dies
-  bool led = false;         ///< goals have led the flight: the next one begins where the aircraft is, not its course
+  bool guarded = true;      ///< the second process gives control back if this program dies
+  bool led = false;  ///< goals have led the flight: the next flight begins where the aircraft is, not at its course
 };
 
-/// The operator's part of a flight (promise R15). A word takes control when all is ready, another gives it back. A
-/// refusal or a release by the ladder does not end the program: it says what was seen, and takes the operator's word
-/// again. It leaves only when telemetry shows that the transmitter has the aircraft, or when the port is gone. A
-/// take-off comes before the flight and a landing behind it, each by its own order alone; a word, a stop and the
-/// pilot's switch end them as they end a flight, and what the autopilot refuses gives control back. No heap.
+/// The operator's part of a flight (promise R15). One command takes control when everything is ready, another gives it
+/// back. A refusal or a release by the ladder does not end the program: it tells what was seen and waits for the
+/// operator's next command. The program ends only when telemetry shows that the transmitter has the aircraft, or when
+/// the port is gone. A take-off precedes the flight and a landing follows it, each only on its own order. A command, a
+/// stop and the pilot's switch end them as they end a flight; if the autopilot refuses one, control goes back. No heap.
 class Pilotage {
  public:
-  static constexpr std::size_t kSteps = 64;  ///< of the ladder that are kept; the first ones
+  static constexpr std::size_t kSteps = 64;  ///< steps of the ladder that are kept: the first ones
 
   /// @param trajectory the controller's: a low battery changes it.
   Pilotage(const Wishes& wishes, const app::FlightConfig& config, app::FlightController<double>& controller,
@@ -60,31 +60,31 @@ class Pilotage {
               wishes.home),
         back_(listener) {}
 
-  /// After each tick. @returns false: over.
+  /// Call it after each tick. @returns false: the flight is over.
   bool tick(core::TimePoint now, const OperatorInput& input);
 
   bool flew() const { return flew_; }
-  /// Nothing was asked for: a word would ask.
+  /// Control was not requested: a command would request it.
   bool waits() const { return phase_ == Phase::kWaiting; }
-  /// A word would do nothing.
+  /// A command would have no effect.
   bool hands_back() const { return phase_ == Phase::kHandingBack; }
-  /// A word would take off: control is not ours, and the aircraft stands on the ground.
+  /// A command would take off: control is not ours, and the aircraft stands on the ground.
   bool would_take_off(core::TimePoint now) const { return waits() && takes_off_from_here(now); }
-  /// An order to land would be served.
   void end_or_fly_on(core::TimePoint now, const OperatorInput& input);
+  /// An order to land would be served.
   bool may_land() const;
-  /// Take-off or landing by the autopilot goes on, or control is asked for to take off.
+  /// A take-off or landing by the autopilot is in progress, or control is requested for a take-off.
   bool in_task(protocol::Task task) const {
     const bool is_asked_for = phase_ == Phase::kAsking && takes_off_ && task == protocol::Task::kTakeOff;
     return is_asked_for || (phase_ == Phase::kTask && task_.task() == task);
   }
-  /// The battery is low, and the aircraft is on its way to where the flight began, or there.
+  /// The battery is low, and the aircraft flies to where the flight began, or is there.
   bool goes_home() const { return home_.state() != Homeward<double>::State::kNotYet; }
   bool took_off() const { return took_off_; }
   bool landed() const { return landed_; }
-  /// Control was had, its end was the operator's, and the transmitter has the aircraft.
+  /// Control was ours, the operator ended it, and the transmitter has the aircraft.
   bool given_back() const { return given_back_; }
-  /// What was seen when the first swing was noticed (safety::Observation::swings); empty: none was.
+  /// The observation when the first swing was noticed (safety::Observation::swings); empty: none was.
   const std::optional<safety::Observation>& swing() const { return swing_; }
   std::span<const safety::LadderStep> steps() const { return std::span(steps_).first(step_count_); }
 
@@ -106,9 +106,9 @@ class Pilotage {
   safety::Cause obstacle_now(bool takes_off) const;
   bool is_outside(bool takes_off) const;
   bool is_out_of_reach(bool takes_off) const;
-  /// Not where the law may take over: farther from the beginning of the course than its reach, or outside the fence.
+  /// The law must not take over here: farther from the beginning of the course than its reach, or outside the fence.
   bool is_elsewhere(bool takes_off) const { return is_outside(takes_off) || is_out_of_reach(takes_off); }
-  /// What may be done next, behind a line that says why not now.
+  /// What the operator may do next; ends a line that says why control is not taken now.
   std::string_view next_word(bool ends_with_once) const { return ends_with_once && wishes_.once ? kOver : kAgain; }
   void tell_reach(core::TimePoint now, bool takes_off);
   void tell_place(core::TimePoint now, bool takes_off);
@@ -132,21 +132,21 @@ class Pilotage {
   Homeward<double>::State told_home_ = Homeward<double>::State::kNotYet;
   AutopilotTask task_;
   Phase phase_ = Phase::kWaiting;
-  core::TimePoint since_{};  ///< the phase began
+  core::TimePoint since_{};  ///< begin of the phase
   HandBack back_;
-  bool takes_off_ = false;    ///< what was asked for begins with a take-off
-  bool had_control_ = false;  ///< since it was last asked for
-  bool order_given_ = false;  ///< that of take_control
+  bool takes_off_ = false;    ///< the flight that was requested begins with a take-off
+  bool had_control_ = false;  ///< since the last request
+  bool order_given_ = false;  ///< the order of take_control
   bool engaged_ = false;      ///< the law flew in this flight
   bool by_operator_ = false;
   bool led_ = false;   ///< OperatorInput::led of this tick
-  bool ends_ = false;  ///< when the hand-back is over
+  bool ends_ = false;  ///< the program ends when the hand-back is over
   bool flew_ = false;
   bool took_off_ = false;
   bool landed_ = false;
   bool given_back_ = false;
-  core::TimePoint clear_{};                     ///< nothing but the operator's word was awaited
-  std::optional<core::TimePoint> waits_since_;  ///< for start-up, or for what stands in the way of a flight
+  core::TimePoint clear_{};                     ///< when only the operator's command was missing
+  std::optional<core::TimePoint> waits_since_;  ///< for start-up, or for an obstacle to go away
   safety::Cause told_obstacle_ = safety::Cause::kNone;
   bool told_stage_ = false;
   ctl::Excitation<double>::State told_excitation_ = ctl::Excitation<double>::State::kIdle;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The part of a flight that the autopilot flies by tasks of its own: take-off before it, landing behind it.
+// The parts of a flight that are the autopilot's own tasks: take-off before it, landing after it.
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/words.h"
 
@@ -10,7 +10,8 @@ void Pilotage::begin_task(core::TimePoint now, protocol::Task task) {
   task_.order(task, now);
   controller_.task_flies(task);
   TextLine line;
-  tell(now, line.add(name(task)).add(" ordered, by the autopilot's own task; the pilot's switch ends it").text());
+  tell(now,
+       line.add(name(task)).add(" ordered: the autopilot flies it as its own task; the pilot's switch ends it").text());
 }
 
 bool Pilotage::fly_task(core::TimePoint now, const View& view, const OperatorInput& input) {
@@ -48,7 +49,7 @@ bool Pilotage::fly_task(core::TimePoint now, const View& view, const OperatorInp
 void Pilotage::end_task(core::TimePoint now, const OperatorInput& input) {
   if (task_.task() == protocol::Task::kLand) {
     landed_ = true;
-    tell(now, "landed: by the autopilot's flight status the aircraft is on the ground");
+    tell(now, "landed: by the autopilot's flight status, the aircraft is on the ground");
     controller_.release();
     begin_hand_back(now, true, input);
     return;
@@ -60,10 +61,10 @@ void Pilotage::end_task(core::TimePoint now, const OperatorInput& input) {
     begin_hand_back(now, false, input);
     return;
   }
-  tell(now, "taken off: by the autopilot's flight status the aircraft is in the air; the law takes over");
+  tell(now, "taken off: by the autopilot's flight status, the aircraft is in the air; the law takes over");
   controller_.engage();
   phase_ = Phase::kFlying;
-  since_ = now;  // what is held is held by the law
+  since_ = now;  // --hold counts from where the law takes over
 }
 
 }  // namespace m100::companion

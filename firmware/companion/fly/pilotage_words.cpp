@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the operator reads of his flight.
+// The messages of a flight for the operator.
 #include "firmware/companion/fly/pilotage.h"
 #include "firmware/companion/fly/words.h"
 
@@ -8,12 +8,12 @@ namespace {
 
 using Excitation = ctl::Excitation<double>;
 
-/// What stands in the way of a flight for longer is said.
+/// An obstacle that lasts longer is reported.
 constexpr core::Duration kObstacleTold = std::chrono::seconds(1);
 
 }  // namespace
 
-/// Telemetry is there and the pose is not: without a word the operator would wait for nothing.
+/// Reports an obstacle, such as a missing pose: otherwise the operator would wait without knowing why.
 void Pilotage::tell_what_is_awaited(core::TimePoint now, const View& view) {
   const safety::Cause cause =
       view.stage == safety::Stage::kReady ? obstacle_now(takes_off_from_here(now)) : safety::Cause::kNone;
@@ -122,7 +122,7 @@ void Pilotage::tell_home(core::TimePoint now) {
   if (state != told_home_ && state != State::kNotYet) {
     TextLine line;
     line.add("battery low: ").add(static_cast<double>(controller_.link().telemetry().battery_percent), 0);
-    line.add(" %, and ").add(home_.low_percent(), 0).add(" % is the limit; ");
+    line.add(" %, the limit is ").add(home_.low_percent(), 0).add(" %; ");
     line.add(state == State::kFlies ? "the aircraft flies to where the flight began"
                                     : "the aircraft is where the flight began");
     tell(now, line.add(state == State::kFlies ? ", then the flight ends"

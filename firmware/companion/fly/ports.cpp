@@ -24,7 +24,7 @@ std::vector<fs::path> listing(const fs::path& folder) {
   return entries;
 }
 
-/// The kernel makes /dev/ttyS0..3 whether there is hardware or not; those without have no driver's device behind them.
+/// The kernel creates /dev/ttyS0..3 even without hardware; those have no driver's device.
 bool has_hardware(const fs::path& port) {
   std::error_code error;
   return fs::exists(fs::path("/sys/class/tty") / port.filename() / "device", error);

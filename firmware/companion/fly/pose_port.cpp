@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::uint32_t kTicksPerOffer = 25;
 constexpr std::int64_t kNanosecondsPerSignatureTick = 10000;
-constexpr std::uint8_t kLinkOfTheTick = 1;  ///< in the signatures of what the flight thread writes
+constexpr std::uint8_t kLinkOfTheTick = 1;  ///< link number in the signatures of the thread that flies
 
-/// Of the machine's calendar; the origin where it stands before that, as on a board without a battery for its clock.
+/// Signature time by the machine's calendar; zero before its origin, as on a board whose clock has no battery.
 mavlink::SignatureTime signature_time() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
@@ -45,11 +45,11 @@ void add_pose_options(CLI::App& app, PoseOptions& options) {
   app.add_option("--pose-port", options.port,
                  "where the pose comes from (MAVLink: ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY): a serial "
                  "port, or udp:PORT, which needs --mavlink-key");
-  app.add_option("--pose-baud", options.baud, "its baud rate, where it is a serial port")
+  app.add_option("--pose-baud", options.baud, "baud rate of the pose port, if it is a serial port")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
   app.add_option("--mavlink-key", options.key_file,
-                 "file with the key of the signatures, 64 hexadecimal digits, that only its owner can read; what is "
-                 "not signed with it, or was sent before, is refused");
+                 "file with the key of the signatures (64 hexadecimal digits, readable by its owner only); frames that "
+                 "are not signed with it, or that were sent before, are refused");
 }
 
 void check(const PoseOptions& options, const std::string& autopilot) {
@@ -59,13 +59,13 @@ void check(const PoseOptions& options, const std::string& autopilot) {
   }
   if (is_network && options.key_file.empty()) {
     throw UsageError("--pose-port: " + options.port +
-                     ": what comes over a network must be signed; name the key with --mavlink-key");
+                     ": poses over a network must be signed; name the key with --mavlink-key");
   }
   if (options.port.empty() && !options.key_file.empty()) {
-    throw UsageError("--mavlink-key: is of the pose port, and needs --pose-port");
+    throw UsageError("--mavlink-key: is the key of the pose port, and needs --pose-port");
   }
   if (!options.port.empty() && !is_network && hal::is_simulated(autopilot) != hal::is_simulated(options.port)) {
-    throw UsageError("--pose-port: a simulated port and a real one do not live in the same time");
+    throw UsageError("--pose-port: a simulated port and a real one have different clocks, and do not go together");
   }
 }
 
@@ -88,7 +88,7 @@ PosePort::PosePort(const PoseOptions& options, const std::string& clock_port)
     line_ = &*udp_;
     if (const core::Status opened = udp_->open(); opened != core::Status::kOk) {
       throw UsageError(options.port + (opened == core::Status::kRefused
-                                           ? ": no right to open it, or another program holds it"
+                                           ? ": no permission to open it, or another program holds it"
                                            : ": this machine has no network"));
     }
   } else {
@@ -137,11 +137,10 @@ void PosePort::tick() {
 }
 
 std::string why_no_pose(const link::PoseLink& link, const PosePort& port) {
-  const std::string seen = link.parser_stats().bytes == 0 ? "not one byte came"
-                           : link.parser_stats().frames == 0
-                               ? "bytes came that are no MAVLink 2: is the baud rate right?"
-                           : link.stats().refused > 0 ? "what came is refused: its frame, quaternion or range"
-                                                      : "MAVLink came, and no pose in it";
+  const std::string seen = link.parser_stats().bytes == 0    ? "not one byte came"
+                           : link.parser_stats().frames == 0 ? "bytes came that are not MAVLink 2: check the baud rate"
+                           : link.stats().refused > 0 ? "poses came and were refused: wrong frame, quaternion or range"
+                                                      : "MAVLink came, but without a pose";
   const link::SignedLineStats* const signatures = port.signatures();
   return seen + " (m100 expects ATT_POS_MOCAP, VISION_POSITION_ESTIMATE or ODOMETRY)" +
          (signatures != nullptr ? "; " + describe(*signatures) : "");
@@ -151,7 +150,8 @@ std::string describe(const link::SignedLineStats& signatures) {
   std::ostringstream text;
   text << signatures.accepted << " frames signed with the key; refused: " << signatures.unsigned_frames << " unsigned, "
        << signatures.wrong << " with a wrong signature, " << signatures.replayed << " sent before or overtaken, "
-       << signatures.old << " with an old time stamp, " << signatures.too_many << " of one sender too many";
+       << signatures.old << " with an old time stamp, " << signatures.too_many
+       << " from more senders than are remembered";
   return text.str();
 }
 

@@ -22,45 +22,46 @@ class App;
 
 namespace m100::companion {
 
-/// Where the pose comes from, as the operator names it.
+/// Where the pose comes from, as the operator gives it.
 struct PoseOptions {
   std::string port;             ///< a serial port, or "udp:PORT"; empty: none
   std::uint32_t baud = 115200;  ///< of a serial port
-  std::string key_file;         ///< of the signatures; empty: none are asked for
+  std::string key_file;         ///< of the signatures; empty: signatures are not required
 };
 
 void add_pose_options(CLI::App& app, PoseOptions& options);
 
-/// Refuses what cannot be: a network without a key, a port that is none, a simulated port beside a real one, a key
-/// without a port. @param autopilot its port. Errors: UsageError.
+/// Refuses invalid combinations: a network without a key, an invalid UDP port, a simulated port beside a real one, a
+/// key without a port. @param autopilot its port. Errors: UsageError.
 void check(const PoseOptions& options, const std::string& autopilot);
 
-/// What an operator's ports take of the file system: a key is read, and the memory beside it written. The command adds
-/// what else it reads and writes. @param autopilot its port
+/// The files that the two ports use: a key is read, and the file of its accepted signatures beside it is written. The
+/// command adds the other files that it reads and writes. @param autopilot its port
 FileUse files_of(const PoseOptions& options, const std::string& autopilot);
 
-/// The port of the pose: a wire, which may be unsigned, or a network, which may not. With a key only what is signed and
-/// new passes, on either.
+/// The port of the pose: a wire, on which frames may be unsigned, or a network, on which they may not. With a key, only
+/// signed and new frames pass, on either.
 class PosePort {
  public:
-  /// Opens it. @param clock_port whose time it is. @param options checked. Errors: UsageError.
+  /// Opens the port. @param clock_port whose clock is used. @param options checked. Errors: UsageError.
   PosePort(const PoseOptions& options, const std::string& clock_port);
   ~PosePort();
   PosePort(const PosePort&) = delete;
   PosePort& operator=(const PosePort&) = delete;
 
-  /// Before the reads of a tick: renews what they may cost, and hands over what a later life must know.
+  /// Call it before the reads of a tick: renews the number of signatures that the tick may verify, and hands the newest
+  /// time stamps to the file that outlives the program.
   void tick();
   hal::Uart& line() { return *line_; }
-  /// Begins to speak with the room. @returns null: the port is a wire, or there is no key.
+  /// Starts sending to the room. @returns null: the port is a wire, or there is no key.
   Speaker* start_speaker();
-  /// With start_speaker(): after each tick.
+  /// After start_speaker(): call it after each tick.
   void tell(const app::FlightController<double>& controller, core::TimePoint now) {
     if (speaker_) {
       speaker_->tell(controller, now, signed_->least_time());
     }
   }
-  /// For the time that a byte spends on the line; 0: none.
+  /// The baud rate, which gives the transmission time of a byte; 0: a network.
   std::uint32_t baud() const { return udp_ ? 0 : options_.baud; }
   const std::string& name() const { return options_.port; }
   const std::string& clock_port() const { return clock_port_; }
@@ -71,7 +72,7 @@ class PosePort {
   PoseOptions options_;
   std::string clock_port_;
   hal::PortClock clock_;
-  mavlink::SignatureTime start_;  ///< the time of a signature when clock_ shows zero
+  mavlink::SignatureTime start_;  ///< signature time at which clock_ shows zero
   std::optional<hal::SerialPort> serial_;
   std::optional<hal::UdpPort> udp_;
   std::unique_ptr<ReplayFile> replay_file_;
@@ -82,12 +83,12 @@ class PosePort {
   std::uint32_t ticks_ = 0;
 };
 
-/// What came where no pose came, in words.
+/// Why no pose came: a sentence about what came instead.
 std::string why_no_pose(const link::PoseLink& link, const PosePort& port);
 /// "0 frames signed with the key; refused: 12 unsigned, 3 with a wrong signature, ...".
 std::string describe(const link::SignedLineStats& signatures);
 nlohmann::json to_json(const link::SignedLineStats& signatures);
-/// What became of the poses and of the signatures. @param signatures may be null.
+/// The counts of poses and signatures. @param signatures may be null.
 nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
 void print(std::ostream& out, const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
 

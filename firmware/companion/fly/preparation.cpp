@@ -21,7 +21,7 @@ namespace {
 constexpr core::Duration kPosePatience = std::chrono::seconds(5);
 constexpr double kEverywhere_m = 1e9;
 
-/// How far the course goes down and up from where it starts.
+/// How far the course goes below and above its start.
 Range heights_over_start(const ref::Trajectory<double>& course, const std::vector<CoursePiece>& pieces) {
   Range heights_m;
   for_each_moment(course, pieces, [&](const CoursePiece&, core::Duration, const ref::Motion& motion) {
@@ -34,7 +34,7 @@ CourseLimits limits_of_course(const Orders& orders) {
   return orders.flight ? course_limits_of(*orders.flight) : CourseLimits{};
 }
 
-/// The fence keeper brakes before the sides of the fence, and not before its floor: what moves in height must end
+/// The fence keeper brakes before the sides of the fence, but not before its floor: an excitation in height must stay
 /// inside.
 void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start) {
   if (!orders.excitation || !orders.excitation->moves(ctl::ExcitedStick::kThrottle)) {
@@ -44,14 +44,14 @@ void expect_height_for(const Orders& orders, const ref::Waypoint<double>& start)
   const double height_m = start.position_w_m.z();
   const Range fence_m = orders.flight->fence_z_m;
   if (height_m - distance_m < fence_m.low || height_m + distance_m > fence_m.high) {
-    throw ExcitationFileError(orders.excitation_name + ": its throttle may go " + std::to_string(distance_m) +
-                              " m up and down, and from " + std::to_string(height_m) + " m that leaves " +
-                              orders.flight_name + "'s fence.z_m");
+    throw ExcitationFileError(orders.excitation_name + ": its throttle may take the aircraft " +
+                              std::to_string(distance_m) + " m up and down; from a height of " +
+                              std::to_string(height_m) + " m that leaves " + orders.flight_name + "'s fence.z_m");
   }
 }
 
-/// What is excited may go so far from the place, to any side, whatever the heading: a distance beyond the fence would
-/// be broken off in flight.
+/// An excitation may go its distance from the place in any direction, whatever the heading: with a distance beyond the
+/// fence it would be aborted in flight.
 void expect_room_for(const Orders& orders) {
   if (!orders.flight) {
     return;
@@ -63,15 +63,15 @@ void expect_room_for(const Orders& orders) {
     const double distance_m = orders.excitation->limits[static_cast<std::size_t>(axis)].distance;
     if (orders.excitation->moves(axis) && distance_m > side_m) {
       std::ostringstream said;
-      said << orders.excitation_name << ": its " << name(axis) << " may go " << distance_m << " m from the start, and "
-           << orders.flight_name << "'s fence ends after " << side_m
-           << " m: make it with m100-lab excite --fence, a metre or two below that";
+      said << orders.excitation_name << ": its " << name(axis) << " may take the aircraft " << distance_m
+           << " m from the start, but " << orders.flight_name << "'s fence ends after " << side_m
+           << " m: make the file with an m100-lab excite --fence that is one or two metres smaller";
       throw ExcitationFileError(said.str());
     }
   }
 }
 
-/// A course that was named is meant: one without a piece would be a hover that nobody asked for.
+/// Lays the course; refuses a named course without a piece, which would be a hover that the operator did not order.
 std::vector<CoursePiece> lay(const Orders& orders, const ref::Waypoint<double>& start,
                              ref::Trajectory<double>& course) {
   std::vector<CoursePiece> pieces = lay_course(orders.course_text, start, course, orders.course_name);
@@ -117,14 +117,13 @@ ref::Waypoint<double> first_pose(PosePort& port) {
   }
   if (place.disagrees()) {
     throw UsageError(port.name() +
-                     ": its poses do not agree on where the aircraft stands: more than half of nine in a " +
-                     "row lie farther than 0.3 m apart; hold it still, and look at the source of pose");
+                     ": its poses do not agree on where the aircraft stands: of nine in a row, more than half lie " +
+                     "0.3 m or farther from their median; hold it still, and check the source of pose");
   }
   if (place.poses() > 0) {
     throw UsageError(port.name() + ": only " + std::to_string(place.poses()) + " poses within " +
-                     std::to_string(kPosePatience.count() / 1000000) + " s, and it takes " +
-                     std::to_string(StartPlace::kPoses) +
-                     " to know where the aircraft stands: see to the rate of the " + "source of pose");
+                     std::to_string(kPosePatience.count() / 1000000) + " s; " + std::to_string(StartPlace::kPoses) +
+                     " are needed to know where the aircraft stands: check the rate of the " + "source of pose");
   }
   throw UsageError(port.name() + ": no pose within " + std::to_string(kPosePatience.count() / 1000000) + " s; " +
                    why_no_pose(link, port));
@@ -155,7 +154,7 @@ Range check_offsets(const Orders& orders) {
   }
   const Range heights_m = heights_over_start(*course, pieces);
   const Range fence_m = orders.flight->fence_z_m;
-  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start that the fence lets pass
+  start.position_w_m.z() = fence_m.low - heights_m.low;  // the lowest start for which the course stays inside
   expect_inside(*orders.flight, start, *course, lay(orders, start, *course), orders.course_name);
   return {start.position_w_m.z(), fence_m.high - heights_m.high};
 }

@@ -14,7 +14,7 @@
 
 namespace m100::companion {
 
-/// What the operator's files say, read and checked before anything flies. Errors: UsageError, FlightFileError.
+/// The operator's files, read and checked before anything flies. Errors: UsageError, FlightFileError.
 struct Orders {
   explicit Orders(const FlyOptions& options);
 
@@ -28,33 +28,33 @@ struct Orders {
   std::string excitation_name;
 };
 
-/// Where the aircraft stands: the first poses that agree, waited for 5 s. Errors: UsageError; CLI::RuntimeError after a
-/// signal.
+/// Where the aircraft stands, by the first poses that agree; waits for at most 5 s. Errors: UsageError;
+/// CLI::RuntimeError after a signal.
 ref::Waypoint<double> first_pose(PosePort& port);
 
-/// Where the autopilot's take-off ends that begins here (protocol, 6.3: "about 1.2 m").
+/// Where an autopilot's take-off from this place ends (protocol, 6.3: "about 1.2 m").
 ref::Waypoint<double> above(ref::Waypoint<double> place);
 
-/// The course from where the flight starts. Errors: CourseError, also where it asks for more than its limits;
-/// FlightFileError where it leaves the fence.
+/// Lays the course from where the flight starts and checks it. Errors: CourseError, also if it exceeds its limits;
+/// FlightFileError if it leaves the fence.
 void lay_and_check(const Orders& orders, const ref::Waypoint<double>& start, ref::Trajectory<double>& course);
 
-/// The same without a pose: the course can be read, stays inside the fence's sides from wherever it starts, and inside
-/// its heights from some. Errors as above.
-/// @returns the heights of a start, in the world of the pose, from which it does [m]; all where there is no flight
-/// file.
+/// The same without a pose: checks that the course can be read, stays inside the sides of the fence, and inside its
+/// heights from at least one start height. Errors as above.
+/// @returns the start heights, in the world of the pose, for which it does [m]; all heights without a flight file.
 Range check_offsets(const Orders& orders);
 
-/// How fast the ways to goals are; nothing: this flight takes none, because nobody has a key or an excitation flies.
+/// The speed limits of the ways to goals; nothing: this flight takes no goals, because there is no key, or no flight
+/// file, or because an excitation flies.
 std::optional<ref::SpeedLimits> goal_limits(const FlyOptions& options, const Orders& orders);
 
-/// What a low battery makes of the flight.
+/// What the flight does on a low battery.
 HomeSettings home_settings(const Orders& orders);
 
 app::FlightConfig flight_config(const FlyOptions& options, const Orders& orders, const ref::Waypoint<double>& start,
                                 const link::LinkConfig& link);
 
-/// Begins the log with what `m100 replay` must know beside the records. Errors: UsageError.
+/// Begins the log with the notes that `m100 replay` needs beside the records. Errors: UsageError.
 void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model, const Orders& orders,
                  const ref::Waypoint<double>& start, const app::FlightConfig& config, core::TimePoint now);
 

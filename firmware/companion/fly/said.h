@@ -3,9 +3,9 @@
 
 namespace m100::companion {
 
-/// What the operator said, or a room in his place, since one asked before.
+/// The commands of the operator, or of a room in the operator's place, since the last call.
 struct Said {
-  bool word = false;  ///< Enter, whatever stands before it, or SIGUSR1 where there is no terminal
+  bool word = false;  ///< any line but "land", or SIGUSR1: takes control or gives it back
   bool land = false;  ///< the line "land"
 };
 

@@ -14,7 +14,7 @@
 namespace m100::companion {
 namespace {
 
-/// Whether it has room for something, at the latest behind this time.
+/// Whether it has room for output; waits at most this time.
 bool takes(int descriptor, std::chrono::milliseconds patience) {
   pollfd screen{.fd = descriptor, .events = POLLOUT, .revents = 0};
   return poll(&screen, 1, static_cast<int>(patience.count())) > 0 && (screen.revents & POLLOUT) != 0;
@@ -44,11 +44,11 @@ void write_now(int descriptor, std::string_view text) {
 }
 
 void write_at_last(std::string_view text) {
-  // A pipe that takes anything takes so much at once; a terminal takes what it has room for.
+  // A pipe with room takes PIPE_BUF bytes at once; a terminal takes as much as it has room for.
   while (!text.empty() && takes(STDOUT_FILENO, kScreenPatience)) {
     const ssize_t count = ::write(STDOUT_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
     if (count < 0 && errno != EAGAIN && errno != EINTR) {
-      return;  // nobody is there to read
+      return;  // there is no reader
     }
     text.remove_prefix(count > 0 ? static_cast<std::size_t>(count) : 0);
   }

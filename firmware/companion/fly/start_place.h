@@ -14,13 +14,12 @@
 namespace m100::companion {
 
 /// Where the aircraft stands before a flight, from poses that agree. The course and the fence are laid from this place,
-/// so one wrong pose must not become it: nine poses in a row are asked, more than half of which lie within 0.3 m of
-/// their median (what a pilot lets an aircraft wander at 1 m/s while a source of 30 Hz sends nine), and the one nearest
-/// to the median is taken, of those whose heading agrees with the others'. Poses that do not agree are followed by
-/// others.
+/// so one wrong pose must not define it. Of nine successive poses, more than half must lie within 0.3 m of their median
+/// (an aircraft that wanders at 1 m/s moves so far while a source of 30 Hz sends nine). The result is the pose nearest
+/// to the median among those whose heading agrees with the others'. Otherwise later poses replace the oldest.
 class StartPlace {
  public:
-  /// @returns the place, as soon as it is sure.
+  /// @returns the place, as soon as enough poses agree.
   std::optional<ref::Waypoint<double>> add(const core::Pose<double>& pose) {
     last_[seen_++ % last_.size()] = pose;
     if (seen_ < last_.size()) {
@@ -57,10 +56,10 @@ class StartPlace {
     return start;
   }
 
-  static constexpr std::size_t kPoses = 9;  ///< that are asked
-  /// That came so far.
+  static constexpr std::size_t kPoses = 9;  ///< that are compared
+  /// The number of poses so far.
   std::size_t poses() const { return seen_; }
-  /// Poses came, and did not agree.
+  /// Enough poses came, but did not agree.
   bool disagrees() const { return seen_ >= kPoses; }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace m100::companion {
 
-/// A line of text that the thread which flies can write: no heap (promise R1). What does not fit is cut off.
+/// A line of text without heap, for the thread that flies (promise R1). Text beyond 640 characters is cut off.
 class TextLine {
  public:
   TextLine& add(std::string_view text) {
@@ -18,7 +18,7 @@ class TextLine {
     used_ += fits;
     return *this;
   }
-  /// Fixed point. @param digits behind the point.
+  /// Adds a number in fixed-point notation. @param digits after the point.
   TextLine& add(double value, int digits) {
     std::array<char, 48> number{};
     const int size = std::snprintf(number.data(), number.size(), "%.*f", digits, value);

@@ -13,11 +13,11 @@ namespace {
 
 using safety::Cause;
 
-constexpr double kTurnShown_rad = 0.35;  ///< the observer's gate; less is no reason for a refusal
+constexpr double kTurnShown_rad = 0.35;  ///< the observer's innovation gate; a smaller turn is not the reason
 
 void add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
   if (age > std::chrono::hours(1)) {
-    line.add(what).add(": none has come");
+    line.add(what).add(": none has arrived");
     return;
   }
   line.add(what).add(": ").add(core::seconds<double>(age), 3).add(" s, allowed ");
@@ -29,7 +29,7 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
   const bool of_attitude = check == est::Check::kRates || check == est::Check::kAnswer;
   line.add(of_attitude ? "attitude refused: " : "pose refused: ");
   if (check != est::Check::kNone) {
-    line.add(check == est::Check::kAnswer  ? "it does not answer to our commands, check "
+    line.add(check == est::Check::kAnswer  ? "it does not follow our commands, check "
              : check == est::Check::kRates ? "the autopilot's rates contradict it, check "
                                            : "the autopilot contradicts it, check ")
         .add(est::name(check))
@@ -39,18 +39,18 @@ void add_refusal(TextLine& line, const safety::Observation& seen) {
     return;
   }
   if (seen.refused_turn_rad > kTurnShown_rad) {
-    line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from where it must be, allowed ");
+    line.add("turned by ").add(seen.refused_turn_rad, 2).add(" rad from the prediction, allowed ");
     line.add(kTurnShown_rad, 2).add(" rad");
     return;
   }
-  line.add(seen.refused_by_m, 2).add(" m from where it must be, allowed ").add(seen.refused_allowed_m, 2).add(" m");
+  line.add(seen.refused_by_m, 2).add(" m from the prediction, allowed ").add(seen.refused_allowed_m, 2).add(" m");
 }
 
-/// Degrees from trough to crest, as somebody sees it who stands beside the aircraft.
+/// The swing in degrees peak to peak, as an onlooker sees it.
 void add_swing(TextLine& line, const safety::Observation& seen) {
   line.add("the aircraft swings by itself, by ")
       .add(seen.swing_rad * 180.0 / core::kPi, 0)
-      .add(" degrees to and fro, ");
+      .add(" degrees peak to peak, ");
   line.add(seen.swing_hz, 1).add(" times a second");
 }
 
@@ -92,32 +92,32 @@ void describe(TextLine& line, Cause cause, const safety::Observation& seen, cons
       return add_age(line, "no fresh pose while coasting; newest", seen.pose_age,
                      fresh_limit(limits, seen.pose_latency));
     case Cause::kReserveSpent:
-      line.add("without a pose the position is known to ").add(seen.error_m, 2);
+      line.add("without a pose the position error may be ").add(seen.error_m, 2);
       line.add(" m, and the fence leaves ").add(seen.reserve_m, 2).add(" m");
       return;
     case Cause::kFenceLeft:
       line.add("the aircraft is ").add(seen.outside_m, 2).add(" m outside its fence");
       return;
     case Cause::kPlaceLost:
-      line.add("the wind pushes with ").add(seen.push_m_s2, 1).add(" m/s^2, and for ");
-      line.add(core::seconds<double>(seen.place_lost_for), 1).add(" s the place has not been held");
+      line.add("the wind pushes with ").add(seen.push_m_s2, 1).add(" m/s^2; the place has not been held for ");
+      line.add(core::seconds<double>(seen.place_lost_for), 1).add(" s");
       return;
     case Cause::kSwinging:
       add_swing(line, seen);
-      line.add(", under the calm law too: it is no fault of the law alone");
+      line.add(", under the calm law too: the law alone is not the cause");
       return;
     case Cause::kTask:
-      line.add("the autopilot flies a task of its own, by the operator's word");
+      line.add("the autopilot flies a task of its own, on the operator's command");
       return;
     case Cause::kGivenBack:
-      line.add("by the operator's word, or because --hold is over");
+      line.add("on the operator's command, or because --hold is over");
       return;
     case Cause::kEngaged:
-      line.add("by the operator's word");
+      line.add("on the operator's command");
       return;
     case Cause::kLevelOver:
     case Cause::kNeutralOver:
-      line.add(cause == Cause::kLevelOver ? "nothing has become better in its time"
+      line.add(cause == Cause::kLevelOver ? "the cause has not cleared in the time allowed"
                                           : "the time with neutral sticks is over; the transmitter gets control");
       return;
     case Cause::kRecovered:
@@ -133,9 +133,9 @@ void describe_swing(TextLine& line, const safety::Observation& seen) {
   line.add("swinging: ");
   add_swing(line, seen);
   line.add(
-      "; a calm law flies from here on, slower and less exact. Stop and land; poses or commands may be later than "
-      "known, or the aircraft stronger than its vehicle file: m100 doctor and m100-lab identify tell, m100-lab "
-      "gains --tune makes the loop calmer");
+      "; the calm law flies now, slower and less exact. Stop and land; poses or commands may be later than known, or "
+      "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
+      "identify; m100-lab gains --tune makes the loop calmer");
 }
 
 void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
@@ -165,10 +165,10 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
   line.add(": ");
   switch (excitation.abort()) {
     case Abort::kFence:
-      line.add("the way to stop would end beyond the fence");
+      line.add("the aircraft would stop beyond the fence");
       break;
     case Abort::kDistance:
-      line.add("the way to stop would end beyond its own distance");
+      line.add("the aircraft would stop beyond the excitation's own distance");
       break;
     case Abort::kTilt:
       line.add("the tilt is beyond its limit");
@@ -181,7 +181,7 @@ void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
       break;
     case Abort::kLadder:
     case Abort::kNone:
-      line.add("control is gone, or the ladder left its top");
+      line.add("control is lost, or the ladder left its top rung");
       break;
   }
   line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
@@ -207,12 +207,12 @@ Cause obstacle(const safety::Observation& seen, const safety::Limits& limits) {
 std::string_view what_helps(Cause obstacle) {
   switch (obstacle) {
     case Cause::kFenceLeft:
-      return "bring it inside, or take a larger box";
+      return "bring the aircraft inside, or take a larger fence";
     case Cause::kTelemetryOld:
     case Cause::kTelemetrySilent:
-      return "see to the cable and the autopilot's telemetry";
+      return "check the cable and the autopilot's telemetry";
     default:
-      return "see to the source of pose";
+      return "check the source of pose";
   }
 }
 

@@ -10,23 +10,23 @@
 
 namespace m100::companion {
 
-// What the operator reads, with numbers and with what to do.
+// Sentences for the operator, with numbers and remedies.
 
-/// Where the authority table stands, why, and the remedy where there is one.
+/// The state of the authority table, its reason, and the remedy if there is one.
 void describe(TextLine& line, const link::AuthorityView& authority);
 
-/// What was seen: "pose refused: 0.31 m from where it must be, allowed 0.02 m".
+/// What was seen: "pose refused: 0.31 m from the prediction, allowed 0.02 m".
 void describe(TextLine& line, safety::Cause cause, const safety::Observation& seen, const safety::Limits& limits);
 
-/// A swing that was noticed, what is done about it, and what to do; Observation::swings.
+/// A detected swing (Observation::swings), the program's reaction, and the remedy.
 void describe_swing(TextLine& line, const safety::Observation& seen);
 
-/// Where an excitation stands; why it was aborted, with numbers. Nothing where there is none.
+/// The state of an excitation; if it was aborted, why, with numbers. Nothing if there is none.
 void describe(TextLine& line, const ctl::Excitation<double>& excitation);
 
-/// What stands in the way of flying now; kNone: nothing.
+/// What prevents flying now; kNone: nothing.
 safety::Cause obstacle(const safety::Observation& seen, const safety::Limits& limits);
-/// What to do about it.
+/// The remedy for an obstacle.
 std::string_view what_helps(safety::Cause obstacle);
 
 }  // namespace m100::companion

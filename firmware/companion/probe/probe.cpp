@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 probe: listens only, and says what is at the other end, at which baud rate, and what is wrong.
+// m100 probe: listens only; finds the device at the other end, its baud rate, and what is wrong.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -89,7 +89,7 @@ Finding listen(const std::string& path, std::uint32_t baud, double seconds) {
   return finding;
 }
 
-/// Better findings first: something was understood, then something was heard.
+/// Better findings have lower ranks: understood frames before mere bytes.
 int rank(Verdict verdict) {
   switch (verdict) {
     case Verdict::kAutopilot:
@@ -111,8 +111,8 @@ int rank(Verdict verdict) {
   return 5;
 }
 
-/// At each baud rate that is asked for, until the autopilot is found or the line is known to be silent: another rate
-/// does not make it speak.
+/// Tries each requested baud rate until the autopilot is found or the line is silent: a silent line stays silent at
+/// other rates.
 void search_port(const std::string& port, const ProbeOptions& options, std::optional<Finding>& best) {
   for (const std::uint32_t baud : kBaudRates) {
     if (options.baud != 0 && baud != options.baud) {
@@ -131,7 +131,7 @@ void search_port(const std::string& port, const ProbeOptions& options, std::opti
 }
 
 Finding search(const ProbeOptions& options) {
-  if (std::isnan(options.seconds)) {  // passes every comparison of a range
+  if (std::isnan(options.seconds)) {  // CLI11's range check accepts it
     throw UsageError("--seconds: is not a number");
   }
   const std::vector<std::string> ports = options.port.empty() ? serial_ports() : std::vector<std::string>{options.port};
@@ -148,7 +148,7 @@ Finding search(const ProbeOptions& options) {
   return *best;
 }
 
-/// null where the port counts nothing.
+/// @returns null if the port has no counters.
 nlohmann::json to_json(const core::Expected<hal::LineErrors>& errors) {
   if (!errors) {
     return nullptr;
@@ -195,10 +195,10 @@ void run(const ProbeOptions& options) {
 void add_probe(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("probe", "listen only: find port and baud rate, or name what is wrong");
   auto options = std::make_shared<ProbeOptions>();
-  app->add_option("--port", options->port, "serial port; default: all that look like one");
-  app->add_option("--baud", options->baud, "baud rate; 0: all that DJI knows")
+  app->add_option("--port", options->port, "serial port; default: every port that looks like one");
+  app->add_option("--baud", options->baud, "baud rate; 0: every rate that DJI supports")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app->add_option("--seconds", options->seconds, "to listen at each baud rate")->check(CLI::Range(0.1, 60.0));
+  app->add_option("--seconds", options->seconds, "seconds to listen at each baud rate")->check(CLI::Range(0.1, 60.0));
   app->add_option("--json", options->json, "result as JSON");
   app->callback([options] { run(*options); });
 }

@@ -13,8 +13,8 @@ namespace {
 constexpr std::array<std::uint8_t, protocol::kTelemetryItemCount> kOldItemBytes{4, 16, 12, 13, 12, 25,
                                                                                 6, 12, 12, 1,  1,  1};
 constexpr double kNoisyShare = 0.05;  ///< of the bytes, outside of frames
-/// Of the bytes. At a wrong rate the place of the stop bit is hit by any bit: about half of the bytes lack it. Noise
-/// that hits the stop bits of a tenth of all bytes would leave none of the frames, and no line is that bad.
+/// Share of bytes without a stop bit. At a wrong rate any bit may be at the place of the stop bit: about half of the
+/// bytes lack it. Noise that hit the stop bits of a tenth of all bytes would destroy every frame; no line is that bad.
 constexpr double kFramingShareOfWrongBaud = 0.1;
 constexpr double kMostlyBreaks = 0.5;  ///< breaks per byte
 
@@ -34,7 +34,7 @@ void LineProbe::take(std::span<const std::byte> bytes) {
     if (message && message->has_id && message->id == protocol::ids::kTelemetry) {
       take_telemetry(message->value);
     } else if (!message && frame.header.session == 0 && !frame.header.is_ack) {
-      ++packages_;  // encrypted telemetry: nobody else pushes at length in session 0
+      ++packages_;  // encrypted telemetry: only telemetry sends such messages in session 0
     }
   });
 }

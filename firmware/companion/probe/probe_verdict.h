@@ -15,7 +15,7 @@ namespace m100::companion {
 enum class Verdict : std::uint8_t {
   kAutopilot,        ///< frames and telemetry: all is well
   kApiNotEnabled,    ///< frames, but no telemetry
-  kWrongBaud,        ///< bytes, but no frame among them; where the port counts them, many without a stop bit
+  kWrongBaud,        ///< bytes, but no frame among them; many lack a stop bit, if the port counts that
   kNoAutopilot,      ///< bytes with good stop bits, but no frame among them
   kNoisy,            ///< frames, but many are damaged; or none, and some bytes without a stop bit
   kOverrun,          ///< frames, but many are damaged: this machine was too slow to take them
@@ -31,12 +31,12 @@ std::string_view remedy(Verdict verdict);
 enum class Firmware : std::uint8_t { kUnknown, kM100, kM100Old, kOther };
 std::string_view name(Firmware firmware);
 
-/// Listens: bytes in, counts out.
+/// Counts frames and telemetry in the bytes of a line, and judges them. It sends nothing.
 class LineProbe {
  public:
   void take(std::span<const std::byte> bytes);
 
-  /// @param errors what the port has counted meanwhile; without it, damage has no cause but the bytes themselves.
+  /// @param errors that the port has counted meanwhile; without them the verdict uses the bytes alone.
   Verdict verdict(const core::Expected<hal::LineErrors>& errors = core::Status::kUnavailable) const;
   Firmware firmware() const;
   std::uint64_t packages() const { return packages_; }

@@ -9,13 +9,13 @@
 
 namespace m100::companion {
 
-/// Lays the autopilot's clock on ours. What arrives has waited on its way, now longer, now shorter; the stamps inside
-/// have not. The offset between the clocks is the least that was seen, and may grow as fast as two crystals drift
-/// apart, so that stamps keep the spacing that they were made with.
+/// Converts time stamps of the autopilot's clock to ours. Arrival times have a jitter; the time stamps in the packages
+/// have none. The offset between the clocks is the smallest one seen, and may grow as fast as two crystals drift apart.
+/// So the converted time stamps keep their original spacing.
 class ClockFit {
  public:
-  /// @param own what the package says of its time. @param arrived when it came.
-  /// @returns when it was made, as far as the quickest way tells; never after `arrived`, never before the one before.
+  /// @param own time stamp of the package. @param arrived its arrival on our clock.
+  /// @returns when it was made, by the shortest transport delay seen; never after `arrived` or before the last result.
   core::TimePoint lay(core::Duration own, core::TimePoint arrived) {
     const core::Duration offset = arrived.time_since_epoch() - own;
     if (offset_ && std::max(offset - *offset_, *offset_ - offset) > kJump) {
@@ -28,7 +28,7 @@ class ClockFit {
     last_ = std::max(last_, core::TimePoint{own + *offset_});
     return last_;
   }
-  /// Jumps of more than a second: the autopilot began anew.
+  /// Number of jumps of more than a second: the autopilot restarted.
   std::uint32_t restarts() const { return restarts_; }
 
  private:

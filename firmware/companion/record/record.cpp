@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 record: listens only, and writes what the autopilot tells and the pose into a log that m100-lab identify reads.
+// m100 record: listens only, and writes the autopilot's telemetry and the pose into a log for m100-lab identify.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@
 namespace m100::companion {
 namespace {
 
-/// Short against the 10 ms between packages: what is read is dated by when it is read.
+/// Short compared with the 10 ms between packages, because data are dated by when they are read.
 constexpr core::Duration kVisit = std::chrono::milliseconds(2);
 constexpr double kGoodRate_hz = 50.0;  ///< of sticks and attitude, for a fit of the attitude loop
 
@@ -39,7 +39,7 @@ struct RecordOptions {
   std::string json;
 };
 
-/// Both ports, the log, and what comes of them.
+/// Both ports, the log and the recorder.
 class Session {
  public:
   explicit Session(const RecordOptions& options) : options_(options), port_(options.port, options.baud) {
@@ -52,7 +52,7 @@ class Session {
     if (!options.key_file.empty()) {
       cipher_.emplace(read_key(options.key_file));
     }
-    log_.emplace(options.log, "the recording ends here");  // last: what fails before leaves no file behind
+    log_.emplace(options.log, "the recording ends here");  // last, so that an earlier failure leaves no file
     writer_.emplace(log_->ring());
     recorder_.emplace(*writer_, options.baud, cipher_ ? &*cipher_ : nullptr);
   }
@@ -162,7 +162,7 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
       {"log_cut", session.is_cut()}};
 }
 
-/// Why the log is of no use for identification; empty: it is.
+/// Why the log is useless for identification; empty: it is usable.
 std::string trouble_of(const RecordOptions& options, const Session& session) {
   const Recorder& recorder = session.recorder();
   const auto none = [&](Recorder::Stream stream) { return recorder.came(stream).samples < 2; };
@@ -208,7 +208,7 @@ void print(const Session& session) {
   }
   if (recorder.packages_of_a_computer() > 0) {
     std::cout << "  a computer had control in " << recorder.packages_of_a_computer()
-              << " packages: there the sticks in the log need not be the pilot's\n";
+              << " packages: in those, the sticks in the log may not be the pilot's\n";
   }
   if (session.signatures() != nullptr) {
     std::cout << "  pose port: " << describe(*session.signatures()) << "\n";
@@ -220,7 +220,7 @@ void print(const Session& session) {
 }
 
 void run(const RecordOptions& options) {
-  if (std::isnan(options.hold_s)) {  // passes every comparison of a range
+  if (std::isnan(options.hold_s)) {  // CLI11's range check accepts it
     throw UsageError("--hold: is not a number");
   }
   check(options.pose, options.port);
@@ -236,7 +236,7 @@ void run(const RecordOptions& options) {
   print(session);
   write_result(options.json, to_json(options, session, trouble));
   if (!trouble.empty()) {
-    if (!session.is_cut()) {  // else the line that says why stands there already
+    if (!session.is_cut()) {  // otherwise the reason was already printed
       std::cerr << "m100: " << printable(trouble) << "\n";
     }
     throw CLI::RuntimeError(kAnswerIsNo);
@@ -247,12 +247,12 @@ void run(const RecordOptions& options) {
 
 void add_record(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand(
-      "record", "listen only: telemetry with the pilot's sticks, and the pose, into a log for m100-lab identify");
+      "record", "listen only: write telemetry, the pilot's sticks and the pose into a log for m100-lab identify");
   auto options = std::make_shared<RecordOptions>();
   app->add_option("--port", options->port, "serial port of the autopilot")->required();
-  app->add_option("--baud", options->baud, "as set in DJI's assistant")
+  app->add_option("--baud", options->baud, "baud rate, as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  app->add_option("--key-file", options->key_file, "the app's key, where the autopilot encrypts its telemetry");
+  app->add_option("--key-file", options->key_file, "file with the app's key, if the autopilot encrypts its telemetry");
   add_pose_options(*app, options->pose);
   app->add_option(
          "--log", options->log,

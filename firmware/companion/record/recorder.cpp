@@ -15,7 +15,7 @@ namespace {
 using protocol::TelemetryItem;
 
 constexpr core::Duration kAdapterDelay = std::chrono::milliseconds(20);  // an FTDI's timer is 16 ms
-// As m100-lab tells a gap from a slow stream.
+// The rule of m100-lab that distinguishes a gap from a slow stream.
 constexpr double kGap_s = 0.05;
 constexpr double kGapIntervals = 3.5;
 constexpr std::uint64_t kFewestIntervals = 10;

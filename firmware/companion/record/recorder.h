@@ -18,46 +18,46 @@
 
 namespace m100::companion {
 
-/// The bytes of an autopilot, and poses, as records of a log. It reads and never answers.
+/// Writes an autopilot's telemetry, and poses, as records of a log. It never sends anything.
 class Recorder {
  public:
-  /// What is recorded, in the order of the log's topics.
+  /// The recorded streams, in the order of the log's topics.
   enum Stream : std::size_t { kRc, kAttitude, kRates, kVelocity, kForce, kPosition, kStatus, kPose, kStreams };
   static std::string_view name(Stream stream);
 
-  /// What came of one stream.
+  /// Statistics of one stream.
   struct Came {
     std::uint64_t samples = 0;
     core::TimePoint first{};
     core::TimePoint last{};
     core::Duration longest_gap{0};
-    std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 of its own intervals: what a fit leaves out
+    std::uint32_t gaps = 0;  ///< longer than 50 ms and 3.5 intervals of the stream: a fit leaves them out
     double rate_hz() const;
     void note(core::TimePoint at);
-    /// The recording is over: what stopped coming before has a gap until here.
+    /// Ends the recording: a stream that stopped before has a gap until here.
     void end(core::TimePoint at);
 
    private:
     void note_gap(core::Duration gap);
   };
 
-  /// How far a stick was moved, in counts from the middle.
+  /// The travel of a stick, in counts from the middle.
   struct Moved {
     double least_counts = std::numeric_limits<double>::infinity();
     double most_counts = -std::numeric_limits<double>::infinity();
   };
 
-  /// @param cipher of the app's key, where the autopilot encrypts its telemetry; else null.
+  /// @param cipher of the app's key, if the autopilot encrypts its telemetry; otherwise null.
   Recorder(log::UlogWriter& log, std::uint32_t baud, const protocol::Cipher* cipher);
 
-  /// Header and formats of the log. @returns as UlogWriter::begin().
+  /// Writes header and formats of the log. @returns as UlogWriter::begin().
   core::Status begin(core::TimePoint now, std::span<const log::Note> notes);
-  /// What the autopilot's port gave.
+  /// Takes bytes of the autopilot's port.
   void take(std::span<const std::byte> bytes, core::TimePoint now);
-  /// Once per visit, also where nothing came: a false header must not hold good frames back.
+  /// Call it in every cycle, also if nothing came: a false header must not hold good frames back.
   void look_for_false_frames(core::TimePoint now);
   void take(const core::Pose<double>& pose);
-  /// Once, when nothing more will come.
+  /// Call it once, at the end of the recording.
   void end(core::TimePoint now);
 
   const Came& came(Stream stream) const { return came_[stream]; }
@@ -68,8 +68,7 @@ class Recorder {
   std::uint32_t bad_packages() const { return bad_packages_; }
   std::uint32_t undecipherable() const { return undecipherable_; }
   std::uint32_t restarts() const { return clock_.restarts(); }
-  /// Packages in which a computer had control, or Virtual RC was on: then the sticks in the log need not be the
-  /// pilot's.
+  /// Packages in which a computer had control, or Virtual RC was on: their sticks may not be the pilot's.
   std::uint32_t packages_of_a_computer() const { return packages_of_a_computer_; }
 
  private:

@@ -7,8 +7,8 @@
 
 namespace m100::companion::recording {
 
-// What `m100 record` writes: one record of each telemetry item when it comes, in our frames (world NWU, body FLU), SI,
-// stamped with the autopilot's own time laid on our clock [us]. No padding: each format says the same in ULog's words.
+// The records of `m100 record`: one for each telemetry item received, in our frames (world NWU, body FLU), SI, with the
+// autopilot's own time stamp converted to our clock [us]. No padding: each format describes the same layout in ULog.
 
 /// The pilot's transmitter, -10000..10000 each: right, forward, up, right positive.
 struct Rc {
@@ -66,7 +66,7 @@ struct Status {
 };
 static_assert(sizeof(Status) == 16);
 
-/// Of the second port, stamped with the time of its capture.
+/// A pose of the second port, with the time stamp of its capture.
 struct Pose {
   std::uint64_t timestamp = 0;
   std::array<double, 3> xyz{};  ///< m

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 replay: the same bytes at the same times through the same code.
+// m100 replay: feeds the same bytes at the same times through the same code.
 #include "firmware/companion/replay/replay.h"
 
 #include <CLI/CLI.hpp>
@@ -26,7 +26,7 @@ struct ReplayOptions {
   std::string json;
 };
 
-/// "tick 17 to 19, 40 (4 in all, counted from 0)": the first few runs of them.
+/// The first runs of differing ticks: "tick 17 to 19, 40 (4 in all, counted from 0)".
 std::string unlike_text(const ReplayResult& result) {
   constexpr std::size_t kRuns = 5;
   std::string text;
@@ -58,7 +58,7 @@ nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result,
 }
 
 void print(const ReplayOptions& options, const ReplayResult& result) {
-  std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " unlike the record";
+  std::cout << result.ticks << " ticks in " << options.scalar << ", " << result.ticks_unlike << " differ from the log";
   if (result.ticks_unlike > 0) {
     std::cout << " (the first is " << result.first_unlike << ")";
   }
@@ -85,11 +85,11 @@ void run(const ReplayOptions& options) {
   const ReplayResult result = [&] {
     try {
       return replay(flight, scalar, cipher ? &*cipher : nullptr);
-    } catch (const std::runtime_error& wrong) {  // of the log's notes too: a vehicle file, a course, a flight file
+    } catch (const std::runtime_error& wrong) {  // also errors of the notes: vehicle file, course, flight file
       throw UsageError(options.log + ": " + wrong.what());
     }
   }();
-  const bool judged = scalar == Scalar::kDouble;  // what `m100 fly` flies in; other arithmetic is to differ
+  const bool judged = scalar == Scalar::kDouble;  // as in `m100 fly`; in other arithmetic, differences are expected
   const auto digits = core::hex(result.digest);
   const std::string digest(digits.data(), digits.size());
   std::cout << digest << "\n";
@@ -100,7 +100,7 @@ void run(const ReplayOptions& options) {
     write_json(options.json, to_json(options, result, digest, result.ticks_unlike == 0));
   }
   if (judged && result.ticks_unlike > 0) {
-    std::cerr << "m100: " << printable(options.log) << ": not the flight that was logged: " << unlike_text(result)
+    std::cerr << "m100: " << printable(options.log) << ": the replay differs from the log: " << unlike_text(result)
               << "\n";
     throw CLI::RuntimeError(kAnswerIsNo);
   }
@@ -112,10 +112,10 @@ void add_replay(CLI::App& m100) {
   CLI::App* app = m100.add_subcommand("replay", "feed a flight log's bytes and times through the flight code again");
   auto options = std::make_shared<ReplayOptions>();
   app->add_option("log", options->log, "flight log (ULog) of this program")->required();
-  app->add_option("--scalar", options->scalar, "arithmetic to fly in")
+  app->add_option("--scalar", options->scalar, "arithmetic of the replay")
       ->check(CLI::IsMember({"double", "float", "fixed"}));
   app->add_option("--key-file", options->key_file, "file with the app's key, for a flight with encrypted commands");
-  app->add_flag("--hash", options->hash_only, "print the SHA-256 over output bytes and state records only");
+  app->add_flag("--hash", options->hash_only, "print only the SHA-256 over output bytes and state records");
   app->add_option("--json", options->json, "hash, ticks and differences as JSON");
   app->callback([options] { run(*options); });
 }

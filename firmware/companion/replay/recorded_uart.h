@@ -10,10 +10,10 @@
 
 namespace m100::companion {
 
-/// Gives a tick the bytes that it had, and keeps what it writes.
+/// Gives a tick the bytes that it read in flight, and keeps what it writes.
 class RecordedUart final : public hal::Uart {
  public:
-  /// @param mute takes no byte, as the port of a dry run.
+  /// @param mute refuses every write, as the port of a dry run does.
   explicit RecordedUart(bool mute) : mute_(mute) {}
   void next(const std::vector<std::byte>& input) {
     input_ = &input;

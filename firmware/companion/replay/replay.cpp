@@ -38,13 +38,13 @@ void read_link_note(const std::string& text, app::FlightConfig& config, bool& en
   if (!words || app_id != "app_id" || rate != "rate_hz" || pose_baud != "pose_baud" || crypt != "encrypted") {
     throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
   }
-  if (std::string baud; words >> baud) {  // it dates what arrives in bunches; logs from before it did have none
+  if (std::string baud; words >> baud) {  // dates bytes that arrive in bunches; older logs lack it
     words >> config.link.baud;
     if (!words || baud != "baud") {
       throw FlightLogError(std::string("'") + kLinkNote + "' is of another version");
     }
   }
-  for (std::string key, word; words >> key;) {  // only where they are not the MPC and none
+  for (std::string key, word; words >> key;) {  // present only for another law than the MPC, and for overrides
     words >> word;
     const std::optional<mpc::Law> law = key == "law" ? mpc::law_of(word) : std::nullopt;
     const std::optional<est::Check> off = key == "override" ? est::check_of(word) : std::nullopt;
@@ -112,7 +112,7 @@ std::unique_ptr<Errands<T>> errands_of(const RecordedFlight& flight, const app::
   return std::make_unique<Errands<T>>(course, config.fence, *limits);
 }
 
-/// A log of before has no such note, and its flight did not look at the battery.
+/// An older log has no such note: its flight ignored the battery.
 template <typename T>
 Homeward<T> home_of(const RecordedFlight& flight, const app::FlightConfig& config, ref::Trajectory<T>& course) {
   const std::optional<HomeSettings> settings =
@@ -123,7 +123,7 @@ Homeward<T> home_of(const RecordedFlight& flight, const app::FlightConfig& confi
   return Homeward<T>(course, config.fence, start_of<T>(flight), *settings);
 }
 
-/// What the room and the battery make of the course, as the flight did behind the same tick.
+/// Applies goals, missions and a low battery to the course, as the flight did after the same tick.
 template <typename T, typename S>
 void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app::FlightController<T, S>& controller,
           core::TimePoint now) {
@@ -135,12 +135,12 @@ void lead(Errands<T>* errands, OverheardLine& line, Homeward<T>& home, const app
   home.watch(controller, now);
 }
 
-/// What the replayed flight would have logged of a tick, beside the bytes: the last messages of its ring.
+/// The records that the replayed flight would have logged of a tick, beside the bytes: the last messages of its ring.
 class LastRecords {
  public:
   LastRecords() : ring_(storage_), log_(ring_) {}
   log::FlightLogWriter& log() { return log_; }
-  /// @param excited the record of the excitation stands before the tick's.
+  /// @param excited a record of the excitation precedes the tick's.
   RecordedFlight::Tick take(bool excited) {
     std::vector<std::byte> bytes;
     while (!ring_.front().empty()) {
@@ -159,18 +159,18 @@ class LastRecords {
 
  private:
   static constexpr std::size_t kMessageHead = 5;  ///< size, type and number of a data message
-  /// As large as a flight's: the tick that ends the wait for the first pose reads what came in five seconds.
+  /// As large as a flight's: the tick that ends the wait for the first pose reads the bytes of five seconds.
   std::vector<std::byte> storage_ = std::vector<std::byte>(1U << 20U);
   log::Ring ring_;
   log::FlightLogWriter log_;
 };
 
-/// A question that the port did not take was asked all the same, and is not in the log.
+/// The replay writes a time request to the pose port even if the flight's port refused it, and the log lacks it.
 bool same_bytes(const RecordedUart& autopilot, const RecordedUart& pose, const RecordedFlight::Tick& then) {
   return autopilot.written() == then.autopilot_out && (then.pose_out.empty() || pose.written() == then.pose_out);
 }
 
-/// To the bit: what is no number is equal to itself, and minus nought is not nought.
+/// Compares bits: a NaN equals itself, and minus zero differs from zero.
 bool same_records(const RecordedFlight::Tick& now, const RecordedFlight::Tick& then) {
   // NOLINTBEGIN(bugprone-suspicious-memory-comparison): records have no padding (records.h)
   const bool same_excitation =
@@ -196,7 +196,7 @@ void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool 
   }
 }
 
-/// A task of the autopilot, as the operator's part of the flight ordered it.
+/// Repeats the operator's order for a task of the autopilot.
 template <typename Controller>
 void order_task(Controller& controller, std::uint32_t orders) {
   const bool takes_off = (orders & log::kOrderTakesOff) != 0;

@@ -18,39 +18,40 @@ enum class Scalar : std::uint8_t { kDouble, kFloat, kFixed };
 struct ReplayResult {
   core::Sha256Digest digest{};  ///< over the output bytes and the state record of every tick, in order
   std::size_t ticks = 0;
-  std::size_t ticks_unlike = 0;       ///< a record or output bytes not as recorded
+  std::size_t ticks_unlike = 0;       ///< ticks whose record or output bytes differ from the log
   std::size_t first_unlike = 0;       ///< the first such tick
   std::vector<std::size_t> unlike;    ///< all of them
   double largest_difference_m = 0.0;  ///< of the estimated position, against the record
   double largest_command_difference_rad = 0.0;
-  std::uint32_t messages_missing = 0;  ///< that the log's ring had to drop: their bytes cannot be replayed
+  std::uint32_t messages_missing = 0;  ///< dropped by the log's ring: their bytes cannot be replayed
 };
 
-/// What the log must have said about the flight, beside its records.
+// The notes of a log that a replay needs beside the records.
+
 inline constexpr const char* kVehicleNote = "m100_vehicle";  ///< the vehicle file's text
-inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes, as many as a note takes
-inline constexpr const char* kMoreTablesNote = "m100_tables_more";  ///< what is left of them; may be missing
-inline constexpr const char* kVersionNote = "m100_version";         ///< of the program; a replay does not look at it
+inline constexpr const char* kTablesNote = "m100_tables";    ///< the gain table file's bytes, as many as a note holds
+inline constexpr const char* kMoreTablesNote = "m100_tables_more";  ///< the rest of them; may be missing
+inline constexpr const char* kVersionNote = "m100_version";         ///< of the program; a replay ignores it
 inline constexpr const char* kCourseNote = "m100_course";           ///< lay_course
 inline constexpr const char* kFlightNote =
     "m100_flight";                                     ///< the flight file's text; without: safety::Limits' defaults
 inline constexpr const char* kModeNote = "m100_mode";  ///< the tuning that flew
-inline constexpr const char* kDryRunNote = "m100_dry_run";   ///< there: no byte was sent
+inline constexpr const char* kDryRunNote = "m100_dry_run";   ///< if present: no byte was sent
 inline constexpr const char* kStartNote = "m100_start";      ///< "x y z yaw" of the course's start
 inline constexpr const char* kChannelNote = "m100_channel";  ///< "virtual_rc" or "movement", then "paper_100_hz" or not
 inline constexpr const char* kExcitationNote = "m100_excitation";  ///< excitation_of_note()
-inline constexpr const char* kGoalsNote = "m100_goals";  ///< goals_note(); there: goals over the pose port counted
-/// home_note(); there: a low battery ended the flight where it began.
+inline constexpr const char* kGoalsNote = "m100_goals";  ///< goals_note(); if present: goals over the pose port counted
+/// home_note(); if present: a low battery ended the flight where it began.
 inline constexpr const char* kHomeNote = "m100_home";
-/// link_note(); a log without it was flown with app id 1, the channel's own rate, the default pose baud, in plain.
+/// link_note(); a log without it was flown with app id 1, the default rate, the default pose baud, unencrypted.
 inline constexpr const char* kLinkNote = "m100_link";
 
-/// What else of the configuration decides about bytes: "app_id N rate_hz X pose_baud N encrypted 0|1". The key of an
-/// encrypted flight is not written down.
+/// The other settings that determine the bytes sent: "app_id N rate_hz X pose_baud N encrypted 0|1 baud N", then "law
+/// NAME" and "override CHECK" where they differ from the default. The key of an encrypted flight is not in it.
 std::string link_note(const app::FlightConfig& config);
 
 /// Feeds the recorded bytes, at the recorded times, through the flight code. Errors: FlightLogError.
-/// @param cipher of the app's key, for a flight with encrypted commands; else null.
+/// @param cipher of the app's key, for a flight with encrypted commands; otherwise null.
 ReplayResult replay(const RecordedFlight& flight, Scalar scalar, const protocol::Cipher* cipher = nullptr);
 
 }  // namespace m100::companion

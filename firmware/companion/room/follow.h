@@ -12,18 +12,18 @@
 
 namespace m100::companion {
 
-// Commands of MAVLink's common message set that mean something here, beside those of the overheard line.
+// Commands of MAVLink's common message set that are obeyed here, beside those of the overheard line.
 inline constexpr std::uint16_t kMissionStart = 300;  ///< MAV_CMD_MISSION_START: param1 first item, param2 last
 inline constexpr std::uint16_t kLand = 21;           ///< MAV_CMD_NAV_LAND: the autopilot lands, where it is
 inline constexpr std::uint16_t kTakeOff = 22;        ///< MAV_CMD_NAV_TAKEOFF: the autopilot takes off
 
-/// What was asked for in a tick, and what became of it.
+/// The requests of one tick and their outcome.
 struct Followed {
   std::optional<GoalAnswer> goal;
   std::optional<OverheardLine::Order> order;
-  bool done = false;                     ///< what the order asked of goals or mission was done, or is so already
+  bool done = false;                     ///< the order for goals or mission was carried out, or was already
   std::optional<std::uint16_t> reached;  ///< item of the mission
-  bool new_items = false;                ///< a list of items came whole, or was forgotten
+  bool new_items = false;                ///< a list of items is complete, or was cleared
   Replies replies;                       ///< of the mission protocol
 };
 
@@ -34,7 +34,7 @@ constexpr bool asks_to_go_on(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue && order.param1 >= 0.5F;
 }
 
-/// Where the room sends the aircraft: a goal at a time, or a mission of several.
+/// The goals that the room sends: one at a time, or several as a mission.
 template <typename T>
 class Errands {
  public:
@@ -43,8 +43,8 @@ class Errands {
   Errands(const Errands&) = delete;
   Errands& operator=(const Errands&) = delete;
 
-  /// After each tick: what came over the pose port in it changes the trajectory from the next on. The same in flight
-  /// and in a replay; engaging and releasing are the caller's, because they stand in the log as orders.
+  /// Call it after each tick: messages that came over the pose port change the trajectory from the next tick. It does
+  /// the same in flight and in a replay. Engaging and releasing are left to the caller: the log holds them as orders.
   template <typename S>
   Followed follow(OverheardLine& line, const app::FlightController<T, S>& controller, core::TimePoint now);
 
@@ -54,7 +54,7 @@ class Errands {
 
  private:
   void hear_requests(OverheardLine& line, core::TimePoint now, Followed& followed);
-  /// @returns whether it was done.
+  /// @returns whether the order was carried out.
   bool obey(const mavlink::CommandLong& order, core::TimePoint now, bool flies);
 
   Goals<T> goals_;
@@ -114,8 +114,7 @@ bool Errands<T>::obey(const mavlink::CommandLong& order, core::TimePoint now, bo
   return mission_.is_flown_as(items(), first, last) || mission_.start(items(), first, last, now, flies);
 }
 
-/// For a flight that takes neither goals nor missions: an order is heard, a goal is refused, and a list of items is
-/// empty and stays so.
+/// For a flight without goals and missions: passes an order on, refuses a goal, and keeps the list of items empty.
 Followed decline(OverheardLine& line);
 
 /// The limits of the ways to goals, as a log has them: "speed acceleration yaw_rate".

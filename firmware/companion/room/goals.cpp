@@ -10,7 +10,7 @@
 namespace m100::companion {
 namespace {
 
-// Bits of type_mask: set, the field is to be ignored. POSITION_TARGET_TYPEMASK of MAVLink.
+// Bits of type_mask (MAVLink POSITION_TARGET_TYPEMASK): a set bit means that the field is ignored.
 constexpr unsigned kIgnorePosition = 0b111;
 constexpr unsigned kIgnoreMotion = 0b111111000;  // velocity and acceleration
 constexpr unsigned kForce = 1U << 9U;
@@ -19,17 +19,17 @@ constexpr unsigned kIgnoreYawRate = 1U << 11U;
 constexpr std::uint8_t kLocalNed = 1;  // MAV_FRAME
 
 constexpr double kShortestBrake_s = 0.5;
-/// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, also where it begins
-/// speeding up.
+/// The polynomial of degree 7 from a speed to rest peaks at 2.1 times its mean deceleration, even if it first
+/// accelerates.
 constexpr double kBrakePeak = 2.5;
 constexpr double kShortestWay_s = 0.3;
-constexpr double kLonger = 1.06;  ///< from one duration of a way that is tried to the next
+constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tried
 constexpr double kSamePlace_m = 1e-3;
 constexpr double kSameYaw_rad = 1e-3;
 
 bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
 
-/// At rest after a time, half of the way on that the speed would go.
+/// Comes to rest after a time, at half of the distance that the speed alone would cover.
 ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
   return ref::through({.start = {position, speed * time_s, acceleration * time_s * time_s, 0.0},
                        .end = {position + speed * time_s / 2.0, 0.0, 0.0, 0.0}});
@@ -47,7 +47,7 @@ ref::Polynomial<double> to_place(const ref::AxisReference<T>& from, double to, d
   const double slope = as_double(from.velocity_m_s) * time_s;
   const double bend = as_double(from.acceleration_m_s2) * time_s * time_s;
   const double way = to - at - slope - bend / 2.0;
-  const double end_slope = -slope - bend;  // what the last three terms must take back
+  const double end_slope = -slope - bend;  // to be cancelled by the last three terms
   return {{at, slope, bend / 2.0, 10.0 * way - 4.0 * end_slope - bend / 2.0, -15.0 * way + 7.0 * end_slope + bend,
            6.0 * way - 3.0 * end_slope - bend / 2.0, 0.0, 0.0}};
 }
@@ -76,7 +76,7 @@ bool names_only_places(unsigned mask) {
   return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
 }
 
-/// The coordinates that the goal names, put into `place`. @returns false: one of them is no number.
+/// Copies the coordinates that the goal names into `place`. @returns false: one of them is not a valid number.
 template <typename T>
 bool put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>& place) {
   const std::array<float, 3> world{goal.x, -goal.y, -goal.z};  // NED to NWU
@@ -105,7 +105,7 @@ std::string_view name(GoalAnswer answer) {
     case GoalAnswer::kSame:
       return "it flies there already";
     case GoalAnswer::kNotFlying:
-      return "refused: it does not fly";
+      return "refused: the aircraft does not fly by goals now";
     case GoalAnswer::kFrame:
       return "refused: only the frame LOCAL_NED counts";
     case GoalAnswer::kMask:
@@ -113,7 +113,7 @@ std::string_view name(GoalAnswer answer) {
     case GoalAnswer::kNoNumber:
       return "refused: not finite, or farther than 1 km";
     case GoalAnswer::kGoesHome:
-      return "refused: the battery is low, and it flies to where the flight began";
+      return "refused: the battery is low, and the aircraft flies to where the flight began";
   }
   return "";
 }
@@ -133,7 +133,7 @@ void Goals<T>::watch(core::TimePoint now, bool by_law, core::TimePoint started, 
     return;
   }
   started_ = started;
-  if (goal_) {  // the way to it began somewhere else; the tick that begins a flight flies by what stands here
+  if (goal_) {  // its way began elsewhere; the flight's first tick uses this place
     ref::Waypoint<T> here;
     here.position_w_m = {estimate.x.position_m, estimate.y.position_m, estimate.height_m};
     here.yaw_rad = estimate.yaw_rad;
@@ -215,7 +215,7 @@ bool Goals<T>::turn_to(const ref::Waypoint<T>& place, core::TimePoint now) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
   const double speed_m_s = speed_of(window);
   if (speed_m_s == 0.0) {
-    return false;  // from rest there is the straight way
+    return false;  // from rest the straight way is used
   }
   const auto motion = motion_of(window);
   const ref::Waypoint<T> here = place_of(window);
@@ -223,7 +223,7 @@ bool Goals<T>::turn_to(const ref::Waypoint<T>& place, core::TimePoint now) {
       as_double(place.position_w_m.x()), as_double(place.position_w_m.y()), as_double(place.position_w_m.z()),
       as_double(here.yaw_rad) + core::wrap_pi(as_double(place.yaw_rad) - as_double(here.yaw_rad))};
   const double distance_m = as_double((place.position_w_m - here.position_w_m).norm());
-  double time_s = std::max(kShortestWay_s, distance_m / limits_.speed_m_s);  // sooner, it would be faster than allowed
+  double time_s = std::max(kShortestWay_s, distance_m / limits_.speed_m_s);  // any shorter would be too fast
   for (int tries = 0; tries < kTries; ++tries, time_s *= kLonger) {
     Way way;
     for (std::size_t axis = 0; axis < way.size(); ++axis) {
@@ -240,7 +240,7 @@ bool Goals<T>::turn_to(const ref::Waypoint<T>& place, core::TimePoint now) {
 
 template <typename T>
 bool Goals<T>::keeps_limits(const Way& way, double time_s, double speed_m_s) const {
-  const double most_m_s = std::max(speed_m_s, limits_.speed_m_s);  // a course may have been faster than goals are
+  const double most_m_s = std::max(speed_m_s, limits_.speed_m_s);  // a course may have been faster than goals
   for (int sample = 1; sample < kSamples; ++sample) {
     const double s = static_cast<double>(sample) / kSamples;
     double speed = 0.0, acceleration = 0.0;
@@ -248,7 +248,7 @@ bool Goals<T>::keeps_limits(const Way& way, double time_s, double speed_m_s) con
       const ref::AxisReference<double> at = way[axis].at(s, time_s);
       speed += at.velocity_m_s * at.velocity_m_s;
       acceleration += at.acceleration_m_s2 * at.acceleration_m_s2;
-      // The first sample may lie where a course went that is not ours to judge; the last lies inside.
+      // The start may lie outside, where a course of the operator led; the end lies inside.
       if (at.position_m < std::min(fence_.side[axis].low_m, way[axis].c[0]) ||
           at.position_m > std::max(fence_.side[axis].high_m, way[axis].c[0])) {
         return false;

@@ -15,61 +15,61 @@
 
 namespace m100::companion {
 
-/// What became of a goal.
+/// The answer to a goal.
 enum class GoalAnswer : std::uint8_t { kFlies, kSame, kNotFlying, kFrame, kMask, kNoNumber, kGoesHome };
 /// "refused: only positions, and a yaw, in LOCAL_NED count", for people.
 std::string_view name(GoalAnswer answer);
 
-/// Turns goals into a course, in flight. A goal is a place to be at rest at; the way there is straight, of degree 5, as
-/// fast as the limits allow. A goal that comes on the way is flown to from the motion of that moment, without a stop,
-/// where one polynomial of degree 5 for each axis does that inside the limits and inside the fence; else the reference
-/// first comes to rest on its way (degree 7). So speed and acceleration stay inside their limits whatever is asked for,
-/// and place, speed and acceleration never jump. Goals beyond the fence are moved to its side; the fence keeper holds
-/// the reference and the speed inside, as it does for any course.
+/// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest; the way there is
+/// straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from the
+/// present motion without a stop, provided that one polynomial of degree 5 per axis keeps the limits and the fence.
+/// Otherwise the reference first comes to rest on its way (degree 7). So speed and acceleration stay inside their
+/// limits for any goals, and place, speed and acceleration never jump. Goals beyond the fence are moved to its side;
+/// the fence keeper keeps the reference and the speed inside, as for any course.
 ///
-/// Cost of a goal that comes on the way: at most kTries * kSamples evaluations of four polynomials.
+/// Cost of a goal that arrives on the way: at most kTries * kSamples evaluations of four polynomials.
 ///
-/// Nobody's goal moves anything: what does not fly takes none, and a flight that begins anew holds its place until the
-/// next one comes. Bounded, no heap; a log replays it from the bytes of the pose port.
+/// An aircraft that does not fly by the law takes no goals, and a flight that begins anew holds its place until the
+/// next goal arrives. Bounded, no heap; a log replays it from the bytes of the pose port.
 template <typename T>
 class Goals {
  public:
   Goals(ref::Trajectory<T>& trajectory, const core::Fence& fence, const ref::SpeedLimits& limits)
       : trajectory_(trajectory), fence_(fence), limits_(limits) {}
 
-  /// After each tick. Where goals have led the flight, the next one begins where the aircraft is.
-  /// @param by_law the law flies. @param started when the trajectory's time began last. @param estimate of this tick.
+  /// Call it after each tick. If goals have led the flight, the next flight begins where the aircraft is.
+  /// @param by_law the law flies. @param started when the trajectory's time last began. @param estimate of this tick.
   void watch(core::TimePoint now, bool by_law, core::TimePoint started, const est::Estimate<T>& estimate);
-  /// @param flies the ladder lets commands of the law through.
+  /// Takes a goal. @param flies the ladder passes commands of the law.
   GoalAnswer take(const mavlink::SetPositionTargetLocalNed& goal, core::TimePoint now, bool flies);
-  /// To a place, or to the side of the fence next to it. Only while it flies. @returns false: it is no place.
+  /// Flies to a place, or to the nearest place inside the fence. Only while the law flies. @returns false: no such way.
   bool fly_to(const ref::Waypoint<T>& place, core::TimePoint now);
-  /// To rest, on the way. @returns false: nothing flies.
+  /// Brings the reference to rest on its way. @returns false: the law does not fly.
   bool hold(core::TimePoint now, bool flies);
 
-  /// The last that was accepted, world frame; nothing: the course that the flight began with.
+  /// The last accepted goal, world frame; nothing: the course of the flight applies.
   const std::optional<ref::Waypoint<T>>& goal() const { return goal_; }
-  /// The reference has come to where it shall be at rest.
+  /// The reference has reached its end and rests.
   bool rests(core::TimePoint now) const { return trajectory_.finished(now); }
-  /// Where the reference is and looks, world frame.
+  /// Position of the reference, world frame.
   core::Vector<T, 3> reference(core::TimePoint now) const {
     const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
     return {window.x[0].position_m, window.y[0].position_m, window.height.position_m};
   }
   T yaw(core::TimePoint now) const { return trajectory_.window(now, core::Duration{0}).yaw_rad; }
-  /// @returns the place, or the one at the side of the fence next to it.
+  /// @returns the place, or the nearest one inside the fence.
   ref::Waypoint<T> inside(ref::Waypoint<T> place) const;
 
  private:
-  static constexpr int kTries = 50;    ///< durations of a way from a motion
-  static constexpr int kSamples = 20;  ///< of each, held to the limits
+  static constexpr int kTries = 50;    ///< durations tried for a way from a motion
+  static constexpr int kSamples = 20;  ///< times per way that are checked against the limits
   /// x, y, z, yaw.
   using Way = std::array<ref::Polynomial<double>, ref::kDimensions>;
 
-  /// The shortest way from the motion of now to rest at a place that keeps limits and fence. @returns false: none does.
+  /// Lays the shortest way to rest at a place, from the present motion, inside limits and fence. @returns false: none.
   bool turn_to(const ref::Waypoint<T>& place, core::TimePoint now);
   bool keeps_limits(const Way& way, double time_s, double speed_m_s) const;
-  /// Begins the trajectory anew: from its motion now to rest. @returns where that ends.
+  /// Begins the trajectory anew, from its present motion to rest. @returns where it ends.
   ref::Waypoint<T> brake(core::TimePoint now);
 
   ref::Trajectory<T>& trajectory_;

@@ -8,7 +8,7 @@
 
 namespace m100::companion {
 
-/// A line that hands on everything, and shows each intact frame of MAVLink that passes. Costs one parser more. No heap.
+/// A line that passes all bytes on, and calls hear() with each intact MAVLink frame. Costs one more parser. No heap.
 class HeardLine : public hal::Uart {
  public:
   explicit HeardLine(hal::Uart& line) : line_(line) {}

@@ -10,24 +10,23 @@
 
 namespace m100::companion {
 
-/// What a battery that is low makes of a flight.
+/// What a flight does on a low battery.
 struct HomeSettings {
-  double low_percent = 0.0;  ///< from this charge on; 0: the battery is nobody's business
+  double low_percent = 0.0;  ///< threshold of the charge; 0: the battery is ignored
   ref::SpeedLimits limits;   ///< of the way
 };
 
-/// As a log has them: "low_percent speed acceleration yaw_rate".
+/// The settings as a note in the log: "low_percent speed acceleration yaw_rate".
 std::string home_note(const HomeSettings& settings);
 /// @returns nothing: the note is of another version.
 std::optional<HomeSettings> home_of_note(const std::string& note);
 
-/// Brings an aircraft whose battery is low to where its flight began: by a goal, as fast as goals are, inside the
-/// fence. Nothing else leads the course from then on. What follows there, landing or giving control back, is the
-/// caller's.
+/// Brings an aircraft with a low battery to where its flight began: by a goal, with the limits of goals, inside the
+/// fence. From then on nothing else changes the course. Landing or giving control back there is left to the caller.
 ///
-/// The autopilot's word is taken after it has stood for three seconds: it comes once a second. A charge of nought
-/// before any other is one that was not told. An excitation that moves is flown to its end first. Goes by what stands
-/// in the log alone, so that a replay does the same. No heap. T is float or double.
+/// A low charge counts after it has been reported for three seconds; the report comes once a second. A charge of zero
+/// before any other value means that the charge is unknown. An excitation in motion is flown to its end first. The
+/// class uses only data that are in the log, so that a replay does the same. No heap. T is float or double.
 template <typename T>
 class Homeward {
  public:
@@ -37,7 +36,7 @@ class Homeward {
            const HomeSettings& settings)
       : goals_(trajectory, fence, settings.limits), home_(home), low_percent_(settings.low_percent) {}
 
-  /// After each tick: changes the trajectory from the next on.
+  /// Call it after each tick: changes the trajectory from the next tick.
   template <typename S>
   State watch(const app::FlightController<T, S>& controller, core::TimePoint now);
   State state() const { return state_; }
@@ -45,7 +44,7 @@ class Homeward {
 
  private:
   static constexpr core::Duration kSure = std::chrono::seconds(3);
-  static constexpr core::Duration kArrives = std::chrono::seconds(5);  ///< at most, behind the end of the way
+  static constexpr core::Duration kArrives = std::chrono::seconds(5);  ///< longest wait after the end of the way
   static constexpr double kNear_m = 0.3;
 
   bool is_near(const est::Estimate<T>& at) const {

@@ -18,7 +18,7 @@ double radius_m(const mavlink::MissionItemInt& item) {
   return item.param2 > 0.F ? static_cast<double>(item.param2) : 0.0;
 }
 
-/// It is passed without a stop.
+/// The item is passed without a stop.
 bool is_passed(const mavlink::MissionItemInt& item) {
   return radius_m(item) > 0.0 && hold_s(item) == 0.0 && item.autocontinue != 0;
 }

@@ -17,11 +17,11 @@ enum class MissionState : std::uint8_t { kNone = 1, kNotStarted = 2, kActive = 3
 ///
 /// An item is reached when the aircraft is within its radius of the place (param2; kRadius_m where it is 0 or not a
 /// number) and the reference is at rest there. With a radius and without a time to hold (param1) the reference need not
-/// rest: as soon as both are within the radius the next item is turned to, without a stop. The heading is param4 (deg,
-/// clockwise from x), or stays where that is not a number. With autocontinue 0 the mission pauses there.
+/// rest: as soon as both are within the radius the next item follows, without a stop. The heading is param4 (deg,
+/// clockwise from x), or does not change if param4 is not a number. With autocontinue 0 the mission pauses there.
 ///
-/// Whatever else moves the aircraft pauses it: another goal, an order to hold, the ladder below coast, the end of
-/// control. It goes on by order alone, towards the item that was not reached.
+/// Anything else that moves the aircraft pauses the mission: another goal, an order to hold, the ladder below coast,
+/// the end of control. It continues only on an order, towards the item that was not reached.
 template <typename T>
 class Mission {
  public:
@@ -30,24 +30,24 @@ class Mission {
 
   explicit Mission(Goals<T>& goals) : goals_(goals) {}
 
-  /// @param last of the items that are flown; what is not behind the first is the last of all.
-  /// @returns false: there is no such item, or nothing flies.
+  /// @param last item to fly; if it does not come after the first, all remaining items are flown.
+  /// @returns false: there is no such item, or the law does not fly.
   bool start(Items items, std::uint16_t first, std::uint16_t last, core::TimePoint now, bool flies);
-  /// An order to start that was obeyed, and comes again because its answer was lost.
+  /// The order to start was already obeyed: it is repeated because its acknowledgement was lost.
   bool is_flown_as(Items items, std::uint16_t first, std::uint16_t last) const {
     return state_ == MissionState::kActive && first == first_ && last_of(items, first, last) == last_;
   }
-  /// @returns false: nothing is paused, or nothing flies.
+  /// @returns false: no mission is paused, or the law does not fly.
   bool go_on(Items items, core::TimePoint now, bool flies);
-  /// The reference is somebody else's now; it is not braked here.
+  /// Pauses because something else moves the reference now; does not brake it.
   void pause();
-  /// The items are other ones now.
+  /// Call it when the items have changed: resets the mission.
   void forget(Items items);
-  /// After each tick. @returns the item that was reached in it.
+  /// Call it after each tick. @returns the item that was reached in it.
   std::optional<std::uint16_t> watch(Items items, core::TimePoint now, const est::Estimate<T>& estimate, bool flies);
 
   MissionState state() const { return state_; }
-  /// The item that is flown to, or would be.
+  /// The item that is flown to, or would be flown to next.
   std::uint16_t current() const { return current_; }
 
  private:
@@ -66,7 +66,7 @@ class Mission {
   std::optional<core::TimePoint> reached_at_;
 };
 
-/// The place of an item, in the world of the pose. @param yaw_rad where the item has no heading of its own.
+/// The place of an item, in the world of the pose. @param yaw_rad heading if the item has none of its own.
 template <typename T>
 ref::Waypoint<T> place_of(const mavlink::MissionItemInt& item, T yaw_rad);
 

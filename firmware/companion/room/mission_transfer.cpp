@@ -17,12 +17,12 @@ constexpr float kLongestHold_s = 3600.F;
 constexpr float kLargestRadius_m = 100.F;
 constexpr float kMostTurn_deg = 3600.F;
 
-/// Not a number stands for "as the vehicle likes".
+/// NaN means that the vehicle chooses the value.
 bool is_unset_or(float value, float low, float high) { return std::isnan(value) || (value >= low && value <= high); }
 bool is_within(std::int32_t value) { return value >= -kFarthest && value <= kFarthest; }
 
 std::int32_t in_tenths_of_mm(float value_m) {
-  const bool is_near = std::abs(value_m) <= kFarthest_m;  // not a number is not
+  const bool is_near = std::abs(value_m) <= kFarthest_m;  // false for NaN
   return is_near ? static_cast<std::int32_t>(std::lround(1e4 * static_cast<double>(value_m))) : kFarthest + 1;
 }
 
@@ -30,7 +30,7 @@ mavlink::MissionAck ack(mavlink::Address to, std::uint8_t result, std::uint8_t t
   return {.target_system = to.system, .target_component = to.component, .type = result, .mission_type = type};
 }
 
-/// Fence and rally points of MAVLink are not taken. @returns true: the request was of such a type, and is answered.
+/// Refuses MAVLink's fence and rally points. @returns true: the request was of such a type and has been answered.
 template <typename Message>
 bool is_other_type(const Message& message, mavlink::Address from, Replies& replies) {
   if (message.mission_type == kFlightPlan) {
@@ -170,9 +170,9 @@ void MissionTransfer::take(const mavlink::MissionItemInt& item, mavlink::Address
     return;
   }
   if (item.seq != next_) {
-    return;  // it came twice; what is missing is asked for again in time
+    return;  // a duplicate; a missing item is requested again by tick()
   }
-  if (is_flown) {  // since the list was announced
+  if (is_flown) {  // it began after the list was announced
     end_with(item, mission_result::kDenied, replies);
     return;
   }

@@ -11,7 +11,7 @@
 
 namespace m100::companion {
 
-// Results of MAVLink's mission protocol (MAV_MISSION_RESULT) that are given here.
+// Results of MAVLink's mission protocol (MAV_MISSION_RESULT) that are used here.
 namespace mission_result {
 inline constexpr std::uint8_t kAccepted = 0;
 inline constexpr std::uint8_t kUnsupportedFrame = 2;
@@ -33,29 +33,28 @@ inline constexpr std::uint8_t kCancelled = 15;
 /// @returns one of mission_result.
 std::uint8_t judge(const mavlink::MissionItemInt& item);
 
-/// The same item as newer senders have it. A coordinate that has no number, or is too far away for a flight, becomes
-/// one that judge() refuses.
+/// Converts an item to the newer message. A coordinate that is not a number, or too far away for a flight, becomes one
+/// that judge() refuses.
 mavlink::MissionItemInt newer(const mavlink::MissionItem& item);
 
-/// The vehicle's end of MAVLink's mission protocol: takes a list of items from whoever announces one, one transfer at a
-/// time, and gives it back to whoever asks. What is not whole replaces nothing. An item that does not come is asked for
-/// again; a transfer that stands still is given up. Bounded, no heap, no clock: a log replays it from the bytes of the
-/// pose port.
+/// The vehicle's end of MAVLink's mission protocol: accepts a list of items from any sender that announces one, one
+/// transfer at a time, and sends the list on request. An incomplete list replaces nothing. A missing item is requested
+/// again; a stalled transfer is abandoned. Bounded, no heap, no clock: a log replays it from the pose port's bytes.
 class MissionTransfer {
  public:
   static constexpr std::size_t kMostItems = 100;
   static constexpr core::Duration kAskAgain = std::chrono::milliseconds(250);
-  static constexpr std::uint32_t kMostAsked = 40;  ///< for one item
+  static constexpr std::uint32_t kMostAsked = 40;  ///< requests for one item
 
-  /// @param is_flown the items are being flown: they can be read, but neither replaced nor forgotten, and a transfer
-  /// that began before ends at its next item.
+  /// @param is_flown the items are being flown: they can be read, but neither replaced nor cleared, and a transfer that
+  /// began before ends at its next item.
   void hear(const Request& request, bool is_flown, core::TimePoint now, Replies& replies);
-  /// In every tick, after what was heard.
+  /// Call it in every tick, after hear().
   void tick(core::TimePoint now, Replies& replies);
 
-  /// The newest list that came whole.
+  /// The newest complete list.
   std::span<const mavlink::MissionItemInt> items() const { return std::span(lists_[current_]).first(count_); }
-  /// Grows with each list that came whole or was forgotten.
+  /// Grows with each list that was completed or cleared.
   std::uint32_t edition() const { return edition_; }
   bool is_open() const { return expected_ != 0; }
 
@@ -72,16 +71,17 @@ class MissionTransfer {
   void end_with(const mavlink::MissionItemInt& item, std::uint8_t result, Replies& replies);
 
   std::array<std::array<mavlink::MissionItemInt, kMostItems>, 2> lists_{};
-  std::size_t current_ = 0;  ///< of the two lists, the one that counts
+  std::size_t current_ = 0;  ///< index of the valid list of the two
   std::size_t count_ = 0;
   std::uint32_t edition_ = 0;
-  // Of the transfer that is open.
+  // State of the open transfer.
   std::uint16_t expected_ = 0;  ///< items; 0: none is open
   std::uint16_t next_ = 0;
   mavlink::Address partner_{};
   core::TimePoint asked_at_{};
   std::uint32_t asked_ = 0;
-  /// How the newest transfer ended, and with which item. Who repeats that item lost the answer, and gets it again.
+  /// How the newest transfer ended, and with which item. A sender that repeats that item has lost the answer and gets
+  /// it again.
   struct End {
     std::uint16_t seq;
     std::uint8_t result;

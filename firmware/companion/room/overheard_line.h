@@ -16,7 +16,7 @@
 
 namespace m100::companion {
 
-/// What a room has said to us so far.
+/// Counts of messages from the room.
 struct HeardStats {
   std::uint32_t goals = 0;
   std::uint32_t orders = 0;
@@ -28,9 +28,9 @@ struct HeardStats {
 inline constexpr std::uint16_t kGuidedEnable = 92;    ///< MAV_CMD_NAV_GUIDED_ENABLE: param1 1 engage, 0 release
 inline constexpr std::uint16_t kPauseContinue = 193;  ///< MAV_CMD_DO_PAUSE_CONTINUE: param1 0 hold, 1 go on
 
-/// A line that hands on everything, and keeps the newest goal, the first kMostOrders orders and the first kMostRequests
-/// requests that passed. Orders are taken one a tick; one to release, or to hold, always finds room. Put in front of a
-/// signed line it hears only who may speak. No heap.
+/// A line that passes all bytes on, and keeps the newest goal, the first kMostOrders orders and the first kMostRequests
+/// requests that passed. Orders are taken one per tick; an order to release, or to hold, always finds room. Reading
+/// from a signed line, it hears only authorised senders. No heap.
 class OverheardLine final : public HeardLine {
  public:
   /// An order and who gave it.
@@ -39,11 +39,11 @@ class OverheardLine final : public HeardLine {
     mavlink::Address from;
   };
 
-  static constexpr std::size_t kMostOrders = 4;  ///< that wait: a release waits for three ticks at most
+  static constexpr std::size_t kMostOrders = 4;  ///< waiting orders: a release waits for at most three ticks
 
   using HeardLine::HeardLine;
 
-  /// What came, if it is for us: the newest goal, and the order that waits longest.
+  /// The newest goal for us, and the order for us that has waited longest.
   std::optional<mavlink::SetPositionTargetLocalNed> take_goal() { return std::exchange(goal_, std::nullopt); }
   std::optional<Order> take_order() {
     if (order_count_ == 0) {
@@ -53,13 +53,13 @@ class OverheardLine final : public HeardLine {
     std::shift_left(orders_.begin(), orders_.begin() + static_cast<std::ptrdiff_t>(order_count_--), 1);
     return first;
   }
-  /// What was asked since forget_requests(), in its order.
+  /// The requests since forget_requests(), in order of arrival.
   std::span<const Request> requests() const { return requests_.all(); }
   void forget_requests() { requests_.clear(); }
   const HeardStats& stats() const { return stats_; }
 
  private:
-  /// We are system 1; 0 is everybody.
+  /// We are system 1; 0 addresses all systems.
   static bool is_for_us(std::uint8_t system) { return system <= 1; }
   void hear(const mavlink::FrameView& frame) override {
     if (mavlink::is<mavlink::SetPositionTargetLocalNed>(frame)) {
@@ -83,7 +83,7 @@ class OverheardLine final : public HeardLine {
   static bool holds(const Order& order) {
     return order.message.command == kPauseContinue && order.message.param1 < 0.5F;
   }
-  /// What finds no room is not answered, and comes again.
+  /// An order that finds no room is not answered, so its sender repeats it.
   void keep(const Order& order) {
     if (order_count_ < kMostOrders) {
       orders_[order_count_++] = order;
@@ -110,7 +110,7 @@ class OverheardLine final : public HeardLine {
   }
 
   std::optional<mavlink::SetPositionTargetLocalNed> goal_;
-  std::array<Order, kMostOrders> orders_{};  ///< that wait, the oldest first
+  std::array<Order, kMostOrders> orders_{};  ///< waiting orders, the oldest first
   std::size_t order_count_ = 0;
   Requests requests_;
   HeardStats stats_;

@@ -51,7 +51,7 @@ std::string_view name_in(const std::array<char, 16>& text) {
   return {text.data(), static_cast<std::size_t>(std::ranges::find(text, '\0') - text.begin())};
 }
 
-/// The number of parameters: none has that name.
+/// @returns the number of parameters if none has that name.
 std::size_t index_of(const std::array<char, 16>& name) {
   return static_cast<std::size_t>(std::ranges::find(kRows, name_in(name), &ParameterRow::name) - kRows.begin());
 }
@@ -60,7 +60,7 @@ std::size_t index_of(const std::array<char, 16>& name) {
 
 std::string_view name_of(const mavlink::ParamSet& wish) {
   const std::size_t index = index_of(wish.param_id);
-  return index < kRows.size() ? kRows[index].name : "that is not there";
+  return index < kRows.size() ? kRows[index].name : "of unknown name";
 }
 
 std::span<const ParameterRow> parameter_rows() { return kRows; }
@@ -92,7 +92,7 @@ void Parameters::hear(const Request& request, Replies& replies) {
   } else if (const auto* const asked = std::get_if<mavlink::ParamRequestRead>(&request.message)) {
     index = asked->param_index < 0 ? index_of(asked->param_id) : static_cast<std::size_t>(asked->param_index);
   }
-  if (index < kRows.size()) {  // else there is no such parameter, and MAVLink has no answer for that
+  if (index < kRows.size()) {  // otherwise there is no such parameter, for which MAVLink has no answer
     (void)replies.add(message(index));
   }
 }

@@ -15,14 +15,14 @@
 
 namespace m100::companion {
 
-/// Where the parameters of a flight are taken from.
+/// The sources of a flight's parameters.
 struct ParameterSource {
   const model::Vehicle& vehicle;
   const app::FlightConfig& config;
   ref::SpeedLimits goals;  ///< of the ways to goals
 };
 
-/// One number that a room may read: its name on the wire, at most 16 characters, and where it is.
+/// One number that a room may read: its name on the wire (at most 16 characters), unit and value.
 struct ParameterRow {
   std::string_view name;
   std::string_view unit;
@@ -31,27 +31,27 @@ struct ParameterRow {
 /// All of them, in the order of their indices.
 std::span<const ParameterRow> parameter_rows();
 
-/// The parameter that somebody would change, by a name of ours.
+/// The name, from our table, of the parameter that a PARAM_SET would change.
 std::string_view name_of(const mavlink::ParamSet& wish);
 
-/// The numbers that a flight believes and keeps, for whoever asks (PARAM_REQUEST_LIST, PARAM_REQUEST_READ). They can be
-/// read and not written: PARAM_SET is answered with the value as it stays. A whole list goes out one a tick. No heap.
+/// Answers requests for the numbers of a flight (PARAM_REQUEST_LIST, PARAM_REQUEST_READ). They are read-only: PARAM_SET
+/// is answered with the unchanged value. A whole list is sent at one parameter per tick. No heap.
 class Parameters {
  public:
   static constexpr std::size_t kMost = 64;
 
   explicit Parameters(const ParameterSource& source);
 
-  /// Other requests are passed over.
+  /// Ignores other requests.
   void hear(const Request& request, Replies& replies);
-  /// In every tick.
+  /// Call it in every tick.
   void tick(Replies& replies);
 
  private:
   mavlink::ParamValue message(std::size_t index) const;
 
   std::array<float, kMost> values_{};
-  std::size_t next_;  ///< of the list that goes out; the number of parameters: none does
+  std::size_t next_;  ///< next parameter of the list being sent; the number of parameters: none is
 };
 
 }  // namespace m100::companion

@@ -12,24 +12,24 @@
 
 namespace m100::companion {
 
-/// What a room may ask for beside goals and orders.
+/// Requests that a room may send beside goals and orders.
 using RequestMessage =
     std::variant<mavlink::MissionCount, mavlink::MissionItem, mavlink::MissionItemInt, mavlink::MissionRequestList,
                  mavlink::MissionRequest, mavlink::MissionRequestInt, mavlink::MissionAck, mavlink::MissionClearAll,
                  mavlink::ParamRequestList, mavlink::ParamRequestRead, mavlink::ParamSet>;
 
-/// And who asked.
+/// A request and its sender.
 struct Request {
   RequestMessage message;
   mavlink::Address from;
 };
 
-/// What a room is told in answer, or of its own accord.
+/// Messages to the room: answers and notifications.
 using Reply =
     std::variant<mavlink::CommandAck, mavlink::MissionCount, mavlink::MissionItemInt, mavlink::MissionRequestInt,
                  mavlink::MissionAck, mavlink::MissionCurrent, mavlink::MissionItemReached, mavlink::ParamValue>;
 
-/// A few of something, without heap. What finds no room is lost, as on the network.
+/// A list of fixed capacity, without heap. An element that finds no room is lost, as on the network.
 template <typename Value, std::size_t kCapacity>
 class BoundedList {
  public:
@@ -49,10 +49,10 @@ class BoundedList {
   std::size_t size_ = 0;
 };
 
-/// Of one tick.
+/// The requests of one tick.
 inline constexpr std::size_t kMostRequests = 8;
 using Requests = BoundedList<Request, kMostRequests>;
-/// At most one for each request, and what a tick says of its own accord.
+/// At most one reply for each request, and the notifications of a tick.
 using Replies = BoundedList<Reply, kMostRequests + 8>;
 
 }  // namespace m100::companion

@@ -15,20 +15,20 @@ constexpr std::uint8_t kUnsupported = 3;
 std::string_view name(MissionState state) {
   switch (state) {
     case MissionState::kNone:
-      return "mission: there is none";
+      return "mission: none";
     case MissionState::kNotStarted:
       return "mission: not started";
     case MissionState::kActive:
-      return "mission: it flies";
+      return "mission: active";
     case MissionState::kPaused:
       return "mission: paused";
     case MissionState::kComplete:
-      return "mission: all items are flown";
+      return "mission: complete";
   }
   return "";
 }
 
-/// "order from the room: NAME", and how it is refused.
+/// The name in "order from the room: NAME", and the text of a refusal.
 struct Spoken {
   std::string_view name;
   std::string_view refusal;
@@ -48,15 +48,15 @@ bool is_errand(const mavlink::CommandLong& order) {
   return order.command == kPauseContinue || order.command == kMissionStart;
 }
 
-/// What becomes of an order, and what follows from it.
+/// The answer to an order and the commands that follow from it.
 struct Judged {
   std::uint8_t result = kAccepted;
-  std::string_view why;  ///< behind its name
+  std::string_view why;  ///< follows its name
   Said said;
 };
 
-// One that is repeated, because its answer was lost, must not undo the first.
-constexpr std::string_view kSoAlready = ", which is so already";
+// An order that is repeated because its answer was lost must not undo the first.
+constexpr std::string_view kSoAlready = ", already done";
 
 Judged judge_word(bool engages, const Situation& situation) {
   if (engages && situation.on_ground) {
@@ -69,7 +69,7 @@ Judged judge_word(bool engages, const Situation& situation) {
   return {.result = kAccepted, .why = word ? "" : kSoAlready, .said = {.word = word}};
 }
 
-/// The autopilot's tasks know neither a place nor a height: an order that names one is another order.
+/// The autopilot's tasks take neither a place nor a height: an order that names one is refused.
 bool is_here(float value) { return std::isnan(value) || value == 0.F; }
 
 Judged judge_landing(const mavlink::CommandLong& order, const Situation& situation) {
@@ -95,7 +95,7 @@ Judged judge_take_off(const mavlink::CommandLong& order, const Situation& situat
   return situation.on_ground ? Judged{.result = kAccepted, .why = "", .said = {.word = true}}
                              : Judged{.result = kTemporarilyRejected,
                                       .why =
-                                          ", refused: it does not stand on the ground, or m100 was begun without "
+                                          ", refused: it does not stand on the ground, or m100 was started without "
                                           "--take-off",
                                       .said = {}};
 }
@@ -155,7 +155,7 @@ void RoomOrders::tell_goal(core::TimePoint now, GoalAnswer answer) {
                                                    : answer != GoalAnswer::kSame && answer != told_;
   told_ = answer == GoalAnswer::kSame ? told_ : answer;
   if (!is_new) {
-    return;  // who repeats a goal is told once, and of a stream of goals one a second
+    return;  // a repeated goal gives one line, a stream of goals one per second
   }
   goal_told_at_ = now;
   TextLine line;
@@ -200,7 +200,7 @@ void RoomOrders::tell_mission(core::TimePoint now, const Followed& followed) {
 Said RoomOrders::obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const Situation& situation) {
   TextLine line;
   line.add("order from the room: ");
-  Judged judged{.result = kUnsupported, .why = ", refused: this program does not have it", .said = {}};
+  Judged judged{.result = kUnsupported, .why = ", refused: this program does not support it", .said = {}};
   if (order.message.command == kGuidedEnable) {
     judged = judge_word(order.message.param1 >= 0.5F, situation);
     line.add(order.message.param1 >= 0.5F ? "engage" : "release");

@@ -9,24 +9,25 @@
 
 namespace m100::companion {
 
-/// What the operator's part of the flight would make of an order now.
+/// How the operator's part of the flight would treat an order now.
 struct Situation {
-  bool waits = false;       ///< a word would ask for control; else it would give it back
-  bool hands_back = false;  ///< control goes back: a word does nothing
-  bool on_ground = false;   ///< and it would take off first
+  bool waits = false;       ///< a command would request control; otherwise it would give it back
+  bool hands_back = false;  ///< control goes back: a command has no effect
+  bool on_ground = false;   ///< a command would take off first
   bool may_land = false;
-  bool takes_off = false;  ///< the autopilot does so
+  bool takes_off = false;  ///< the autopilot takes off
   bool lands = false;
-  bool goes_home = false;  ///< the battery is low: nobody else leads the course
+  bool goes_home = false;  ///< the battery is low: the room cannot change the course
 };
 Situation situation_of(const Pilotage& pilotage, core::TimePoint now);
 
-/// Who gives orders from the room: goals and missions change the course, an order to engage or release is the
-/// operator's word, and each order is answered. What is not there is refused by its name. No heap.
+/// Handles goals, missions and orders from the room: goals and missions change the course, an order to engage or
+/// release has the effect of the operator's command, and each order is answered. An unknown order is refused by its
+/// number. No heap.
 class RoomOrders {
  public:
-  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nobody is answered,
-  /// and so no mission can be carried over.
+  /// @param limits nothing: the flight takes no goals (an excitation flies). @param speaker null: nothing is answered,
+  /// and so no mission can be transferred.
   RoomOrders(const std::optional<ref::SpeedLimits>& limits, const model::Vehicle& vehicle,
              const app::FlightConfig& config, ref::Trajectory<double>& trajectory, OverheardLine& line,
              Speaker* speaker, Listener& listener)
@@ -39,17 +40,17 @@ class RoomOrders {
     }
   }
 
-  /// After each tick of the controller. @returns what the room said in the operator's place.
+  /// Call it after each tick of the controller. @returns the commands that the room gave in the operator's place.
   Said tick(core::TimePoint now, const app::FlightController<double>& controller, const Situation& situation);
   /// Goals have led the flight.
   bool leads() const { return errands_ && errands_->goals().goal().has_value(); }
-  /// Wishes to change a parameter, each answered with its value as it stays.
+  /// Number of requests to change a parameter; each is answered with the unchanged value.
   std::uint32_t parameters_not_set() const { return parameters_not_set_; }
 
  private:
-  static constexpr core::Duration kGoalLines = std::chrono::seconds(1);     ///< between two of a stream of goals
+  static constexpr core::Duration kGoalLines = std::chrono::seconds(1);     ///< between two lines about goals
   static constexpr core::Duration kMissionLines = std::chrono::seconds(1);  ///< between two MISSION_CURRENT
-  static constexpr core::Duration kWishLines = std::chrono::seconds(1);     ///< between two of parameters to change
+  static constexpr core::Duration kWishLines = std::chrono::seconds(1);     ///< between two lines about PARAM_SET
 
   void hear_parameters(core::TimePoint now);
   Said obey(core::TimePoint now, const OverheardLine::Order& order, bool done, const Situation& situation);

@@ -8,9 +8,9 @@
 namespace m100::companion {
 namespace {
 
-/// The aircraft, for whoever looks from the room; TIMESYNC comes from component 191 with numbers of its own.
+/// The aircraft's address; TIMESYNC comes from component 191 with its own sequence numbers.
 constexpr mavlink::Address kAircraft{.system = 1, .component = 1};
-constexpr std::uint8_t kLinkOfTheSpeaker = 2;  ///< signatures of two threads are two streams
+constexpr std::uint8_t kLinkOfTheSpeaker = 2;  ///< the signatures of two threads are two streams
 constexpr auto kLook = std::chrono::milliseconds(10);
 
 }  // namespace
@@ -67,7 +67,7 @@ template <typename Message>
 void Speaker::send(const Message& message) {
   mavlink::Frame frame = mavlink::encode(message, kAircraft, frames_++);
   mavlink::sign(frame, key_, kLinkOfTheSpeaker, ++time_);
-  (void)port_.send(frame.bytes());  // what does not leave is lost, as in the air
+  (void)port_.send(frame.bytes());  // a message that cannot be sent is lost, as on the air
 }
 
 void Speaker::say(const FlightState& state) {

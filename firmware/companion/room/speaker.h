@@ -15,10 +15,10 @@
 
 namespace m100::companion {
 
-/// Tells the room about the flight, over UDP, signed, from a thread of its own: the thread that flies hands over copies
-/// and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and LOCAL_POSITION_NED; once a second
-/// HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT; answers as they come. All
-/// of it goes to whoever sent the last packet that was believed.
+/// Sends the state of the flight to the room, over UDP, signed, from a thread of its own: the thread that flies hands
+/// over copies and neither waits nor allocates. Ten times a second ATTITUDE_QUATERNION and LOCAL_POSITION_NED; once a
+/// second HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS; each line for the operator as STATUSTEXT; answers as they
+/// come. The receiver is the sender of the last accepted packet.
 class Speaker {
  public:
   static constexpr std::uint32_t kTicksPerState = 10;
@@ -32,11 +32,11 @@ class Speaker {
   Speaker& operator=(const Speaker&) = delete;
 
   void start();
-  /// Says what is left to say, and ends.
+  /// Sends the rest of the queues, and ends the thread.
   void finish();
 
-  // From the thread that flies. What finds no room is not said.
-  /// Every tick; one in kTicksPerState is told.
+  // Called by the thread that flies. A message that finds no room is not sent.
+  /// Call it every tick; one state in kTicksPerState is sent.
   void tell(const app::FlightController<double>& controller, core::TimePoint now, mavlink::SignatureTime least_time);
   void tell(std::string_view line);
   void tell(const Reply& reply) { (void)replies_.push(reply); }
@@ -60,7 +60,7 @@ class Speaker {
   std::uint32_t ticks_ = 0;
   std::atomic<bool> running_{true};
   std::thread thread_;
-  // Of the speaking thread.
+  // Used by the sending thread.
   std::uint32_t states_said_ = 0;
   std::uint16_t sentences_ = 0;
   std::uint8_t frames_ = 0;

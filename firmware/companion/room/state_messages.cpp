@@ -130,7 +130,7 @@ bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t
                  mavlink::StatusText& message) {
   constexpr std::size_t kPiece = std::tuple_size_v<decltype(mavlink::StatusText::text)>;
   const std::size_t begin = kPiece * piece;
-  // A receiver knows the end by a piece that is not full.
+  // A piece that is not full marks the end for the receiver.
   const bool exists = begin < sentence.size() || (piece > 0 && begin == sentence.size());
   if (!exists) {
     return false;

@@ -11,17 +11,17 @@
 
 namespace m100::companion {
 
-/// What a room is told about a flight, of one tick: a copy, so that whoever speaks needs nothing of the flight.
+/// The state of a flight in one tick, for the room: a copy, so that the sending thread needs nothing of the flight.
 struct FlightState {
   core::TimePoint now{};
-  mavlink::SignatureTime signature_time = 0;  ///< least time of a signature made of it
+  mavlink::SignatureTime signature_time = 0;  ///< least time stamp of the signatures of its messages
   std::array<double, 3> position_w_m{};
   std::array<double, 3> velocity_w_m_s{};
   core::Tilt<double> tilt;
   double yaw_rad = 0.0;
   std::array<float, 3> rate_frd_rad_s{};
-  double horizontal_sigma_m = 0.0;  ///< of position, by the observer's own account
-  double gate_ratio = 0.0;  ///< of the last refused pose: its distance over what was allowed; 0: none is refused
+  double horizontal_sigma_m = 0.0;  ///< of position, from the observer's covariance
+  double gate_ratio = 0.0;          ///< last refused pose: its distance over the allowed one; 0: none
   bool healthy = false;
   bool predicts = false;
   bool in_control = false;
@@ -33,19 +33,19 @@ struct FlightState {
 
 FlightState state_of(const app::FlightController<double>& controller, core::TimePoint now);
 
-// The same in MAVLink's words: NED and FRD, the world being that of the pose.
+// The same as MAVLink messages: NED and FRD, in the world of the pose.
 mavlink::Heartbeat heartbeat_of(const FlightState& state);
 mavlink::AttitudeQuaternion attitude_of(const FlightState& state);
 mavlink::LocalPositionNed position_of(const FlightState& state);
 mavlink::EstimatorStatus estimator_of(const FlightState& state);
 mavlink::BatteryStatus battery_of(const FlightState& state);
 
-/// A sentence as STATUSTEXT has it, in pieces of 50 characters. @param id of a sentence of several pieces, not 0.
+/// Makes one piece of a sentence as STATUSTEXT, 50 characters each. @param id of a sentence of several pieces, not 0.
 /// @param piece from 0. @returns false: there is no such piece.
 bool status_text(std::string_view sentence, std::uint8_t severity, std::uint16_t id, std::uint8_t piece,
                  mavlink::StatusText& message);
 
-/// MAV_SEVERITY of a line for the operator: what the ladder does is a warning.
+/// MAV_SEVERITY of a line for the operator: a step of the ladder is a warning.
 std::uint8_t severity_of(std::string_view line);
 
 }  // namespace m100::companion
