@@ -3,8 +3,8 @@
 
 namespace m100::core {
 
-/// What a broken invariant of our own ends in. It must not return; the machine's default stops the program, and the
-/// flight program installs one that leaves neutral sticks and released control behind.
+/// Called when an invariant of our own code is violated. It must not return. The default stops the program; the flight
+/// program installs one that leaves neutral sticks and released control.
 using AssertionHandler = void (*)(const char* file, int line);
 
 /// Replaces the handler and returns the former one. Not thread-safe; call it before the first tick.
@@ -15,6 +15,6 @@ AssertionHandler set_assertion_handler(AssertionHandler handler);
 
 }  // namespace m100::core
 
-/// Checks an invariant of our own code, in every build type. Bad input is not our own mistake: that is a Status.
+/// Checks an invariant of our own code, in every build type. Bad input is no violated invariant: report it as a Status.
 #define M100_ASSERT(condition) \
   (static_cast<bool>(condition) ? void() : ::m100::core::assertion_failed(__FILE__, __LINE__))

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The only way Eigen comes in: its own checks end in our handler, without texts, in every build type.
+// The only header that includes Eigen: Eigen's own checks call our handler, without texts, in every build type.
 #include "firmware/core/assert.h"
 
 #ifndef eigen_assert

@@ -22,7 +22,7 @@ class [[nodiscard]] Expected {
   constexpr explicit operator bool() const { return has_value(); }
   constexpr Status status() const { return status_; }
 
-  /// The value. Asking for one that is not there is our own mistake and ends in M100_ASSERT.
+  /// The value. M100_ASSERT fails if there is none.
   constexpr const T& value() const {
     M100_ASSERT(has_value());
     return value_;

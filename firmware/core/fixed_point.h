@@ -9,8 +9,8 @@
 
 namespace m100::core {
 
-/// A number in 32 bits: 8 before the binary point (sign included), 24 behind it. Range [-128, 128), step 6e-8.
-/// It only holds bits; sums and products are the business of Arithmetic<Fixed>, which counts what saturates.
+/// A number in 32 bits: 8 before the binary point (sign included), 24 after it. Range [-128, 128), step 6e-8.
+/// It only holds the bits; Arithmetic<Fixed> computes sums and products and counts saturations.
 class Fixed {
  public:
   static constexpr int kFractionBits = 24;
@@ -62,15 +62,15 @@ class Arithmetic {
   }
 };
 
-/// The version for Fixed: products and sums in 64 bits (Q16.48), rounding to nearest, saturating stores. What the
-/// caller owes: a sum of products must stay below 2^63, i.e. below 32768 in value, which holds for up to eight products
-/// of a coefficient below 8 with anything.
+/// The version for Fixed: products and sums in 64 bits (Q16.48), rounding to nearest, saturating stores. Requires that
+/// a sum of products stays below 2^63, i.e. below 32768 in value; up to eight products of a coefficient below 8 with
+/// any Fixed do.
 template <>
 class Arithmetic<Fixed> {
  public:
   using Wide = std::int64_t;
 
-  /// The nearest Fixed; beyond the range the nearest end of it. Not for NaN.
+  /// The nearest Fixed; values beyond the range give its nearest end. Not for NaN.
   template <typename Real>
   static constexpr Fixed number(Real value) {
     constexpr Real kOne = static_cast<Real>(std::int64_t{1} << Fixed::kFractionBits);
@@ -86,7 +86,7 @@ class Arithmetic<Fixed> {
   }
   static constexpr Wide widen(Fixed a) { return static_cast<Wide>(a.raw()) * (Wide{1} << Fixed::kFractionBits); }
   static constexpr Wide product(Fixed a, Fixed b) { return static_cast<Wide>(a.raw()) * b.raw(); }
-  /// A right shift rounds to nearest; a left shift is the caller's to keep inside 63 bits.
+  /// A right shift rounds to nearest; the caller keeps a left shift inside 63 bits.
   static constexpr Wide scaled(Wide wide, int exponent) {
     if (exponent >= 0) {
       return wide * (Wide{1} << exponent);
@@ -97,7 +97,7 @@ class Arithmetic<Fixed> {
   constexpr Fixed quotient(Fixed numerator, Fixed denominator) {
     return store(widen(numerator) / (denominator.raw() > 0 ? denominator.raw() : 1));
   }
-  /// Stores that did not fit since construction: a health output, not an error. Stops at its largest value.
+  /// Stores that did not fit since construction: a health output, not an error. The count stops at its largest value.
   constexpr std::uint32_t saturations() const { return saturations_; }
 
  private:

@@ -29,13 +29,13 @@ struct Euler {
   T yaw_rad{0};
 };
 
-/// A vector of the autopilot (NED or FRD) in our frames (NWU or FLU), and back: the same turn.
+/// Converts a vector from the autopilot's frames (NED, FRD) to ours (NWU, FLU) or back: both are the same turn.
 template <typename T>
 Vector<T, 3> flip_yz(const Vector<T, 3>& v) {
   return {v.x(), -v.y(), -v.z()};
 }
 
-/// FRD-in-NED attitude as FLU-in-NWU attitude, and back.
+/// Converts an attitude from FRD in NED to FLU in NWU, or back.
 template <typename T>
 Quaternion<T> flip_yz(const Quaternion<T>& q) {
   return {q.w, q.x, -q.y, -q.z};
@@ -65,7 +65,7 @@ Quaternion<T> quaternion_of(const Euler<T>& e) {
           .z = cr * cp * sy - sr * sp * cy};
 }
 
-/// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the way back.
+/// Turns a horizontal vector by yaw: body-heading axes -> world axes. Use -yaw for the inverse.
 template <typename T>
 Vector<T, 2> rotate(const Vector<T, 2>& v, const Turn<T>& yaw) {
   return {yaw.cosine * v.x() - yaw.sine * v.y(), yaw.sine * v.x() + yaw.cosine * v.y()};

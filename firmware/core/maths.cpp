@@ -28,8 +28,8 @@ bool within(T value, T bound) {
   return value >= -bound && value <= bound;
 }
 
-/// The angles of a flight are in reach of their own scalar; those beyond are reduced in double, whose arithmetic some
-/// processors have to imitate.
+/// Whether an angle can be reduced in its own scalar, as all angles of a flight can. Larger ones are reduced in double,
+/// which some processors emulate in software.
 template <typename T>
 bool in_reach(T angle_rad) {
   return sizeof(T) == sizeof(double) || within(angle_rad, Series<T>::kReach_rad);
@@ -86,7 +86,7 @@ T sine_of(const Reduced<T>& angle, std::int32_t turn) {
 
 template <typename T>
 Turn<T> both(T angle_rad) {
-  constexpr T kNotReduced_rad = T(0.78);  // below pi/4: the reduction would return it as it is, with a rest of zero
+  constexpr T kNotReduced_rad = T(0.78);  // below pi/4: the reduction would return the angle itself and zero
   if (within(angle_rad, kNotReduced_rad)) {
     return {.sine = sine_kernel(angle_rad, T(0)), .cosine = cosine_kernel(angle_rad, T(0))};
   }
@@ -181,7 +181,7 @@ T arc_tangent(T y, T x) {
   if (rise == T(0) && run == T(0)) {
     return T(0);
   }
-  // By a power of two, which is exact: keeps 16 * rise finite, and both away from the coarse subnormals.
+  // Scaling by a power of two is exact: it keeps 16 * rise finite, and both numbers away from the coarse subnormals.
   const T larger = steep ? rise : run;
   const T scale = larger > Series<T>::kHuge ? T(0x1p-64) : (larger < Series<T>::kTiny ? T(0x1p+64) : T(1));
   rise *= scale;

@@ -5,9 +5,10 @@
 
 namespace m100::core {
 
-// Elementary functions whose bits are the same on every machine (promise R6). Only + - * / and the square root are
-// trusted, because IEEE 754 rounds them in one way; libm's differ between newlib, glibc on armhf and glibc on x86-64.
-// T is float or double, each in its own arithmetic (some processors have float's alone); double beyond 400 rad.
+// Elementary functions that give the same bits on every machine (promise R6). They use only + - * / and the square
+// root, because IEEE 754 defines their rounding; libm's functions differ between newlib, glibc on armhf and glibc on
+// x86-64.
+// T is float or double, each in its own arithmetic (some FPUs have float alone); beyond 400 rad float uses double.
 // Accuracy, measured: firmware/core/README.md. Cost: straight-line code, no loops, 30 to 100 instructions.
 
 inline constexpr double kPi = 3.14159265358979323846;
@@ -20,7 +21,7 @@ template <typename T>
 T sin(T angle_rad);
 template <typename T>
 T cos(T angle_rad);
-/// Both at once, for less than the two: the same bits.
+/// Both at once, at less than the cost of two calls: the same bits.
 template <typename T>
 struct Turn {
   T sine{0};
@@ -52,7 +53,7 @@ constexpr T clamp(T value, T low, T high) {
   return value < low ? low : (value > high ? high : value);
 }
 
-/// The same angle in (-pi, pi], pi as T has it; |angle| <= kLargestAngle_rad, others give NaN. An angle that is
+/// The same angle in (-pi, pi], with pi rounded to T; |angle| <= kLargestAngle_rad, others give NaN. An angle that is
 /// already inside is returned unchanged.
 template <typename T>
 T wrap_pi(T angle_rad);

@@ -6,10 +6,10 @@
 
 #include "firmware/core/maths.h"
 
-// The numbers behind maths.cpp, for each scalar. Those of double are the minimax polynomials of Sun's fdlibm 5.3, whose
-// error bounds are published; those of float are our own, fitted for the least largest relative error (Lawson's
-// iteration over 120 Chebyshev points): sine 2^-28, cosine 2^-33, arc tangent 2^-29.6, exponential 2^-30.7 beside the
-// rounding of 2^-24.
+// The coefficients of maths.cpp, for each scalar. Those of double are the minimax polynomials of Sun's fdlibm 5.3,
+// whose error bounds are published; those of float are our own, with the least maximum relative error (Lawson's
+// iteration over 120 Chebyshev points): sine 2^-28, cosine 2^-33, arc tangent 2^-29.6, exponential 2^-30.7, apart
+// from the rounding of 2^-24.
 namespace m100::core {
 
 template <typename T>
@@ -17,15 +17,15 @@ struct Series;
 
 template <>
 struct Series<double> {
-  /// Largest angle that the pieces of pi/2 below reduce: whole quarters times a piece must be exact.
+  /// Largest angle that the pieces of pi/2 below can reduce: the number of quarters times a piece must be exact.
   static constexpr double kReach_rad = kLargestAngle_rad;
-  // Pieces of 33 bits: 16 are left for the number of quarters.
+  // Pieces of 33 bits leave 16 bits for the number of quarters.
   static constexpr double kPiece1 = 1.57079632673412561417e+00;
   static constexpr double kPiece2 = 6.07710050630396597660e-11;
   static constexpr double kPiece3 = 2.02226624879595063154e-21;
   static constexpr double kTwoOverPi = 6.36619772367581382433e-01;
   static constexpr double kPerTurn = 1.59154943091895345608e-01;
-  /// A whole turn in two pieces, for as many turns.
+  /// A whole turn in two pieces, for the same range.
   static constexpr double kTurn1 = 4 * kPiece1;
   static constexpr double kTurn2 = 4 * 6.07710050650619224932e-11;
 
@@ -42,28 +42,29 @@ struct Series<double> {
   static constexpr std::array<double, 5> kArcOdd{-1.99999999998764832476e-01, -1.11111104054623557880e-01,
                                                  -7.69187620504482999495e-02, -5.83357013379057348645e-02,
                                                  -3.65315727442169155270e-02};
-  // Angles as a number and what it lacks.
+  // Angles as a rounded number and its rounding error.
   static constexpr double kArcOfHalf = 4.63647609000806093515e-01;
   static constexpr double kArcOfHalfLow = 2.26987774529616870924e-17;
   static constexpr double kQuarterPi = 7.85398163397448278999e-01;
   static constexpr double kQuarterPiLow = 3.06161699786838301793e-17;
   static constexpr double kHalfPi = 1.57079632679489655800e+00;
   static constexpr double kHalfPiLow = 6.12323399573676603587e-17;
-  // ln 2 in two pieces, the first with room for the exponent; r coth(r / 2) = 2 + r^2 polynomial(kExponential, r^2).
+  // ln 2 in two pieces, the first short enough to multiply by the exponent exactly.
+  // r coth(r / 2) = 2 + r^2 polynomial(kExponential, r^2).
   static constexpr double kOneOverLn2 = 1.44269504088896338700e+00;
   static constexpr double kLn2High = 6.93147180369123816490e-01;
   static constexpr double kLn2Low = 1.90821492927058770002e-10;
   static constexpr std::array<double, 5> kExponential{1.66666666666666019037e-01, -2.77777777770155933842e-03,
                                                       6.61375632143793436117e-05, -1.65339022054652515390e-06,
                                                       4.13813679705723846039e-08};
-  // Lengths beyond these are scaled before they are divided.
+  // Vectors larger or smaller than these are scaled before the division.
   static constexpr double kHuge = 0x1p+960;
   static constexpr double kTiny = 0x1p-960;
 };
 
 template <>
 struct Series<float> {
-  // Pieces of 16 bits: 8 are left for the number of quarters. Angles beyond are reduced in double.
+  // Pieces of 16 bits leave 8 bits for the number of quarters. Larger angles are reduced in double.
   static constexpr float kReach_rad = 400.F;
   static constexpr float kPiece1 = 0x1.921ep+0F;
   static constexpr float kPiece2 = 0x1.b544p-16F;

@@ -8,8 +8,8 @@
 
 namespace m100::core {
 
-/// The clock of whoever measures the pose: microseconds since it began, which nobody here knows. A type of its own, so
-/// that its times cannot be mixed with ours.
+/// The clock of the pose's sender: microseconds since a start that is unknown here. A type of its own, so that its
+/// times cannot be mixed with ours.
 struct SenderClock {
   using rep = std::int64_t;
   using period = std::micro;
@@ -19,36 +19,36 @@ struct SenderClock {
 };
 using SenderTime = SenderClock::time_point;
 
-/// What both sides found by asking each other for the time (TIMESYNC). Who only listens has none.
+/// Result of a clock comparison between both sides (TIMESYNC); without one the offset is not known.
 struct ClockOffset {
   bool known = false;
-  Duration to_ours{0};  ///< our time is theirs plus this, if the way there takes as long as the way back
-  Duration bound{0};    ///< how wrong it may be where it does not: half of what there and back took
+  Duration to_ours{0};  ///< our time is theirs plus this, if both directions take equally long
+  Duration bound{0};    ///< largest error if they do not: half of the round trip
 };
 
-/// A pose of the aircraft, one type from the port to the observer. World NWU, body FLU. T is float or double.
+/// A pose of the aircraft; the same type from the port to the observer. World NWU, body FLU. T is float or double.
 template <typename T>
 struct Pose {
   bool is_new = false;         ///< came in this tick
-  std::uint32_t sequence = 0;  ///< of the sender; one more per pose
+  std::uint32_t sequence = 0;  ///< counted by the sender, one per pose
   SenderTime captured{};       ///< on the sender's clock
-  /// What turns the sender's clock into ours: our time of a capture is captured + to_ours. From the link it says that
-  /// the pose is as old as its arrival; est::PoseTiming finds out.
+  /// Converts the sender's clock to ours: our time of a capture is captured + to_ours. The link sets it as if the pose
+  /// was captured when it arrived; est::PoseTiming corrects it.
   Duration to_ours{0};
-  ClockOffset offset;   ///< what is known of the two clocks beside that
+  ClockOffset offset;   ///< the comparison of the two clocks, where there is one
   TimePoint arrived{};  ///< on our clock
   Vector<T, 3> position_w_m = Vector<T, 3>::Zero();
   T yaw_rad{0};
-  /// Uncertainty of the time of capture: the observer gives it as much room as the aircraft flies in that time.
+  /// Uncertainty of the time of capture; the observer allows for the distance that the aircraft flies in it.
   T time_sigma_s{0};
-  /// Variance that the sender claims, along each axis of the world; 0: none told. The observer takes the larger of this
-  /// and the vehicle file's.
+  /// Variance that the sender claims, along each axis of the world; 0: none claimed. The observer uses the larger of
+  /// this and the vehicle file's.
   Vector<T, 3> position_variance_m2 = Vector<T, 3>::Zero();
 
   constexpr TimePoint captured_at() const { return TimePoint(captured.time_since_epoch() + to_ours); }
   /// From capture to `now`, both on our clock.
   constexpr Duration age(TimePoint now) const { return now - captured_at(); }
-  /// Says when it was captured on our clock, where the sender has none or shares ours.
+  /// Sets the time of capture on our clock, where the sender has no clock or shares ours.
   constexpr void set_captured_at(TimePoint at) {
     captured = SenderTime(at.time_since_epoch());
     to_ours = Duration{0};

@@ -11,7 +11,7 @@ namespace m100::core {
 using Sha256Digest = std::array<std::uint8_t, 32>;
 
 /// SHA-256 (FIPS 180-4) over bytes that arrive in pieces; constant memory. It ties gain tables to vehicle files and
-/// compares flights between machines, and so must run where no library does.
+/// compares flights between machines, so it must also run on targets without a library.
 class Sha256 {
  public:
   void update(std::span<const std::byte> bytes);
@@ -26,7 +26,7 @@ class Sha256 {
   std::uint64_t length_bytes_ = 0;
 };
 
-/// The digest of one stretch of bytes.
+/// The digest of one contiguous range of bytes.
 Sha256Digest sha256(std::span<const std::byte> bytes);
 
 /// 64 lower-case hexadecimal digits.

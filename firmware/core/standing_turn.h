@@ -5,8 +5,8 @@
 
 namespace m100::core {
 
-/// The turn of an angle that several ask for in one tick: sine and cosine are taken once, until the angle is another.
-/// The same numbers as turn_of(); a zero counts as the zero of the other sign.
+/// Caches the sine and cosine of an angle that several callers use in one tick; recomputes them only for a different
+/// angle. The same numbers as turn_of(); zeros of either sign count as equal.
 template <typename T>
 class StandingTurn {
  public:
@@ -23,7 +23,7 @@ class StandingTurn {
   Turn<T> turn_;
 };
 
-/// Those of roll and pitch.
+/// The cached turns of roll and pitch.
 template <typename T>
 struct TiltTurns {
   StandingTurn<T> roll;

@@ -5,18 +5,18 @@
 
 namespace m100::core {
 
-/// Why something was not done. kOk is the only good one.
+/// Result of an operation: kOk, or why it was not done.
 enum class [[nodiscard]] Status : unsigned char{
     kOk,
     kNotReady,           ///< nothing to report yet; call again with more data or later
     kOutOfRange,         ///< a number is not finite or outside its stated range
-    kInvalidArgument,    ///< the request makes no sense as written
+    kInvalidArgument,    ///< the request is invalid as written
     kDataLoss,           ///< a checksum failed; the data are gone
     kResourceExhausted,  ///< a fixed capacity is full
-    kTimeout,            ///< no answer in time, all tries used
-    kRefused,            ///< the other side said no, or an earlier rule forbids it
+    kTimeout,            ///< no answer in time after all retries
+    kRefused,            ///< the other side refused, or a rule of ours forbids it
     kUnavailable,        ///< the device or the link is gone
-    kNotConverged,       ///< a bounded iteration met its cap
+    kNotConverged,       ///< a bounded iteration reached its limit
 };
 
 /// The enumerator's name without the k, for logs and messages.

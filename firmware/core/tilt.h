@@ -7,8 +7,8 @@
 
 namespace m100::core {
 
-/// Attitude with the heading taken out (paper, Eq. 2: "rotated into the inertial frame to get rid of the vehicle
-/// heading"): where the body's z axis points, as two angles about the world's axes. With z_w that axis in the world,
+/// Attitude without the heading (paper, Eq. 2: "rotated into the inertial frame to get rid of the vehicle heading"):
+/// the direction of the body's z axis as two angles about the world's axes. With z_w that axis in the world,
 ///   tan(x_rad) = z_w.x / z_w.z      so that x'' = +g tan(x_rad)
 ///   tan(y_rad) = -z_w.y / z_w.z     so that y'' = -g tan(y_rad)
 /// exactly, at any yaw, for an autopilot that keeps the vertical thrust equal to the weight. At yaw 0 they are pitch
@@ -26,7 +26,7 @@ struct Slope {
   T y{0};
 };
 
-/// Sines and cosines of an attitude, taken once for all that follows.
+/// Sines and cosines of an attitude, computed once for all later uses.
 template <typename T>
 struct AttitudeTurns {
   Turn<T> roll;
@@ -52,8 +52,8 @@ Slope<T> slope_of(const AttitudeTurns<T>& a) {
   return {.x = w.x(), .y = -w.y()};
 }
 
-/// The slope of a roll and pitch that stand for several ticks while the heading turns: the same numbers as slope_of,
-/// for less.
+/// Caches the heading slope of a roll and pitch that stay constant for several ticks while the heading turns: the same
+/// numbers as slope_of, at a lower cost.
 template <typename T>
 class StandingSlope {
  public:
@@ -96,7 +96,7 @@ Euler<T> attitude_of(const Tilt<T>& tilt, T yaw_rad) {
   return attitude_of(Slope<T>{.x = core::tan(tilt.x_rad), .y = core::tan(tilt.y_rad)}, yaw_rad, turn_of(yaw_rad));
 }
 
-/// How fast the tilt changes at these body rates (FLU). Turning about the body's z axis changes nothing, exactly.
+/// Rate of change of the tilt at these body rates (FLU). A turn about the body's z axis changes nothing, exactly.
 template <typename T>
 Tilt<T> tilt_rate_of(const AttitudeTurns<T>& a, const Vector<T, 3>& rate_b_rad_s) {
   const T sr = a.roll.sine, cr = a.roll.cosine;

@@ -6,8 +6,8 @@
 
 namespace m100::core {
 
-/// The one clock of a flight: monotonic, microseconds since the program started. It has no now(): time is read once per
-/// tick by main, or moved by a test, and handed down.
+/// The one clock of a flight: monotonic, microseconds since the program started. It has no now(): main reads the time
+/// once per tick, or a test sets it, and passes it down.
 struct FlightClock {
   using rep = std::int64_t;
   using period = std::micro;
@@ -24,7 +24,7 @@ template <typename T>
 constexpr T seconds(Duration duration) {
   const std::int64_t count_us = duration.count();
   const auto short_us = static_cast<std::int32_t>(count_us);
-  // The same number either way; up to half an hour the processor converts it, beyond that a library function does.
+  // Both conversions give the same number; up to half an hour the processor does it, beyond that a library function.
   return (short_us == count_us ? static_cast<T>(short_us) : static_cast<T>(count_us)) / static_cast<T>(1000000);
 }
 

@@ -20,7 +20,7 @@ void AnswerCheck<T>::update(const Estimate<T>& estimate, const Vector2& asked_ra
   apart_rad2_ = ours ? apart_rad2_ + (apart.squaredNorm() - apart_rad2_) * share : T(0);
   told_rad2_ = ours ? told_rad2_ + (told.squaredNorm() - told_rad2_) * share : T(0);
   if (!(apart_rad2_ + told_rad2_ < static_cast<T>(kSane_rad2))) {
-    *this = {};  // a mean that is not a number would answer for good
+    *this = {};  // a mean that is not finite would never raise an alarm
   }
   lasts_s_ = apart_rad2_ > allowed_rad2() ? core::clamp(lasts_s_ + step_s, T(0), T(1)) : T(0);
 }

@@ -7,20 +7,20 @@
 
 namespace m100::est {
 
-/// Whether the tilt that the autopilot tells is the one that our own commands ask for: the third witness where poses
-/// and attitude contradict each other. A rotor's force has no part along the body's horizontal axes, so that a specific
-/// force that is turned by an attitude that lies, lies with it: force and attitude stand together against the pose, and
-/// by them alone nobody knows which side is wrong. The commands are ours, and the model of the answer is the vehicle
-/// file's.
+/// Checks that the tilt reported by the autopilot responds to our own commands: the third source where poses and
+/// attitude contradict each other. A rotor's force has no part along the body's horizontal axes, so a specific force
+/// that is rotated by a false attitude is false too: force and attitude then agree with each other against the pose,
+/// and these two alone cannot show which side is wrong. The commands are ours, and the model of the response is the
+/// vehicle file's.
 ///
-///   w  the tilt that is told, u the one that commands and model make, each less its mean over half a second; e = w - u
-///   the tilt does not answer where the mean of |e|^2 over a second exceeds that of |w|^2 by the square of what a right
-///   model may leave, for kLasts_s: the command then explains less than nothing of it
+///   w  the reported tilt, u the tilt that commands and model predict, each less its mean over half a second; e = w - u
+///   the tilt does not respond where the mean of |e|^2 over a second exceeds that of |w|^2, plus the square of the
+///   error that a correct model may leave, for kLasts_s: the prediction then explains less than nothing of the tilt
 ///
-/// The mean takes the trim away, and what the observer learns of it: the command follows that in seconds, and the tilt
-/// stays. An answer that is k times as large and late by t at w rad/s passes as long as |1 - k exp(-i w t)| < k: any
-/// gain above a half, any delay below 60 degrees of the swing. Of one witness too few to accuse by itself: a hand, a
-/// tether or a load tilts the aircraft as well.
+/// Subtracting the mean removes the trim, and what the observer learns of it: the command follows that in seconds, and
+/// the tilt does not change. A response that is k times as large and late by t at w rad/s passes as long as
+/// |1 - k exp(-i w t)| < k: any gain above a half, any delay below 60 degrees of the oscillation. This check alone must
+/// not accuse: a hand, a tether or a load tilts the aircraft as well.
 ///
 /// Seven numbers; no heap. Cost: about 20 products a tick. T is float or double.
 template <typename T>
@@ -29,22 +29,21 @@ class AnswerCheck {
   using Vector2 = core::Vector<T, 2>;
 
   /// Once per tick, after the observer.
-  /// @param asked_rad tilt about both axes of the yaw-free frame, by command and model
+  /// @param asked_rad tilt about both axes of the yaw-free frame, from commands and model
   /// @param ours the commands in force are ours
   void update(const Estimate<T>& estimate, const Vector2& asked_rad, bool ours, T step_s);
 
   bool is_unanswered() const { return lasts_s_ > static_cast<T>(kLasts_s); }
-  /// How far the tilt is from what is asked, and how far it may be; rad.
+  /// Difference of reported and commanded tilt, and its allowed value; rad.
   T apart_rad() const { return core::sqrt(apart_rad2_); }
   T allowed_rad() const { return core::sqrt(allowed_rad2()); }
 
  private:
-  /// Twice what the models of the measured flights leave of roll and pitch (sysid::ResidualMonitor), 0.008 and 0.006
-  /// rad.
+  /// Residuals expected in roll and pitch (sysid::ResidualMonitor): twice those of the measured flights' models.
   static constexpr double kLeft_rad2 = 0.008 * 0.008 + 0.006 * 0.006;
 
-  /// A command that begins leads an answer that is 80 ms later than its model, the most of the worlds that ship: until
-  /// the answer outweighs what was missing of it, twice that passes.
+  /// A response may be 80 ms later than its model predicts, the most in the worlds that ship. When a command begins, it
+  /// takes twice that time until the response outweighs the part of it that was missing.
   static constexpr double kLasts_s = 0.2;
 
   T allowed_rad2() const { return told_rad2_ + static_cast<T>(kLeft_rad2); }
@@ -53,7 +52,7 @@ class AnswerCheck {
   Vector2 mean_asked_rad_ = Vector2::Zero();
   T apart_rad2_{0};  ///< mean of |e|^2
   T told_rad2_{0};   ///< mean of |w|^2
-  T lasts_s_{0};     ///< how long the first has exceeded what is allowed
+  T lasts_s_{0};     ///< how long apart_rad2_ has exceeded its allowed value
 };
 
 extern template class AnswerCheck<float>;

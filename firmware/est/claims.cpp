@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a pose has pushed the state by, and what the observer then claims of its own errors (LagWatch).
+// Notes the correction of the state by a pose, and computes the variances that the observer reports (LagWatch).
 #include "firmware/core/maths.h"
 #include "firmware/est/disturbance_ekf.h"
 #include "firmware/est/units.h"
@@ -32,7 +32,7 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f, 
   };
   const Real tilt_rad = real(f.state(Filter::kTilt));
   const Real velocity_m_s = real(f.state(Filter::kV)) * kPerUnit;
-  // The poses' time is wrong by the same amount for long: position by velocity times that, velocity by acceleration.
+  // A constant error of the poses' time: position is wrong by velocity times it, velocity by acceleration times it.
   const Real way_m = velocity_m_s * time_sigma_s_;
   const Real gained_m_s = static_cast<Real>(model::kGravity_m_s2) * tilt_rad * time_sigma_s_;
   const Real own_m2 = covariance(Filter::kP, Filter::kP);

@@ -15,17 +15,17 @@ struct Row {
   double allowed;
 };
 
-/// In the order of Check. Each bound is the largest error that a healthy flight may have for as long as it likes.
+/// In the order of Check. Each bound is the largest error that a healthy flight may have for an unlimited time.
 ///
-/// force: at most what a time of capture that is wrong by 80 ms (the largest in the worlds that ship) makes of all that
-///   the law accelerates with, 4.3 m/s^2 at 25 degrees of tilt: 0.34 m/s. Where less moves, less is allowed: see
+/// force: at most 0.34 m/s: a time of capture that is wrong by 80 ms (the largest in the worlds that ship) times the
+///   largest acceleration of the law, 4.3 m/s^2 at 25 degrees of tilt. In smaller motions less is allowed: see
 ///   allowed_m_s().
-/// climb: the same 80 ms while the aircraft takes up its climb, 2.5 m/s^2; the observer's climb speed is wrong by
+/// climb: the same 80 ms while the aircraft starts its climb at 2.5 m/s^2; the observer's climb speed is wrong by
 ///   0.03 m/s.
-/// motion: told by MotionCheck with its alarm.
-/// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass beside its slow drift, which the
-///   mean takes away; the noise of a pose's heading is 0.002 rad.
-/// rates, answer: told by TiltCheck and AnswerCheck with their alarms.
+/// motion: MotionCheck provides it with its alarm.
+/// heading: 100 ms at the largest yaw rate, 1.75 rad/s, and 2 degrees of the compass besides its slow drift, which the
+///   mean removes; the noise of a pose's heading is 0.002 rad.
+/// rates, answer: TiltCheck and AnswerCheck provide them with their alarms.
 constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
                                               {"force", "m/s", 0.35},
                                               {"climb", "m/s", 0.2},
@@ -36,33 +36,33 @@ constexpr std::array<Row, kCheckCount> kRows{{{"none", "", 1.0},
 
 constexpr const Row& row(Check check) { return kRows[static_cast<std::size_t>(check)]; }
 
-/// The sum of velocity forgets: an offset of the force that is not yet known, 0.2 m/s^2 (measured logs: a few tenths),
-/// may not fill it for longer than a manoeuvre lasts.
+/// Memory of the sum of velocity: a part of the force's offset that is not yet known, 0.2 m/s^2 (measured logs: a few
+/// tenths), must not fill the sum for longer than a manoeuvre lasts.
 constexpr double kVelocityMemory_s = 2.0;
-/// The offset belongs to a flight, the tilt's wander to seconds: ten times the memory of the velocity.
+/// The offset is constant over a flight, the tilt's error varies within seconds: ten times the memory of the velocity.
 constexpr double kOffsetMemory_s = 20.0;
-/// Until the end of the first look the offset is known from less than 3 s, and what it may still be, 0.15 m/s at first,
-/// is allowed on top.
+/// In the first 3 s the offset is not yet well known. Its uncertainty, 0.15 m/s at first, is allowed in addition.
 constexpr double kFirstLook_s = 3.0;
 constexpr double kFirstLook_m_s = 0.15;
-/// What is more than an offset is not learned as one while the check doubts: it may be what a lie does.
+/// While the check doubts, at most this much is learned as an offset: the rest may be the effect of a lie.
 constexpr double kMostOffset_m_s2 = 0.5;
-constexpr double kHeadingMemory_s = 5.0;  ///< the compass turns slower, a turn of the aircraft is over sooner
-/// Motion that nobody looked at: the next velocity is where the sum begins again.
+constexpr double kHeadingMemory_s = 5.0;  ///< the compass drifts more slowly; a turn of the aircraft is over sooner
+/// After a longer tick the motion was not observed: the sum restarts from the next velocity.
 constexpr core::Duration kGap = std::chrono::milliseconds(50);
-/// A flight within 35 degrees of tilt feels 1 to 1.22 g in the mean; climb and gusts give and take.
+/// A flight within 35 degrees of tilt measures 1 to 1.22 g in the mean; climb and gusts vary it.
 constexpr double kLeast_g = 0.8, kMost_g = 1.4;
-/// More than a sensor can tell, in g or in m/s^2, is no force: its square would not be a number in single precision.
+/// Larger than any sensor's range, in g or in m/s^2: such a force is ignored, because its square may overflow in single
+/// precision.
 constexpr double kMostForce = 400.0;
 constexpr double kSane = 1e9;
 
-/// What the force may disagree by, as long as it likes, in m/s:
-///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; beside it the rotors' 0.1 m/s^2 at 100 Hz
-///          are 0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s in the leaky sum
+/// Difference to the force that is allowed for an unlimited time, in m/s, as a sum of
+///   calm   three sigmas of the observer's velocity in calm air, 0.03 m/s; the rotors' 0.1 m/s^2 at 100 Hz add
+///          0.1 sqrt(0.01 s x 2 s / 2) = 0.01 m/s to the leaky sum
 ///   moves  a time of capture that is wrong by 80 ms, times the acceleration of the last second
 ///   wind   the observer learns a push in 0.15 s; gusts change the push of a wind by a third of it
-/// An alarm needs twice that for half a second, six sigmas of what is noise; what no noise describes is left to the
-/// campaign (README).
+/// An alarm needs twice that for half a second, six sigmas of the noise; the campaign tests what no noise describes
+/// (README).
 constexpr double kCalm_m_s = 0.1, kMoves_s = 0.08, kWind_s = 0.05;
 constexpr double kMovedLately_s = 1.0;
 
@@ -90,7 +90,7 @@ std::optional<Check> check_of(std::string_view name) {
   return std::nullopt;
 }
 
-/// The newest specific force in horizontal axes that point where the aircraft points.
+/// Turns the newest specific force into horizontal axes at the aircraft's heading.
 template <typename T>
 void CrossCheck<T>::feel(const Felt<T>& felt) {
   const core::Vector<T, 3>& f = felt.force_b;
@@ -127,30 +127,31 @@ T CrossCheck<T>::allowed_m_s(const Vector2& push_w_m_s2) const {
   return (allowed < most ? allowed : most) + unknown * static_cast<T>(kFirstLook_m_s);
 }
 
-/// The offset belongs to the body: who leans turns a part of its z into the horizontal, and a turn of the heading in
-/// wind turns that part against the wind. @returns the whole of it, forward and left.
+/// The offset is fixed to the body: an aircraft that leans turns a part of the z offset into the horizontal, and a turn
+/// of the heading in wind turns that part relative to the wind.
+/// @returns the total horizontal offset, forward and left
 template <typename T>
 typename CrossCheck<T>::Vector2 CrossCheck<T>::lacks_h_m_s2() const {
   return offset_h_m_s2_ + tilted_h_m_s2_ * (offset_up_m_s2_ * static_cast<T>(1.0 / model::kGravity_m_s2));
 }
 
-/// What is felt upwards beside gravity.
+/// Measured upward acceleration, without gravity.
 template <typename T>
 T CrossCheck<T>::rises_m_s2() const {
   const T across_m_s2 = offset_h_m_s2_.dot(tilted_h_m_s2_) * static_cast<T>(1.0 / model::kGravity_m_s2);
   return lifted_m_s2_ + offset_up_m_s2_ - across_m_s2;
 }
 
-/// What the body's z lacks: in the mean the force upwards is gravity and what the aircraft climbs by; less the part
-/// that the other two axes have in it. To the first order in the tilt: what the second order leaves out at 20 degrees
-/// is 6 % of an offset.
+/// Learns the offset of the body's z: in the mean the upward force is gravity plus the change of climb speed, and
+/// rises_m_s2() subtracts the part of the other two offsets. To first order in the tilt: the second order, at 20
+/// degrees, is 6 % of an offset.
 template <typename T>
 void CrossCheck<T>::learn_upwards(T climbed_m_s, T most_m_s, T share, T step_s) {
   const T unfelt_m_s = climbed_m_s - rises_m_s2() * step_s;
   offset_up_m_s2_ += core::clamp(unfelt_m_s, -most_m_s, most_m_s) * share;
 }
 
-/// Goes on without a pose: then it is what the prediction needs.
+/// Runs without a pose, too, because the prediction then needs it.
 template <typename T>
 void CrossCheck<T>::note_push(const core::Turn<T>& yaw, bool is_known, T step_s) {
   const T averages = push_.is_known ? step_s * static_cast<T>(1.0 / kFeltMean_s) : T(1);
@@ -159,7 +160,7 @@ void CrossCheck<T>::note_push(const core::Turn<T>& yaw, bool is_known, T step_s)
   push_.mean_w_m_s2 += (push_.now_w_m_s2 - push_.mean_w_m_s2) * averages;
 }
 
-/// @returns horizontal velocity that the pose has gained lately and the force has not.
+/// @returns the recent change of horizontal velocity that the pose shows and the force does not
 template <typename T>
 T CrossCheck<T>::gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s) {
   const Vector2 velocity(estimate.x.velocity_m_s, estimate.y.velocity_m_s);
@@ -190,7 +191,7 @@ T CrossCheck<T>::gained(const Estimate<T>& estimate, const core::Turn<T>& yaw, T
     summed_s_ = T(0);
     return T(0);
   }
-  // The sum is that of the offset as it is known now, not as it was believed while the sum was made.
+  // The sum uses the offset as it is known now, not as it was known while the sum was accumulated.
   const T fades = step_s * static_cast<T>(1.0 / kVelocityMemory_s);
   summed_s_ += step_s - summed_s_ * fades;
   gained_w_m_s_ += core::rotate<T>(unfelt_h - corrected_h * (doubts_ ? T(0) : summed_s_), yaw) - gained_w_m_s_ * fades;
@@ -222,7 +223,7 @@ void CrossCheck<T>::judge(Check check, T disagreement, T allowed, T step_s) {
   }
 }
 
-/// A sum that is not a number would agree with everything for good.
+/// A sum that is not finite would never raise an alarm again.
 template <typename T>
 bool CrossCheck<T>::is_sane() const {
   const T all = gained_w_m_s_.squaredNorm() + offset_h_m_s2_.squaredNorm() + felt_h_m_s2_.squaredNorm() +
@@ -266,7 +267,7 @@ void CrossCheck<T>::update(const Felt<T>& felt, const Estimate<T>& estimate, con
     return;
   }
   if (mends(estimate, step_s)) {
-    knows_velocity_ = false;  // the sum goes on from the velocity that is mended
+    knows_velocity_ = false;  // the sum continues from the corrected velocity
   }
   const T gained_m_s = gained(estimate, yaw, step_s);
   note_jolt(felt, step_s);

@@ -18,21 +18,21 @@
 
 namespace m100::est {
 
-/// What the pose's own motion is held against, each what the autopilot tells of the same motion (CrossCheck); and the
-/// autopilot's own attitude, against its rates (TiltCheck) and against our commands (AnswerCheck).
+/// The checks of the pose's motion against the autopilot's measurements of the same motion (CrossCheck), and of the
+/// autopilot's attitude against its own rates (TiltCheck) and against our commands (AnswerCheck).
 enum class Check : std::uint8_t {
   kNone,
-  kForce,    ///< horizontal velocity that was gained, against the specific force; m/s
+  kForce,    ///< change of horizontal velocity, against the specific force; m/s
   kClimb,    ///< climb speed, against the autopilot's; m/s
-  kHeading,  ///< how the heading changed, against the autopilot's; rad
+  kHeading,  ///< change of heading, against the autopilot's; rad
   kMotion,   ///< the path of the last seconds, against that of the specific force; m
-  kRates,    ///< how the tilt changed, against the rates of the autopilot; rad
-  kAnswer,   ///< the tilt, against what our own commands ask for; rad
+  kRates,    ///< change of tilt, against the rates of the autopilot; rad
+  kAnswer,   ///< the tilt, against our own commands; rad
 };
 inline constexpr std::size_t kCheckCount = 7;
 std::string_view name(Check check);
 std::string_view unit_of(Check check);
-/// By its name; nothing: there is no such check.
+/// The check of a name; nullopt: there is no such check.
 std::optional<Check> check_of(std::string_view name);
 
 /// A set of checks, one bit each.
@@ -41,7 +41,7 @@ constexpr CheckSet set_of(Check check) {
   return check == Check::kNone ? CheckSet{0} : static_cast<CheckSet>(1U << static_cast<unsigned>(check));
 }
 
-/// The check that contradicts the pose, or the attitude.
+/// The check that contradicts the pose or the attitude.
 template <typename T>
 struct Contradiction {
   Check check = Check::kNone;  ///< kNone: none does
@@ -49,25 +49,24 @@ struct Contradiction {
   T allowed{0};
 };
 
-/// Holds the motion that the poses tell, as the observer has it, against the motion that the autopilot feels.
+/// Compares the motion of the poses, as the observer estimates it, with the motion that the autopilot measures.
 ///
 ///   force    g' = v_pose' - (f + o) - g / 2 s   v_pose: the observer's velocity; f: the specific force turned into
-///                                               the world; o: what it lacks all the time, found over 20 s
+///                                               the world; o: its constant error, learned over 20 s
 ///   climb    c = climb_pose - climb_autopilot
 ///   heading  h = (yaw_pose - yaw_autopilot) less its mean over 5 s
-///   motion   the last seconds of the path: MotionCheck, with evidence of its own
+///   motion   the path of the last seconds: MotionCheck, with evidence of its own
 ///
-/// Each of the others is weighed by what is allowed and summed (Evidence). How the bounds are derived stands beside
-/// them in the source.
+/// Each of the first three is weighed by its allowed value and summed (Evidence). The source explains each bound.
 ///
-/// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time and else begins
-/// again at zero and drifts by 0.4 m/s in the root of a second, which hides what the specific force shows. Nothing is
-/// judged while no pose was used for 0.3 s, and where a part of telemetry does not come; poses that the gate begins to
-/// refuse take nothing of the evidence away. An acceleration whose mean over time is neither 1
-/// g nor 9.8 m/s^2 has gravity taken away, and is no evidence.
+/// The autopilot's horizontal velocity is not used: it reads zero for more than a third of the time, and otherwise
+/// starts again at zero and drifts by 0.4 m/s per root of a second, which hides what the specific force shows. Nothing
+/// is judged while no pose was used for 0.3 s, or while a part of telemetry is missing; poses that the gate begins to
+/// refuse do not reduce the evidence. If the mean length of the acceleration is neither 1 g nor 9.8 m/s^2, gravity has
+/// been removed from it, and it is no evidence.
 ///
-/// No heap. Cost: twelve square roots and about 220 products a tick, beside the sines of attitude and heading, which
-/// all that look at them share. T is float or double.
+/// No heap. Cost: twelve square roots and about 220 products a tick, plus the shared sines and cosines of attitude
+/// and heading. T is float or double.
 template <typename T>
 class CrossCheck {
  public:
@@ -75,29 +74,29 @@ class CrossCheck {
   explicit CrossCheck(CheckSet off = 0) : off_(off) {}
 
   /// Once per tick, after the observer.
-  /// @param push_w_m_s2 the wind's push in the world as it was while everything agreed (DeadReckoning).
+  /// @param push_w_m_s2 acceleration by wind in the world while everything still agreed (DeadReckoning)
   void update(const Felt<T>& felt, const Estimate<T>& estimate, const core::Vector<T, 2>& push_w_m_s2,
               core::Duration elapsed);
 
   const Contradiction<T>& report() const { return report_; }
-  /// The force, where it comes and is asked, has been held against the poses for two seconds: a body that moves, and
-  /// does not feel it, has been seen by then.
+  /// The force has been compared with the poses for two seconds (or does not come, or its check is off). A pose that
+  /// moves without the force showing it has been detected by then.
   bool has_looked() const { return !force_known_ || (off_ & set_of(Check::kForce)) != 0 || force_seen_s_ >= T(2); }
-  /// Force or path disagree by more than is allowed, though not yet for long enough to say so.
+  /// Force or path disagree by more than is allowed, but not yet for long enough to raise the alarm.
   bool doubts() const { return doubts_; }
-  /// Horizontal acceleration that is felt, averaged over kFeltMean_s, without the offset: forward and left of the
-  /// heading. Nothing: the force does not come, or nobody knows what it is.
+  /// Measured horizontal acceleration, averaged over kFeltMean_s, without the offset: forward and left of the heading.
+  /// nullopt: the force does not come, or its unit is not known.
   std::optional<core::Vector<T, 2>> felt_h_m_s2() const {
     return force_seen_s_ > T(0) ? std::optional<core::Vector<T, 2>>(felt_h_m_s2_) : std::nullopt;
   }
-  /// The largest acceleration lately, without the rotors' shaking.
+  /// The largest recent acceleration, without the rotors' vibration.
   T moved_m_s2() const { return moved_m_s2_; }
-  /// Not known where the force does not come or the operator has switched its check off.
+  /// The push; not known where the force does not come or the operator has switched its check off.
   const Push<T>& push() const { return push_; }
 
  private:
   using Vector2 = core::Vector<T, 2>;
-  /// Nothing is summed before: the observer's own start ends in this time.
+  /// Nothing is summed before this time, in which the observer settles after its start.
   static constexpr double kBegins_s = 1.0;
   static constexpr core::Duration kPoseUsed = std::chrono::milliseconds(300);
 
@@ -125,48 +124,48 @@ class CrossCheck {
   void judge(Check check, T disagreement, T allowed, T step_s);
 
   CheckSet off_;
-  bool force_known_ = false;  ///< of the newest one, what it is
+  bool force_known_ = false;  ///< the unit of the newest force is known
   bool knows_velocity_ = false;
   bool knows_heading_ = false;
-  bool doubts_ = false;                      ///< more than is allowed: what a lie does may not be learned as an offset
-  T force_seen_s_{0};                        ///< how long the offset has been learned; at most its memory
-  T force_size_{0};                          ///< mean length of the acceleration, as sent
+  bool doubts_ = false;  ///< more than is allowed: the effect of a lie must not be learned as an offset
+  T force_seen_s_{0};    ///< how long the offset has been learned; at most its memory
+  T force_size_{0};      ///< mean length of the acceleration, as sent
   Vector2 force_h_m_s2_ = Vector2::Zero();   ///< newest specific force, forward and left, horizontal
-  T lifted_m_s2_{0};                         ///< the same upwards, without gravity
-  Vector2 tilted_h_m_s2_ = Vector2::Zero();  ///< what the tilt accelerates with, of the same moment
-  Vector2 leans_h_m_s2_ = Vector2::Zero();   ///< the mean of it over a second
+  T lifted_m_s2_{0};                         ///< the same upward, without gravity
+  Vector2 tilted_h_m_s2_ = Vector2::Zero();  ///< acceleration by tilt at the same time
+  Vector2 leans_h_m_s2_ = Vector2::Zero();   ///< mean of tilted_h_m_s2_ over a second
   Push<T> push_;
-  Vector2 offset_h_m_s2_ = Vector2::Zero();   ///< what the force lacks all the time: of the body's x and y
-  T offset_up_m_s2_{0};                       ///< and of its z
-  Vector2 felt_h_m_s2_ = Vector2::Zero();     ///< the same without its offset and the rotors' shaking
-  T moved_m_s2_{0};                           ///< the largest of it in the last second, fading
-  Vector2 velocity_w_m_s_ = Vector2::Zero();  ///< of the tick before
+  Vector2 offset_h_m_s2_ = Vector2::Zero();   ///< constant error of the force: body x and y
+  T offset_up_m_s2_{0};                       ///< constant error of the force: body z
+  Vector2 felt_h_m_s2_ = Vector2::Zero();     ///< the force without offset and vibration
+  T moved_m_s2_{0};                           ///< its largest value in the last second, fading
+  Vector2 velocity_w_m_s_ = Vector2::Zero();  ///< in the tick before
   T climb_m_s_{0};                            ///< likewise
   Vector2 gained_w_m_s_ = Vector2::Zero();
-  T summed_s_{0};  ///< over how long it is a sum
+  T summed_s_{0};  ///< over how long gained_w_m_s_ is a sum
   T heading_offset_rad_{0};
   std::array<Evidence<T>, kCheckCount> evidence_;
   MotionCheck<T> motion_;
-  bool upwards_ = false;  ///< the path that is followed in this tick; the other one is in the next
-  Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< of the tick before
+  bool upwards_ = false;  ///< the height is followed in this tick, in the next one the horizontal path
+  Vector2 force_before_w_m_s2_ = Vector2::Zero();  ///< in the tick before
   T rise_before_m_s2_{0};
-  MotionCheck<T, 1> climbs_;  ///< the same upwards
-  /// White noise, from neighbouring samples: what a lie or a motion changes slowly is none of it.
+  MotionCheck<T, 1> climbs_;  ///< motion_ for the height
+  /// White noise, from neighbouring samples: slow changes by a lie or a motion do not add to it.
   struct Noise {
     core::Vector<T, 3> before = core::Vector<T, 3>::Zero();
-    T level{0};  ///< mean square of an axis
-    T up{0};     ///< of the third
+    T level{0};  ///< mean square of one horizontal axis
+    T up{0};     ///< mean square of the vertical axis
     void add(const core::Vector<T, 3>& now, T weight, T share);
   };
   Noise force_noise_;  ///< density, m^2/s^3
-  Noise push_noise_;   ///< of what a pose pushes the observer's place by in a tick, m^2
-  core::Vector<T, 3> place_w_m_ = core::Vector<T, 3>::Zero();  ///< of the tick before
+  Noise push_noise_;   ///< corrections of the observer's position by poses per tick, m^2
+  core::Vector<T, 3> place_w_m_ = core::Vector<T, 3>::Zero();  ///< in the tick before
   T force_age_s_{0};
-  T pushed_s_{0};        ///< since a pose pushed
-  T felt_climb_m_s_{0};  ///< as the autopilot told it last
-  T felt_gain_m_s_{0};   ///< what the force has made since
-  T jolt_m_s_{0};        ///< the most that one told beyond that, since the height was judged
-  T mends_for_s_{0};     ///< the poses still mend what the observer predicted without them
+  T pushed_s_{0};        ///< since the last correction by a pose
+  T felt_climb_m_s_{0};  ///< newest climb speed of the autopilot
+  T felt_gain_m_s_{0};   ///< change of climb speed since then, by the force
+  T jolt_m_s_{0};        ///< largest change beyond that, since the height was judged
+  T mends_for_s_{0};     ///< for how long poses still correct what the observer predicted without them
   T last_age_s_{0};
   T unused_s_{0};  ///< since a pose was used
   Contradiction<T> report_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Paths of the poses against those of the specific force, and how noisy both are (MotionCheck).
+// Compares the paths of poses and specific force (MotionCheck), and measures the noise of both.
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
 #include "firmware/est/cross_check.h"
@@ -7,24 +7,23 @@
 namespace m100::est {
 namespace {
 
-/// A pose that was not used for so long is a gap: the observer's place is then its own prediction.
+/// Longer without a used pose is a gap: the observer's position is then its own prediction.
 constexpr double kUsedLately_s = 0.15;
 constexpr double kMostUnsure_m = 0.5;
-/// The height filter says nothing of itself. A jolt of 1 m/s is at most 0.23 / a of a path, 0.15 m of the slower one,
-/// and lasts twice as long as the memory of what is unsure; the force's own noise in a message is no jolt.
+/// The height filter reports no variance. A jolt of 1 m/s makes at most 0.23 / a of a path, 0.15 m of the slower one,
+/// and lasts twice as long as the memory of the uncertainty; the force's own noise in a message is no jolt.
 constexpr double kUnsureHeight_m = 0.0005, kJolt_s = 0.3, kNoJolt_m_s = 0.01;
-/// Poses that do not come at all for kPoseUsed leave the observer's motion to its prediction. Once they are back they
-/// mend it within this time, and what they mend is no motion; poses that are refused are no such gap. A path is bridged
-/// by the force for at most a second: half of 0.05 m/s^2 of offset and the square of that are 2.5 cm, what a new
-/// beginning is unsure of.
+/// When no pose comes for kPoseUsed, the observer's motion is its own prediction. Once poses come again they correct it
+/// within this time, and the correction is no motion; refused poses are no such gap. The force bridges a path for at
+/// most a second: an offset of 0.05 m/s^2 then makes 0.05 / 2 = 2.5 cm, the uncertainty of a new start.
 constexpr double kMended_s = 0.3;
 constexpr core::Duration kBridged = std::chrono::seconds(1);
 constexpr double kNoiseMemory_s = 3.0;
-constexpr double kLeansMean_s = 1.0;  // what leans for longer, the high-pass of a path has forgotten
+constexpr double kLeansMean_s = 1.0;  // the high-pass of a path forgets a longer lean
 
 }  // namespace
 
-/// @returns whether the observer's velocity is its own prediction, or is being mended by the first poses since.
+/// @returns whether the observer's velocity is its own prediction, or is being corrected by the first poses after a gap
 template <typename T>
 bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
   const bool unseen = estimate.pose_age > kPoseUsed && estimate.refused_poses == 0;
@@ -35,8 +34,8 @@ bool CrossCheck<T>::mends(const Estimate<T>& estimate, T step_s) {
   return mends_for_s_ > T(0);
 }
 
-/// Begins once the offset of the force is known from a second. The same witness as that of kForce, and off with it. The
-/// two paths take turns, which costs half.
+/// Starts once the offset of the force has been learned for a second. It uses the same force as kForce and is switched
+/// off with it. The two paths take turns, which halves the cost.
 template <typename T>
 void CrossCheck<T>::follow(const Felt<T>& felt, const Estimate<T>& estimate, const core::Turn<T>& yaw, T step_s) {
   const bool used = estimate.refused_poses == 0 && core::seconds<T>(estimate.pose_age) < last_age_s_ + T(0.5) * step_s;
@@ -77,8 +76,8 @@ void CrossCheck<T>::Noise::add(const core::Vector<T, 3>& now, T weight, T share)
   up += (T(0.5) * apart.z() * apart.z() * weight - up) * share;
 }
 
-/// How far the force shakes and the poses scatter: better sensors than those assumed earn nothing, worse ones are given
-/// more room. Per tick, whatever the rate of the poses.
+/// Measures the noise of the force and of the poses: noise above the assumed values widens the bounds, noise below them
+/// changes nothing. Per tick, at any rate of the poses.
 template <typename T>
 void CrossCheck<T>::note_noise(const Felt<T>& felt, const Estimate<T>& estimate, bool used, T step_s) {
   const T known_s = core::clamp(force_seen_s_, T(0.3), static_cast<T>(kNoiseMemory_s));
@@ -99,8 +98,8 @@ void CrossCheck<T>::note_noise(const Felt<T>& felt, const Estimate<T>& estimate,
   place_w_m_ = place_m;
 }
 
-/// A blow that is over before the force is told again changes the climb and stands in no force; the autopilot's own
-/// climb speed has it.
+/// A blow between two messages of the force changes the climb speed and is missing from the force; the autopilot's own
+/// climb speed shows it.
 template <typename T>
 void CrossCheck<T>::note_jolt(const Felt<T>& felt, T step_s) {
   felt_gain_m_s_ += rises_m_s2() * step_s;
@@ -118,7 +117,7 @@ void CrossCheck<T>::follow_sideways(const Estimate<T>& estimate, const Vector2& 
   motion_.update({.force_m_s2 = force_w_m_s2,
                   .place_m = Vector2(estimate.x.position_m, estimate.y.position_m),
                   .speed_m_s = velocity_w_m_s_,
-                  // Not what the poses push the observer by: a lie would hide behind what it does.
+                  // Without the corrections by poses (LagWatch): a lie would excuse itself by its own effect.
                   .unsure_m = core::sqrt(core::clamp(estimate.x.filter_variance_m2, estimate.y.filter_variance_m2,
                                                      static_cast<T>(kMostUnsure_m * kMostUnsure_m))),
                   .place_noise_m2 = push_noise_.level,
@@ -126,12 +125,12 @@ void CrossCheck<T>::follow_sideways(const Estimate<T>& estimate, const Vector2& 
                  sees, step_s);
 }
 
-/// A hover moves more upwards than sideways (the climb wanders by 5 cm/s in the measured logs), so that a body that
-/// stands still is seen there first.
+/// A hover moves more vertically than horizontally (the climb wanders by 5 cm/s in the measured logs), so a body that
+/// stands still shows here first.
 template <typename T>
 void CrossCheck<T>::follow_upwards(const Estimate<T>& estimate, T rises_m_s2, bool sees, T step_s) {
   using Vector1 = core::Vector<T, 1>;
-  // Who tilts against a gust stands still and turns the offsets of x and y upwards.
+  // An aircraft that tilts against a gust stands still and turns the offsets of x and y upward.
   const Vector2 leans_h_m_s2 = tilted_h_m_s2_ - leans_h_m_s2_;
   leans_h_m_s2_ += leans_h_m_s2 * (step_s * static_cast<T>(1.0 / kLeansMean_s));
   climbs_.update({.force_m_s2 = Vector1(rises_m_s2),

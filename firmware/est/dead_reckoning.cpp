@@ -9,16 +9,16 @@
 namespace m100::est {
 namespace {
 
-/// Longer than a lie flies before it is contradicted, and short enough to forget what the attitude's error of a
-/// tenth of a degree, 0.02 m/s^2, adds up to.
+/// Longer than a lie is flown before it is contradicted, and short enough to forget the velocity that the attitude's
+/// error of a tenth of a degree, 0.02 m/s^2, accumulates.
 constexpr double kVelocityMemory_s = 4.0;
-/// Who is about to hand over hovers, within a few tenths of a m/s.
+/// A pilot who is about to hand over hovers, within a few tenths of a m/s.
 constexpr double kHovers_m_s = 1.0, kHoverMemory_s = 0.5;
 constexpr double kPushMemory_s = 10.0;
 constexpr double kFirstMean_s = 0.5;
 constexpr double kSane = 1e6;
-constexpr double kMost_m_s = 20.0;  ///< untrusted for minutes, on the ground, it would run away
-/// 0.4 m/s: where the estimate says how well it knows.
+constexpr double kMost_m_s = 20.0;  ///< while untrusted for minutes on the ground, it would diverge
+/// Reported variance of the velocity: (0.4 m/s)^2.
 constexpr double kVariance_m2_s2 = 0.16;
 
 template <typename T>
@@ -46,7 +46,7 @@ void DeadReckoning<T>::update(const Felt<T>& felt, const Estimate<T>& estimate,
   }
   const T all = velocity_w_m_s_.squaredNorm() + push_w_m_s2_.squaredNorm() + offset_rad_.squaredNorm() +
                 tilted_h_m_s2_.squaredNorm();
-  if (!(all < static_cast<T>(kSane))) {  // not a number, and it would stay so
+  if (!(all < static_cast<T>(kSane))) {  // not finite, and it would stay so
     seen_s_ = T(0);
     tilted_h_m_s2_.setZero();
   }

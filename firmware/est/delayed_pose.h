@@ -9,13 +9,13 @@
 
 namespace m100::est {
 
-/// How old a pose may be and still be used: older ones say too little about now.
+/// Largest age of a pose that is used; older ones say too little about the present.
 inline constexpr double kMaxPoseAge_s = 0.25;
 inline constexpr std::size_t kHistoryTicks = 32;
 static_assert(kMaxPoseAge_s <= static_cast<double>(kHistoryTicks) * kTick_s,
               "the history reaches back to the oldest pose");
 
-/// Age of a measurement in the filter's words, clamped to [0, kMaxPoseAge_s].
+/// Age of a measurement in the filter's units, clamped to [0, kMaxPoseAge_s].
 template <typename S>
 struct Age {
   S ticks{};        ///< age / 10 ms
@@ -34,11 +34,11 @@ struct Age {
   }
 };
 
-/// The accelerations of the last ticks, each constant over its tick, so that a position measured `a` ago can be
-/// compared with the state now, exactly as the model integrates:
+/// The accelerations of the last ticks, each constant over its tick, to compare a position measured a time a ago with
+/// the present state, exactly as the model integrates:
 ///   p(t - a) = p(t) - a v(t) + a^2/2 d + sum_j T^2 w_j acc_j
-/// where acc is the acceleration without the disturbance d, j counts ticks backwards, and w_j T^2 is the integral of
-/// (s - (t - a)) over tick j: (a/T - j - 1/2) for whole ticks, f^2/2 for the last, of which only f T lies inside.
+/// acc is the acceleration without the disturbance d, j counts ticks backwards, and w_j T^2 is the integral of (s - (t
+/// - a)) over tick j: (a/T - j - 1/2) for whole ticks, f^2/2 for the last, of which only f T lies inside.
 /// Cost: one product per tick of age.
 template <typename S>
 class AccelerationHistory {
@@ -54,7 +54,7 @@ class AccelerationHistory {
     const S one = Number::template number<double>(1.0);
     const S half = Number::template number<double>(0.5);
     typename Number::Wide sum{};
-    S left = age_ticks;  // of the age, in ticks, before tick j
+    S left = age_ticks;  // part of the age that lies in tick j and before
     for (std::size_t j = 0; j < kHistoryTicks && left > S{}; ++j) {
       const S acceleration = acceleration_[(newest_ + kHistoryTicks - j) % kHistoryTicks];
       const bool whole = left >= one;

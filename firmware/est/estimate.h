@@ -8,7 +8,7 @@
 
 namespace m100::est {
 
-/// The most of the force's offset that is not yet known after its first seconds (measured logs: a few tenths).
+/// Largest part of the force's offset that is still unknown after its first seconds (measured logs: a few tenths).
 inline constexpr double kForceOffset_m_s2 = 0.2;
 
 /// One horizontal axis of the yaw-free world frame. Axis x moves by pitch: x'' = +g tan(tilt); axis y by roll:
@@ -19,22 +19,22 @@ struct AxisEstimate {
   T velocity_m_s{0};
   T tilt_rad{0};  ///< pitch (x) or roll (y), turned into the yaw-free frame
   T tilt_rate_rad_s{0};
-  T disturbance_m_s2{0};  ///< what acts as an acceleration: wind, drag the model lacks
-  T input_offset_rad{0};  ///< what acts at the input: trim and command-gain errors (estimated as an angle)
-  // How far position and velocity may be from the truth, by the observer's own account; the uncertainty of the poses'
-  // time of capture is in it.
+  T disturbance_m_s2{0};  ///< acts as an acceleration: wind, unmodelled drag
+  T input_offset_rad{0};  ///< acts at the input: errors of trim and command gain (estimated as an angle)
+  // The observer's own estimate of its errors in position and velocity; it includes the uncertainty of the poses' time
+  // of capture.
   T position_variance_m2{0};
-  T filter_variance_m2{0};      ///< of the position, by the filter alone: what poses push it by adds nothing to it
-  T position_velocity_m2_s{0};  ///< covariance of the two
+  T filter_variance_m2{0};      ///< of the position, from the filter alone, without LagWatch
+  T position_velocity_m2_s{0};  ///< covariance of position and velocity
   T velocity_variance_m2_s2{0};
 };
 
-/// The last pose that the gate refused, for people.
+/// The last pose that the gate refused, for messages and the log.
 template <typename T>
 struct Refusal {
-  T distance_m{0};  ///< from where it had to be, along the axis that it was farthest beyond its gate
+  T distance_m{0};  ///< from the prediction, along the axis on which it exceeds its gate most
   T allowed_m{0};
-  T turned_rad{0};  ///< from the heading that it had to have
+  T turned_rad{0};  ///< from the predicted heading
 };
 
 /// The state at the present tick: everything the control law may look at.
@@ -49,13 +49,13 @@ struct Estimate {
   T yaw_rate_rad_s{0};
   core::Duration pose_age{0};       ///< of the newest pose that was used
   std::uint32_t refused_poses = 0;  ///< by the innovation gate, in a row
-  core::Duration refused_for{0};    ///< from the first to the last of those that agree with each other
+  core::Duration refused_for{0};    ///< from the first to the last of the refused poses that agree with each other
   Refusal<T> refusal;
-  bool predicts = false;  ///< begun and settled, the attitude known: the model's prediction stands
-  bool healthy = false;   ///< and a pose was used in the last second
+  bool predicts = false;  ///< started, settled and the attitude is known: the model's prediction is valid
+  bool healthy = false;   ///< predicts, and a pose was used in the last second
   mutable core::StandingTurn<T> heading_turn{};
 
-  /// Sine and cosine of the yaw, taken once for all who ask.
+  /// Sine and cosine of the yaw, computed once for all callers.
   const core::Turn<T>& heading() const { return heading_turn.of(yaw_rad); }
 };
 

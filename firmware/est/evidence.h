@@ -5,12 +5,12 @@
 
 namespace m100::est {
 
-/// How long, and by how much, two channels have disagreed: a one-sided sum (CUSUM) from 0 to twice kEnough_s,
-///   S' = r - 1            r = |x| / allowed, up to 2
-///      = (r^2 - 1) / 3    beyond, at most 4: a gross one counts as a likelihood ratio does, but one tick is never
-///      enough
-/// Above kEnough_s one of the two is contradicted: twice the allowed disagreement must last for 0.5 s, nearly four
-/// times for 0.13 s, and what stays inside the allowed one never adds up.
+/// Evidence that two channels contradict each other, from how long and by how much they disagree: a one-sided sum
+/// (CUSUM), limited to 0 .. 2 kEnough_s,
+///   S' = r - 1            for r = |x| / allowed up to 2
+///      = (r^2 - 1) / 3    beyond, at most 4: it grows like a likelihood ratio, but one tick is never enough
+/// Above kEnough_s one of the two channels is contradicted. A disagreement of twice the allowed one takes 0.5 s, one of
+/// nearly four times takes 0.13 s, and a disagreement within the allowed one never adds up.
 template <typename T>
 class Evidence {
  public:

@@ -6,7 +6,7 @@
 
 namespace m100::est {
 
-/// What the autopilot tells of its motion in one tick; a part that is not new is no evidence.
+/// The autopilot's measurements of its own motion in one tick; a part that is not new is not used as evidence.
 template <typename T>
 struct Felt {
   bool attitude_is_new = false;
@@ -20,12 +20,12 @@ struct Felt {
   T climb_m_s{0};
   mutable core::TiltTurns<T> turns{};
 
-  /// Sine and cosine, taken once for all who ask.
+  /// Sine and cosine, computed once for all callers.
   const core::Turn<T>& roll() const { return turns.roll.of(roll_rad); }
   const core::Turn<T>& pitch() const { return turns.pitch.of(pitch_rad); }
 };
 
-/// The force is averaged over this, or the rotors would count as motion.
+/// Averaging time of the force; without it the rotors' vibration would count as motion.
 inline constexpr double kFeltMean_s = 0.1;
 
 }  // namespace m100::est

@@ -12,7 +12,7 @@
 #include "firmware/est/units.h"
 #include "firmware/model/axis_step.h"
 
-// What the filters of a horizontal axis and of the height have in common.
+// Shared by the filters of a horizontal axis and of the height.
 namespace m100::est {
 
 template <typename S>
@@ -29,7 +29,7 @@ bool inside(S value, double limit) {
          value >= core::Arithmetic<S>::template number<double>(-limit);
 }
 
-/// Commands that act in this tick, in the one before and in the one after.
+/// Commands that act in this tick, the previous and the next one.
 template <typename S>
 struct ActingInputs {
   S now{};
@@ -37,11 +37,11 @@ struct ActingInputs {
   S after{};
 };
 
-/// An output that follows at once is of first order with this time constant for the filters: 1 / tau must stay within
-/// their numbers.
+/// Time constant with which the filters model an output that follows at once, as first order: 1 / tau must stay within
+/// their number range.
 inline constexpr double kFastestTimeConstant_s = 0.01;
 
-/// How an axis answers in one tick, as the filters have it; an axis without dynamics follows at once.
+/// Response of an axis over one tick, as the filters use it; an axis without dynamics follows at once.
 inline model::AxisStep tick_of(model::StickAxis axis) {
   if (!axis.is_identified() || (axis.is_first_order() && axis.time_constant_s < kFastestTimeConstant_s)) {
     axis.time_constant_s = kFastestTimeConstant_s;
@@ -72,7 +72,7 @@ struct ResponseStep {
             .r_jump = number(step.r_jump * kTimeUnit_s)};
   }
 
-  /// @param offset steady difference between the command and what the output goes to
+  /// @param offset steady difference between the command and the final value of the output
   State advance(core::Arithmetic<S>& a, const State& from, const ActingInputs<S>& input, S offset) const {
     const S wanted = a.narrow(a.widen(input.now) + a.widen(offset));
     const S wanted_after = a.narrow(a.widen(input.after) + a.widen(offset));
@@ -94,10 +94,11 @@ constexpr Real power_of_two(int exponent) {
   }
 }
 
-/// The measurement variance of a position: the vehicle file's, or what the sender of the pose tells where that is more.
-/// Fixed point believes at most 90 scaled units of it, 37 mm on a horizontal axis; a square has to fit beside the
+/// Measurement variance of a position: the larger of the vehicle file's and the one that the sender of the pose claims.
+/// Fixed point uses at most 90 scaled units of it, 37 mm on a horizontal axis; a square has to fit beside the
 /// variances.
-/// @param scaled the vehicle file's, scaled @param told_m2 at most 1 m^2 is believed; 0 or not a number: none
+/// @param scaled the vehicle file's, scaled
+/// @param told_m2 at most 1 m^2 is used; 0 or NaN: none claimed
 /// @param scale the unit of the position is 2^scale m
 template <typename S>
 S larger_variance(S scaled, float told_m2, int scale) {
@@ -115,8 +116,10 @@ S larger_variance(S scaled, float told_m2, int scale) {
 inline constexpr double kGateSigmas = 6.0;
 inline constexpr double kLargestInnovation_m = 1.0;
 
-/// Whether a position's innovation is inside 6 sigmas, or inside what may have happened unseen; never beyond 1 m.
-/// @param s scaled variance of the innovation @param scale the unit of the position is 2^scale m
+/// Whether a position's innovation is inside 6 sigmas or inside unseen_m, the distance that may have been flown
+/// unobserved; never beyond 1 m.
+/// @param s scaled variance of the innovation
+/// @param scale the unit of the position is 2^scale m
 template <typename S>
 bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_m) {
   constexpr double kLargestScaled = 90.0;  // in fixed point: its square fits beside the variances
@@ -133,7 +136,7 @@ bool inside_gate(core::Arithmetic<S>& a, S innovation, S s, int scale, S unseen_
   return inside_sigmas || size <= unseen_m;
 }
 
-/// The same gate in metres, to be told to people.
+/// The same gate in metres, for messages and the log.
 template <typename Real, typename S>
 Real gate_m(S s, int scale, Real unseen_m) {
   const Real sigmas_m = static_cast<Real>(kGateSigmas) * power_of_two<Real>(scale) *
@@ -142,7 +145,7 @@ Real gate_m(S s, int scale, Real unseen_m) {
   return gate < static_cast<Real>(kLargestInnovation_m) ? gate : static_cast<Real>(kLargestInnovation_m);
 }
 
-/// x += gain innovation. The gain first, in 64 bits, then the scale: a gain in plain units would not fit.
+/// x += gain * innovation. The product in 64 bits is scaled afterwards: a gain in plain units would not fit.
 template <typename S, std::size_t kStates>
 void add_correction(core::Arithmetic<S>& a, std::array<S, kStates>& x, const std::array<S, kStates>& gain, S innovation,
                     const std::array<int, kStates>& scales, int measured) {

@@ -6,7 +6,7 @@
 namespace m100::est {
 namespace {
 
-// Process noise per sqrt(s): the climb loop of the autopilot leaves about 0.07 m/s of its own in still air.
+// Process noise per sqrt(s): the autopilot's climb loop has an error of about 0.07 m/s in still air.
 constexpr double kHeightProcess_m = 1e-3;
 constexpr double kClimbProcess_m_s = 0.1;
 constexpr double kRateProcess_m_s2 = 0.5;

@@ -10,9 +10,11 @@
 
 namespace m100::est {
 
-/// Height, climb speed, its rate, and the climb offset b (steady difference between commanded and flown climb speed).
+/// Kalman filter of height z, climb speed w, its rate, and the climb offset b (steady difference between commanded and
+/// flown climb speed).
 ///   z' = w, w follows (u + b) as the climb axis of the vehicle file does (model::AxisStep), b' = 0
-/// Inside, time counts in 0.64 s. Measured: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1 m/s.
+/// The internal time unit is 0.64 s. Measurement: height of `age` ago. Ranges: |z| <= 100 m, |w| <= 10 m/s, |b| <= 1
+/// m/s.
 template <typename S>
 class HeightFilter {
  public:

@@ -7,12 +7,12 @@
 namespace m100::est {
 namespace {
 
-constexpr double kSmooths_s = 0.05;  // shorter than the observer takes to follow a push (0.15 s), so that its lag stays
-constexpr double kMostShare = 0.5;   // of a single pose in these means
-constexpr double kMemory_s = 3.0;    // of a gust or two
+constexpr double kSmooths_s = 0.05;  // shorter than the observer's response to a push (0.15 s): its lag stays visible
+constexpr double kMostShare = 0.5;   // weight of a single pose in these means
+constexpr double kMemory_s = 3.0;    // a gust or two
 constexpr double kLeast_s = 0.005;   // half a tick: poses are used once per tick
 constexpr double kFresh_s = 0.1;
-constexpr double kGrows_s = 1.0;     // a gust has turned round by then, and no estimate is healthy any more
+constexpr double kGrows_s = 1.0;     // a gust has reversed by then, and no estimate is healthy any more
 constexpr double kLeastKept = 0.25;  // half a sigma
 
 template <typename T>
@@ -46,7 +46,7 @@ void LagWatch<T>::note(T innovation_m, T pushed_m, T pushed_m_s, T nis, T interv
   now_.p_m += smooths * (raw.p_m - now_.p_m);
   now_.v_m_s += smooths * (raw.v_m_s - now_.v_m_s);
   now_.a_m_s2 += smooths * (raw.a_m_s2 - now_.a_m_s2);
-  // Of noise from pose to pose, with n its mean square, the means keep a share k n, k = s / (2 - s).
+  // Of pose-to-pose noise with mean square n, the means retain k n, k = s / (2 - s).
   const T keeps = smooths / (T(2) - smooths);
   const T scale = T(1) / (T(1) - keeps);
   const Products smooth = products(now_);

@@ -3,20 +3,21 @@
 
 namespace m100::est {
 
-/// How far one horizontal axis of the observer may be from the truth beyond its filter's own account, from what the
-/// poses have lately done to it.
+/// Estimates the errors of one horizontal axis of the observer beyond its filter's covariance, from the recent
+/// corrections by poses.
 ///
-/// The covariance of a Kalman filter holds for the disturbance that it was told of. In a wind that changes faster, d
-/// lags behind, and velocity and position with it. The poses show by how much: in a lag that lasts, what they push a
-/// state by, per second, is what its rate of change is wrong by. So with nu the innovation, and dp and dv what the
-/// corrections add to position and velocity, all as means over some poses:
+/// The covariance of a Kalman filter holds for the disturbance that its model assumes. In a wind that changes faster, d
+/// lags, and velocity and position lag with it. The poses reveal the size of the lag: while a lag lasts, the rate at
+/// which poses correct a state is the error of its rate of change. With nu the innovation, and dp and dv the
+/// corrections of position and velocity, all as means over some poses:
 ///   error of the position = nu,  of the velocity = dp / dt,  of the acceleration = dv / dt.
-/// Their mean products over a gust or two, less what is left in such means of noise that differs from pose to pose, are
-/// added to what the filter claims; while no pose comes they grow for a second as such errors do, p by v t + a t^2 / 2
-/// and v by a t. How they go together is not claimed: then the claim holds whatever that is.
+/// Their mean products over a gust or two, less the share that pose-to-pose noise leaves in such means, are added to
+/// the filter's covariance. While no pose comes they grow for up to a second as such errors do, p by v t + a t^2 / 2
+/// and v by a t. The added errors of position and velocity are reported without a correlation: the report then holds
+/// for any correlation.
 ///
-/// Where the innovations are smaller than claimed (poses better than the vehicle file says, no wind), the filter's own
-/// part shrinks with their normalised square (NIS), to a half at the least, and only while poses come.
+/// Where the innovations are smaller than predicted (poses better than the vehicle file says, no wind), the filter's
+/// own part shrinks with their normalised square (NIS), not below half a sigma, and only while poses come.
 /// Memory: ten numbers. Cost: about 50 products a pose, 25 a tick. T is float or double.
 template <typename T>
 class LagWatch {
@@ -26,12 +27,17 @@ class LagWatch {
     T pp_m2{0}, pv_m2_s{0}, vv_m2_s2{0};
   };
 
-  /// A pose was used. @param pushed_m, pushed_m_s what it added to position and velocity
-  /// @param nis square of the innovation over its variance. @param interval_s since the last pose that was used
+  /// Takes a pose that was used.
+  /// @param pushed_m, pushed_m_s the corrections that it made to position and velocity
+  /// @param nis square of the innovation over its variance
+  /// @param interval_s since the last pose that was used
   void note(T innovation_m, T pushed_m, T pushed_m_s, T nis, T interval_s);
 
-  /// @param own of the filter. @param age_s of the newest pose that was used. @param since_s since it was used
-  /// @param felt a force tells the push meanwhile: the error of the acceleration is that of its offset
+  /// The covariance to report.
+  /// @param own covariance of the filter
+  /// @param age_s of the newest pose that was used
+  /// @param since_s since it was used
+  /// @param felt the force measures the push meanwhile: the error of the acceleration is then the force's offset
   Covariance claimed(const Covariance& own, T age_s, T since_s, bool felt = false) const;
 
  private:

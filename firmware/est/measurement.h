@@ -9,17 +9,17 @@
 
 namespace m100::est {
 
-/// What the specific force shows beside that which the tilt accelerates with: wind and drag (world, horizontal, m/s^2),
-/// without the force's own offset.
+/// The part of the specific force that the tilt does not explain: acceleration by wind and drag (world, horizontal,
+/// m/s^2), without the offset of the force.
 template <typename T>
 struct Push {
-  bool is_known = false;                                        ///< the force comes, and is one
-  core::Vector<T, 2> now_w_m_s2 = core::Vector<T, 2>::Zero();   ///< of the newest message, with the rotors' shaking
-  core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< over a tenth of a second
+  bool is_known = false;                                        ///< a valid force arrives
+  core::Vector<T, 2> now_w_m_s2 = core::Vector<T, 2>::Zero();   ///< of the newest message, with the rotors' vibration
+  core::Vector<T, 2> mean_w_m_s2 = core::Vector<T, 2>::Zero();  ///< mean over a tenth of a second
 };
 
-/// What the sensors say in one tick, already in our frames (world NWU, body FLU), SI. Each part says whether it is new.
-/// T is float or double.
+/// The measurements of one tick, converted to our frames (world NWU, body FLU), SI units. Each part carries a flag that
+/// says whether it is new. T is float or double.
 template <typename T>
 struct Measurement {
   /// From the autopilot's telemetry.
@@ -32,14 +32,14 @@ struct Measurement {
     core::Vector<T, 3> rate_b_rad_s = core::Vector<T, 3>::Zero();
     mutable core::TiltTurns<T> turns{};
 
-    /// Sine and cosine, taken once for all who ask.
+    /// Sine and cosine, computed once for all callers.
     const core::Turn<T>& roll() const { return turns.roll.of(roll_rad); }
     const core::Turn<T>& pitch() const { return turns.pitch.of(pitch_rad); }
   };
-  core::TimePoint now{};  ///< of this tick: what ages count to
+  core::TimePoint now{};  ///< time of this tick; ages count up to it
   core::Pose<T> pose;     ///< from motion capture or another source of pose
   Attitude attitude;
-  Push<T> push;  ///< by CrossCheck, of the tick before
+  Push<T> push;  ///< from CrossCheck, of the tick before
 };
 
 }  // namespace m100::est

@@ -7,69 +7,68 @@ namespace m100::est {
 namespace {
 
 /// One scale of the high-pass. White noise of the force with sigma n per sample of 10 ms leaves
-///   n sqrt(0.01 s / 16 a^3)        (the square of s / (s + a)^3, integrated), with the rotors' 0.1 m/s^2
-/// of a path, and an error of the attitude of 0.1 degrees, 0.02 m/s^2, that comes in seconds at most 0.27 / a^2 times
-/// itself. The observer's place is good for 2 mm.
+///   n sqrt(0.01 s / 16 a^3)        (from the integral of the squared impulse response of s / (s + a)^3)
+/// in a path; n is the rotors' 0.1 m/s^2. An error of the attitude of 0.1 degrees is 0.02 m/s^2; it changes over
+/// seconds and leaves at most 0.27 / a^2 times itself. The observer's position is accurate to 2 mm.
 template <typename T>
 struct Scale {
   T a_per_s;
   T sigma_m;       ///< root of the sum of the squares of the noise, a third of the attitude's, and 0.7 mm
-  T unsettled_m;   ///< of a speed that is wrong by 0.25 m/s, 0.23 / a of it, and of an offset by 0.05 m/s^2;
-                   ///< times 1 + |speed|: a gap hides more where more moves
-  T per_noise_s3;  ///< 1 / 16 a^3: variance of the path for a density of the force's noise
-  T leans_s2;      ///< 0.27 / a^2 times 0.2 m/s^2 of offset of the body's z for each g of horizontal acceleration
+  T unsettled_m;   ///< for an error of 0.25 m/s in speed, times 0.23 / a, and of 0.05 m/s^2 in the offset;
+                   ///< times 1 + |speed|: in a faster motion a gap hides more
+  T per_noise_s3;  ///< 1 / 16 a^3: variance of the path per density of the force's noise
+  T leans_s2;      ///< 0.27 / a^2 times 0.2 m/s^2 of offset in the body's z per g of horizontal acceleration
 };
 template <typename T>
 constexpr std::array<Scale<T>, 3> kScaleNumbers{{{T(1.5), T(0.0017), T(0.044), T(0.0185), T(0.0024)},
                                                  {T(3.0), T(0.0010), T(0.021), T(0.0023), T(0.0006)},
                                                  {T(0.75), T(0.0052), T(0.10), T(0.148), T(0.0098)}}};
-/// What the scales' noise has in it of the force's: the rotors' 0.1 m/s^2, and half as much again for what is measured
-/// from few samples.
+/// Noise of the force that the scales already include: the rotors' 0.1 m/s^2, and half as much again because it is
+/// measured from few samples.
 constexpr double kAssumed_m2_s3 = 1.5e-4;
-/// White noise of the poses leaves 1.4 of what it pushes the observer by in a tick in each axis of a path; the scales
-/// have poses that scatter by 1 mm in them, which push the height by 0.5 mm.
+/// White noise of the poses leaves in each axis of a path 1.4 times the correction that it makes to the observer per
+/// tick. The scales already include poses that scatter by 1 mm, which correct the height by 0.5 mm.
 constexpr double kPushed2 = 2.0, kAssumed_m2 = 2.5e-7;
-/// The offset belongs to the body, and what is learned of it to its mean tilt: who leans turns another part of it into
-/// the horizontal. The largest acceleration lately says how far.
+/// The offset is fixed to the body, and it is learned at the mean tilt: an aircraft that leans turns another part of it
+/// into the horizontal. The largest recent acceleration bounds that part.
 constexpr double kLeansMemory_s = 2.0;
-/// What was unsettled at the beginning, or by a gap, has faded after this many times 1 / a.
+/// Transients of the start or of a gap have faded after this many times 1 / a.
 constexpr double kSettles = 4.0;
 /// Three sigmas of each axis.
 constexpr double kSigmas2 = 9.0;
 template <int kAxes>
 constexpr double kSigmas = kAxes == 2 ? 4.24 : 3.0;
-/// Heading of the markers within 3 degrees, scale of the force within 2 %: a share of the path.
+/// Share of the path: the heading of the markers is right within 3 degrees, the scale of the force within 2 %.
 constexpr double kShare = 0.07;
-/// Attitude, force and pose may be a tick and two intervals of the poses apart beside that.
+/// In addition attitude, force and pose may be a tick and two pose intervals apart.
 constexpr double kTime_s = 0.03;
-/// A time of capture may be wrong by 50 ms (one sigma) where nobody knows, and is found from the motion itself, with a
-/// memory of 5 s; 80 ms is the largest in the worlds that ship.
+/// Prior of the error of an unknown time of capture: 50 ms (one sigma). It is found from the motion itself, with a
+/// memory of 5 s; the largest in the worlds that ship is 80 ms.
 constexpr double kLateMemory_s = 5.0, kLate_s = 0.05, kMostLate_s = 0.12;
-/// What the observer was unsure of is made good by its next poses and by the time of capture that is found: an error
-/// that comes and goes within a second or two.
+/// An error within the observer's uncertainty is corrected by its next poses and by the time of capture that is found:
+/// it comes and goes within a second or two.
 constexpr double kUnsureMemory_s = 1.0;
 constexpr double kForever_s = 100.0;
-constexpr double kMadeGood_s = 0.3;  ///< the observer's after a gap
-constexpr double kFollows_s = 0.25;  ///< twice the allowed for a quarter of a second
+constexpr double kMadeGood_s = 0.3;  ///< time in which the observer corrects its error after a gap
+constexpr double kFollows_s = 0.25;  ///< alarm: twice the allowed difference for a quarter of a second
 constexpr double kMostWeight = 4.0;
-/// Under a healthy pose |e|^2 / 2 sigma^2 of two axes is exponentially distributed with mean 1; less 2 a time of
-/// correlation, the sum reaches h with exp(-0.797 h) from each of its beginnings: exp(-12.8) at 16, once in 15 000
-/// flights of half a minute. Of one axis, less 1, likewise: its moment is the root of that of two.
+/// For a healthy pose |e|^2 / 2 sigma^2 of two axes is exponentially distributed with mean 1. With 2 subtracted per
+/// time of correlation, the sum reaches h with probability exp(-0.797 h) from each of its beginnings: exp(-12.8) at 16,
+/// once in 15 000 flights of half a minute. One axis, with 1 subtracted, has the same bound: its moment generating
+/// function is the square root of that of two axes.
 constexpr double kNats = 16.0;
-constexpr double kDrift_nats = 1.0;  ///< of an axis
-/// Of the largest motion that was seen lately half fades in a time 1 / a, where a path turns back slowly; of a height,
-/// which swings at 5 rad/s, all of it.
+constexpr double kDrift_nats = 1.0;  ///< per axis
 constexpr double kSane_m2 = 1e9;
-constexpr double kMostNats = 20.0;  ///< in a time of correlation: one gross moment is never enough
+constexpr double kMostNats = 20.0;  ///< per time of correlation: one gross outlier is never enough
 
-/// What there is of a path in a tick, without its axes.
+/// The numbers of a path in one tick, independent of the number of axes.
 template <typename T>
 struct Look {
   T apart2_m2, moved2_m2, noise_m, allowed_m;
-  T a_s;  ///< of a time of correlation that the step is
+  T a_s;  ///< the step as a share of a time of correlation
   T step_s;
   int axes;
-  bool bridges;  ///< what was evidence stays, and nothing is added to it
+  bool bridges;  ///< the evidence stays, and nothing is added to it
   bool settled;
 };
 
@@ -79,9 +78,10 @@ void weigh(const Look<T>& look, PathVerdict<T>& path) {
                                T(-1), static_cast<T>(kMostWeight));
   path.follows_s = core::clamp(path.follows_s + (look.bridges ? T(0) : weight * look.step_s), T(0),
                                static_cast<T>(2.0 * kFollows_s));
+  // A horizontal path turns back slowly: half fades in a time 1 / a. A height oscillates at 5 rad/s: all of it fades.
   const T fades = (look.axes == 2 ? T(0.5) : T(1)) * look.a_s;
   path.seen_m2 += (look.moved2_m2 - path.seen_m2) * fades;
-  path.seen_m2 = look.moved2_m2 > path.seen_m2 ? look.moved2_m2 : path.seen_m2;  // who turns back stands for a moment
+  path.seen_m2 = look.moved2_m2 > path.seen_m2 ? look.moved2_m2 : path.seen_m2;  // still zero where a path turns back
   if (look.settled) {
     const T axes = static_cast<T>(look.axes);
     const T per_sigma2 = static_cast<T>(0.5 * kSigmas2) * axes / (look.noise_m * look.noise_m);
@@ -98,7 +98,7 @@ void weigh(const Look<T>& look, PathVerdict<T>& path) {
 
 }  // namespace
 
-/// As if the present speed and acceleration had always been: neither is a motion then.
+/// Starts as if the present speed had been constant for ever, so that it causes no transient.
 template <typename T, int kAxes>
 void MotionCheck<T, kAxes>::begin(const Motion& motion) {
   shift_m_.setZero();
@@ -115,8 +115,8 @@ void MotionCheck<T, kAxes>::begin(const Motion& motion) {
   }
 }
 
-/// What is left of the difference of the two paths once a time of capture that is wrong is taken away, by least squares
-/// over the last seconds; a path that stands, or that is another one, has no such time.
+/// The difference of the two paths without the part that a wrong time of capture explains, found by least squares over
+/// the last seconds. A path that stands still, or that is unrelated, is not explained by such a time.
 template <typename T, int kAxes>
 typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::timed(std::size_t scale, const Vector& seen_m, T step_s) {
   const Scale<T>& s = kScaleNumbers<T>[scale];
@@ -138,7 +138,7 @@ void MotionCheck<T, kAxes>::judge(std::size_t scale, const Vector& seen_m, T spe
   Path& path = paths_[scale];
   const T apart2_m2 = timed(scale, seen_m, step_s).squaredNorm();
   if (!(apart2_m2 + path.moved_m2_s < static_cast<T>(kSane_m2))) {
-    begun_ = false;  // a path that is not a number would agree with everything
+    begun_ = false;  // a path that is not finite would never raise an alarm
     return;
   }
   const T settled = core::clamp(since_gap_s_ * s.a_per_s * static_cast<T>(1.0 / kSettles), T(0), T(1));
@@ -165,7 +165,7 @@ typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::velocity_of(std::s
   return paths_[scale].felt_m_s - paths_[scale].felt_m * kScaleNumbers<T>[scale].a_per_s;
 }
 
-/// @returns the place, continued by the force over a gap of the poses and over what the observer then makes good.
+/// @returns the position, which the force continues over a gap and while the observer then corrects its error
 template <typename T, int kAxes>
 typename MotionCheck<T, kAxes>::Vector MotionCheck<T, kAxes>::bridged(const Motion& motion, bool sees, T step_s) {
   if (!sees && bridges_s_ <= T(0)) {
@@ -194,7 +194,7 @@ void MotionCheck<T, kAxes>::update(const Motion& motion, bool sees, T step_s) {
   unsure_m_ = motion.unsure_m > unsure_m_ ? motion.unsure_m : unsure_m_;
   place_noise_m2_ = core::clamp(motion.place_noise_m2 - static_cast<T>(kAssumed_m2), T(0), T(1));
   force_noise_m2_s3_ = core::clamp(motion.force_noise_m2_s3 - static_cast<T>(kAssumed_m2_s3), T(0), T(1));
-  const T moved_m2_s4 = paths_[1].mean_m_s2.squaredNorm();  // without the rotors' shaking
+  const T moved_m2_s4 = paths_[1].mean_m_s2.squaredNorm();  // without the rotors' vibration
   const T leans_m_s2 = core::sqrt(motion.leans_m2_s4 > moved_m2_s4 ? motion.leans_m2_s4 : moved_m2_s4);
   leans_m_s2_ -= leans_m_s2_ * (step_s * static_cast<T>(1.0 / kLeansMemory_s));
   leans_m_s2_ = leans_m_s2 > leans_m_s2_ ? leans_m_s2 : leans_m_s2_;

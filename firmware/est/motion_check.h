@@ -8,62 +8,62 @@
 
 namespace m100::est {
 
-/// What one scale of MotionCheck says, whatever its axes are.
+/// Result of one scale of MotionCheck, independent of the number of axes.
 template <typename T>
 struct PathVerdict {
-  T seen_m2{0};    ///< largest w dot w lately, fading
-  T follows_s{0};  ///< evidence that the path is another
-  T answers{0};    ///< evidence that the pose does not answer, in nats
-  T evidence{0};   ///< the larger of the two, as a share of what contradicts
+  T seen_m2{0};    ///< largest recent w dot w, fading
+  T follows_s{0};  ///< evidence that the path differs
+  T answers{0};    ///< evidence that the pose does not respond to our motion, in nats
+  T evidence{0};   ///< the larger of the two, as a share of its alarm threshold
   T apart_m{0};
   T allowed_m{0};
 };
 
-/// Holds the path of the poses against the path that the specific force makes of itself, in metres.
+/// Compares the path of the poses with the path that the specific force implies, in metres.
 ///
-/// Both paths pass the same high-pass of third order, s^3 / (s + a)^3: of a force that is all that is left of it after
-/// two integrations, so that no offset has to be known (a constant one is forgotten), and a place and a speed have no
-/// meaning. In three scales: the slow one (a = 0.75 1/s) sees what drifts for seconds, the middle one (a = 1.5 1/s)
-/// what a hover moves by, above the rotors' noise, and the fast one (a = 3 1/s) has settled two seconds after the
-/// start.
+/// Both paths pass the same third-order high-pass, s^3 / (s + a)^3. Of a force that is integrated twice it passes s /
+/// (s + a)^3, so no offset has to be known (a constant one is forgotten), and initial position and velocity have no
+/// influence. There are three scales: the slow one (a = 0.75 1/s) detects a drift of several seconds, the middle one
+/// (a = 1.5 1/s) the motion of a hover, above the rotors' noise, and the fast one (a = 3 1/s) has settled two seconds
+/// after the start.
 ///
-///   w  of the observer's position; y  of the force;  e = w - y
+///   w  path of the observer's position; y  path of the force;  e = w - y
 ///
 /// Two tests, each a one-sided sum:
-///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y|, and what the observer
-///            is unsure of (v: y's velocity; what a wrong time of capture makes of it is fitted and taken away): a path
-///            that is turned, scaled, or begins to drift
+///   follows  r = |e| / allowed, S' = (r^2 - 1) / 3, where allowed = noise + |v| tau + share |y| + the observer's sigma
+///            (v: velocity of y; the part of e that a wrong time of capture explains is fitted and subtracted): finds a
+///            path that is turned, scaled, or begins to drift
 ///   answers  (|e|^2 - |w|^2) / 2 sigma^2 - 1 for each axis per time of correlation, with sigma a third of the noise of
-///            an axis: the logarithm of how much likelier it is that the pose knows nothing of our own motion than that
-///            it shows it; an error in proportion to the motion (time, scale) is no evidence, and is not allowed for. A
-///            body that stands still, or moves on its own
+///            an axis: the logarithm of the likelihood ratio of a pose that does not depend on our motion against one
+///            that shows it; an error in proportion to the motion (time, scale) is no evidence, and needs no allowance.
+///            Finds a body that stands still, or moves on its own
 ///
-/// The observer's position serves, not the poses: it has their age and their gaps already in it.
+/// The input is the observer's position, not the poses, because it already accounts for their age and their gaps.
 ///
-/// Two axes: the horizontal path. One axis: the height, in the two faster scales; what drifts for longer, the
-/// autopilot's climb speed tells better.
+/// Two axes: the horizontal path. One axis: the height, in the two faster scales; the autopilot's climb speed shows a
+/// longer drift better.
 ///
-/// No heap. Cost: a tick about 140 products and six square roots, of one axis a third of it. T is float or double.
+/// No heap. Cost: about 140 products and six square roots per tick, a third of it for one axis. T is float or double.
 template <typename T, int kAxes = 2>
 class MotionCheck {
  public:
   using Vector = core::Vector<T, kAxes>;
 
-  /// What is known in a tick, in the world.
+  /// Inputs of one tick, world frame.
   struct Motion {
     Vector force_m_s2 = Vector::Zero();  ///< specific force
-    Vector place_m = Vector::Zero();     ///< the observer's
-    Vector speed_m_s = Vector::Zero();   ///< the observer's
-    T unsure_m{0};                       ///< one sigma of the place, by the observer's account
-    T place_noise_m2{0};                 ///< of an axis, white, as it was measured
-    T force_noise_m2_s3{0};              ///< likewise: variance times the time for which a sample stands
-    T leans_m2_s4{0};  ///< square of what the tilt accelerates with beyond its mean; upwards nothing else tells
+    Vector place_m = Vector::Zero();     ///< the observer's position
+    Vector speed_m_s = Vector::Zero();   ///< the observer's velocity
+    T unsure_m{0};                       ///< one sigma of the position, as the observer reports it
+    T place_noise_m2{0};                 ///< white, of one axis, as measured
+    T force_noise_m2_s3{0};              ///< likewise: variance times the time that a sample covers
+    T leans_m2_s4{0};                    ///< square of the acceleration by tilt beyond its mean; for the height only
   };
 
-  /// Once per tick. @param sees a pose was used lately; in a gap the seen path goes on by the force, and nothing is
-  /// evidence.
+  /// Once per tick.
+  /// @param sees a pose was used recently; in a gap the force continues the path of the poses, and nothing is evidence
   void update(const Motion& motion, bool sees, T step_s);
-  /// The paths begin anew: a motion that nobody looked at.
+  /// Restarts both paths, after a motion that was not observed.
   void restart() {
     begun_ = false;
     for (Path& path : paths_) {
@@ -71,9 +71,9 @@ class MotionCheck {
     }
   }
 
-  /// How much evidence there is, as a share of what contradicts the poses.
+  /// The evidence, as a share of the threshold from which it contradicts the poses.
   T evidence() const { return worst().evidence; }
-  /// By how much the paths differ, and what is allowed, in the scale that shows it most; m.
+  /// The difference of the paths and its allowed value, in the scale with the most evidence; m.
   T apart_m() const { return worst().apart_m; }
   T allowed_m() const { return worst().allowed_m; }
 
@@ -83,9 +83,9 @@ class MotionCheck {
     Vector mean_m_s2 = Vector::Zero();  ///< of the force
     Vector felt_m_s = Vector::Zero();
     Vector felt_m = Vector::Zero();
-    std::array<Vector, 3> slow_m{Vector::Zero(), Vector::Zero(), Vector::Zero()};  ///< what each high-pass takes away
-    T late_m2_s{0};   ///< e dot v, summed: with moved_m2_s what the time of capture is wrong by
-    T moved_m2_s{0};  ///< v dot v
+    std::array<Vector, 3> slow_m{Vector::Zero(), Vector::Zero(), Vector::Zero()};  ///< removed by each high-pass
+    T late_m2_s{0};   ///< sum of e dot v; over moved_m2_s it is the error of the time of capture
+    T moved_m2_s{0};  ///< sum of v dot v
   };
   const Path& worst() const {
     const Path& slower = paths_[0].evidence > paths_[kScales - 1].evidence ? paths_[0] : paths_[kScales - 1];
@@ -103,12 +103,12 @@ class MotionCheck {
   T bridges_s_{0};                     ///< how long a gap is still bridged
   Vector speed_m_s_ = Vector::Zero();  ///< in the gap
   Vector place_m_ = Vector::Zero();
-  Vector shift_m_ = Vector::Zero();  ///< from the observer's place to the bridged one
-  T unsure_m_{0};                    ///< the largest lately, fading
+  Vector shift_m_ = Vector::Zero();  ///< from the observer's position to the bridged one
+  T unsure_m_{0};                    ///< the largest recent value, fading
   T leans_m_s2_{0};                  ///< likewise
-  T place_noise_m2_{0};              ///< as told last
-  T force_noise_m2_s3_{0};           ///< likewise, beyond what the scales have in them
-  std::size_t turn_ = 0;             ///< the scale that is judged in this tick; the other one is in the next
+  T place_noise_m2_{0};              ///< newest input
+  T force_noise_m2_s3_{0};           ///< likewise, beyond the part that the scales include
+  std::size_t turn_ = 0;             ///< the scale that is judged in this tick; the scales take turns
 };
 
 extern template class MotionCheck<float>;

@@ -7,12 +7,12 @@ namespace m100::est {
 namespace {
 
 constexpr float kMemory = 3000.F;  // poses
-constexpr float kRise = 3e-4F;     // of the time that has passed: three times the drift of a poor quartz
+constexpr float kRise = 3e-4F;     // share of the elapsed time: three times the drift of a poor quartz
 constexpr float kMostDrift = 0.02F;
-/// Steps in a row: chance does that once in 160000 where one in twenty is lost.
+/// Long steps in a row: where one capture in twenty is lost, chance does that once in 160000.
 constexpr std::uint32_t kSlowerSource = 4;
-constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: begun anew
-constexpr float kSetForward_s = 0.25F;  // earlier than the envelope: no message is, so the sender's clock was set
+constexpr core::Duration kLongest = std::chrono::seconds(10);  // without a pose: restart
+constexpr float kSetForward_s = 0.25F;  // before the envelope: no message is early, so the sender's clock was set
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void PoseClock::begin(core::SenderTime captured, core::TimePoint arrived) {
   count_ = 1;
 }
 
-/// With the last pose, which own_s_ and slipped_s_ have been moved to.
+/// Updates the least squares by the last pose; own_s_ and slipped_s_ already include its step.
 void PoseClock::fit() {
   const float count = static_cast<float>(count_);
   const float share = 1.F / (count < kMemory ? count : kMemory);
@@ -40,11 +40,11 @@ void PoseClock::note_spacing(float step_s) {
     spacing_s_ = step_s;
     return;
   }
-  // A step over captures that were lost counts little, so that some loss does not look like a slower source.
+  // A step across lost captures has a small weight, so that some loss does not look like a slower source.
   const bool usual = step_s < 1.5F * spacing_s_;
   least_long_step_s_ = long_steps_ == 0 || step_s < least_long_step_s_ ? step_s : least_long_step_s_;
   long_steps_ = usual ? 0U : long_steps_ + 1U;
-  if (long_steps_ >= kSlowerSource) {  // and not one step of the usual length between them: the source is slower now
+  if (long_steps_ >= kSlowerSource) {  // without a step of the usual length between them: the source is slower now
     spacing_s_ = least_long_step_s_;
     long_steps_ = 0;
     return;
@@ -66,7 +66,7 @@ core::TimePoint PoseClock::note(core::SenderTime captured, core::TimePoint arriv
   own_s_ += step_s;
   slipped_s_ += slip_s;
   note_spacing(step_s);
-  const float late_so_far_s = behind_s_ + slip_s;  // behind an envelope that does not drift
+  const float late_so_far_s = behind_s_ + slip_s;  // relative to an envelope that does not drift
   const bool is_overdue = is_proven() && late_so_far_s - step_s * drift_ > kMostLateness_s;
   if (!is_overdue) {
     fit();
@@ -80,7 +80,7 @@ core::TimePoint PoseClock::note(core::SenderTime captured, core::TimePoint arriv
     begin(captured, arrived);
     return arrived;
   }
-  // The rate is known to jitter / n^1.5 of a pose's step (least squares over n poses of that spread).
+  // Uncertainty of the rate per pose step: jitter / n^1.5 (least squares over n poses of that spread).
   const float count = static_cast<float>(count_);
   const float unsure_s = lateness_.value_s() * (step_s / spacing_s_) / (count * core::sqrt(count));
   const float rise_s = kRise * step_s * (1.F + drift_) + unsure_s;

@@ -7,20 +7,20 @@ namespace m100::est {
 namespace {
 
 constexpr core::Duration kWindow = std::chrono::seconds(1);
-constexpr core::Duration kGap = std::chrono::milliseconds(50);  // without an attitude: the integral is not one any more
+constexpr core::Duration kGap = std::chrono::milliseconds(50);  // without an attitude: the integral is no longer valid
 constexpr double kHalfWindow_s = 0.5;
 constexpr double kMemoryPerWindow = 0.98347145382161749;  // exp(-1/60)
-constexpr std::uint32_t kFewest = 12;                     // poses in a window of use
-constexpr double kLeastResidual_m = 5e-4;                 // better than this no pose is
-/// Errors of the model last for some ten poses (gusts, the attitude loop): so many poses count as one. A push that
-/// nobody saw, integrated twice, lasts longer (a window is worth 1.3 to 2.6 samples, simulated); but with so few
-/// samples a slow drift of the pose hides behind the doubt about its time.
+constexpr std::uint32_t kFewest = 12;                     // poses in a useful window
+constexpr double kLeastResidual_m = 5e-4;                 // no pose is better than this
+/// Errors of the model are correlated over some ten poses (gusts, the attitude loop), so ten poses count as one sample.
+/// An unobserved push, integrated twice, is correlated for longer (a window is worth 1.3 to 2.6 samples, simulated);
+/// but with so few samples the uncertainty of the time would excuse a slow drift of the pose.
 constexpr double kPosesPerSample = 10.0;
-/// No pose comes before it was captured: what is looked for is what is left of its way, without the jitter.
+/// Range of the latency without the jitter: no pose comes before its capture.
 constexpr double kEarliest_s = 0.0, kLatest_s = 0.25;
 /// The newest attitude is older than the pose that has just come, by its own age and up to a period of telemetry. A
-/// window looks back as far at the least: nearer than this there is no integral, so that a latency of nought, once
-/// believed, would never be looked at again. What the first order leaves over 20 ms is 1 mm at 5 m/s^2.
+/// window looks back at least this far: for later times there is no integral, so a latency of zero, once assumed, would
+/// never be tested again. The error of the first order over 20 ms is 1 mm at 5 m/s^2.
 constexpr double kLooksBack_s = 0.020;
 
 template <typename T>
@@ -28,8 +28,8 @@ core::Duration cut_to_microseconds(T seconds) {
   return core::Duration(static_cast<core::Duration::rep>(seconds * T(1e6)));
 }
 
-/// Cholesky factor of the symmetric 3 x 3 matrix of the powers, and its forward substitution: |L^-1 a|, |L^-1 b| and
-/// their product are what elimination takes away.
+/// Cholesky factor L of the symmetric 3 x 3 matrix of the power sums, and its forward substitution. Elimination
+/// subtracts the inner products of L^-1 a and L^-1 b.
 template <typename T>
 class Elimination {
  public:
@@ -85,7 +85,7 @@ template <typename T>
 void PoseLatency<T>::conclude() {
   T belief = believed_information_;
   if (information_ > T(0)) {
-    // By how much the belief must be wrong, if motion is not: its variance is that at the least.
+    // The error of the prior, if motion is right: the prior's variance is at least the square of that.
     const T apart_s = weighted_ / information_ - believed_s_;
     const T apart_s2 = apart_s * apart_s - T(1) / information_;
     belief = apart_s2 * belief > T(1) ? T(1) / apart_s2 : belief;
@@ -126,7 +126,8 @@ void PoseLatency<T>::note_acceleration(core::TimePoint at, const Vector2& accele
   filled_ += filled_ < kEntries ? 1U : 0U;
 }
 
-/// The integrals at a moment. @returns false: before the memory or after the newest attitude.
+/// The integrals at a time.
+/// @returns false: the time is before the memory or after the newest attitude
 template <typename T>
 bool PoseLatency<T>::look(core::TimePoint at, Entry& seen) const {
   for (std::size_t steps = 1; steps < filled_; ++steps) {
@@ -145,7 +146,7 @@ bool PoseLatency<T>::look(core::TimePoint at, Entry& seen) const {
   return false;
 }
 
-/// The integrals count from the oldest moment that is remembered: they stay small.
+/// Restarts the integrals at the oldest entry, so that they stay small.
 template <typename T>
 void PoseLatency<T>::rebase() {
   const Entry base = ago(filled_ - 1);

@@ -10,32 +10,33 @@
 
 namespace m100::est {
 
-/// How much older than believed the poses are, by what the inertial sensors saw: scalar least squares in windows of 1
-/// s.
+/// Estimates how much older the poses are than assumed, from the inertial measurements: scalar least squares in windows
+/// of 1 s.
 ///
-/// In a window, for each horizontal axis, with s the time of capture as believed and I the double integral of the
-/// horizontal acceleration that the attitude tells (g tan(tilt)):
+/// In a window, for each horizontal axis, with s the assumed time of capture and I the double integral of the
+/// horizontal acceleration that the attitude implies (g tan(tilt)):
 ///   pose(s) = c0 + c1 s + c2 s^2 + I(s - tau) = c0 + c1 s + c2 s^2 + I(s) - tau I'(s) + ...
-/// The polynomial takes up where the integrals began, and what acts steadily: wind, trim, offsets. Both axes share tau.
-/// The polynomial is eliminated from the normal equations at the end of the window; what is left is one number and its
-/// information, weighed by the residual of the window itself. Windows are summed with a memory of a minute.
+/// The polynomial absorbs the initial values of the integrals and all steady accelerations: wind, trim, offsets. Both
+/// axes share tau. The polynomial is eliminated from the normal equations at the end of the window, which leaves one
+/// number and its information, weighed by the residual of the window itself. Windows are summed with a memory of a
+/// minute.
 ///
-/// In a still hover I' carries no information and tau stays what it was believed before, with that uncertainty:
-/// is_observable() is false. T is float or double. Cost: 2 integrals a tick, about 45 products a pose.
+/// In a still hover I' carries no information, and tau keeps its prior with that uncertainty: is_observable() is false.
+/// T is float or double. Cost: 2 integrals a tick, about 45 products a pose.
 template <typename T>
 class PoseLatency {
  public:
   using Vector2 = core::Vector<T, 2>;
-  static constexpr double kKnown_s = 0.010;  ///< a larger uncertainty is called not observable
+  static constexpr double kKnown_s = 0.010;  ///< a larger standard error counts as not observable
 
-  /// What is believed before anything was seen, by mean and standard deviation. It is believed only as far as motion
-  /// agrees: where the two are farther apart than both allow, that distance is the deviation of the belief.
+  /// Sets the prior by mean and standard deviation. It counts only as far as motion agrees: where prior and motion are
+  /// farther apart than both standard deviations allow, their distance becomes the deviation of the prior.
   void believe(T tau_s, T sigma_s);
-  /// The horizontal acceleration (world, m/s^2) at a moment; moments ascend.
+  /// The horizontal acceleration (world, m/s^2) at a time; times must ascend.
   void note_acceleration(core::TimePoint at, const Vector2& acceleration_w_m_s2);
-  /// A pose (world, m), with its time of capture before tau is taken away from it.
+  /// A pose (world, m), with its time of capture before the correction by tau.
   void note_pose(core::TimePoint captured, const Vector2& position_w_m);
-  /// Forgets the window that has begun: something else moved the poses.
+  /// Discards the window that has begun: something other than the motion changed the poses.
   void interrupt();
 
   T tau_s() const { return tau_s_; }
@@ -49,7 +50,7 @@ class PoseLatency {
     Vector2 position = Vector2::Zero();
   };
   static constexpr std::size_t kEntries = 32;
-  /// Sums of the normal equations; the polynomial's own matrix is that of the powers of s.
+  /// Sums of the normal equations; the matrix of the polynomial consists of the power sums of s.
   struct Sums {
     std::array<T, 5> power{};
     std::array<std::array<T, 3>, 2> by_rate{};       ///< s^k I', per axis
@@ -72,7 +73,7 @@ class PoseLatency {
   core::TimePoint window_begin_{};
   Vector2 window_origin_ = Vector2::Zero();
   T believed_s_{0}, believed_information_{0};
-  T information_{0}, weighted_{0};  ///< of all windows
+  T information_{0}, weighted_{0};  ///< summed over all windows
   T tau_s_{0}, sigma_s_{0};
   T tau_in_window_s_{0};
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the observer begins, and how it finds its way back to poses that it has refused.
+// Starts the observer, and recovers it when the gate has refused the poses.
 #include "firmware/est/pose_recovery.h"
 
 #include "firmware/core/tilt.h"
@@ -12,7 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::uint32_t kAgreeingPoses = 10;
-constexpr core::Duration kAgreeingFor = milliseconds(500);  // longer than the ladder waits: a jump is for the operator
+constexpr core::Duration kAgreeingFor = milliseconds(500);  // longer than the ladder waits: the operator handles a jump
 constexpr std::uint32_t kAgreeingAfterDropout = 3;
 constexpr double kFastestFlight_m_s = 6.0;
 constexpr double kAgreement_m = 0.03;
@@ -33,8 +33,8 @@ core::Vector<Real, 3> DisturbanceEkf<S, Real>::velocity_since_first(const core::
   return velocity * static_cast<Real>(kTimeUnit_s);
 }
 
-/// The filter begins with the first pose that is kBaseline younger than another one that it agrees with: a vehicle that
-/// is already flying has a velocity.
+/// Starts the filter with the first pose that is kBaseline younger than an earlier one that it agrees with: a vehicle
+/// that is already flying has a velocity.
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::begin(const core::Pose<Real>& pose) {
   using Number = core::Arithmetic<S>;

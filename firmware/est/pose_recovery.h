@@ -4,8 +4,7 @@
 #include "firmware/core/maths.h"
 #include "firmware/core/time.h"
 
-// What disturbance_ekf.cpp (the tick), pose_use.cpp (a pose) and pose_recovery.cpp (beginning, and beginning again)
-// must agree on.
+// Shared by disturbance_ekf.cpp (the tick), pose_use.cpp (the use of a pose) and pose_recovery.cpp (start and restart).
 namespace m100::est {
 
 inline constexpr core::Duration kDropout = std::chrono::milliseconds(500);

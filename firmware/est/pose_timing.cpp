@@ -8,19 +8,19 @@
 namespace m100::est {
 namespace {
 
-// Before motion has told: where the clocks were compared, a sender's stamp is taken at its word to 20 ms, or as far as
-// the comparison goes; else poses are some 30 ms old.
+// Prior before any motion: where the clocks were compared, the sender's time stamp is right within 20 ms, or within the
+// bound of the comparison if that is larger; otherwise poses are some 30 ms old.
 constexpr double kToldSigma_s = 0.020;
 constexpr double kUntold_s = 0.030;
 constexpr double kUntoldSigma_s = 0.040;
-constexpr double kOldest_s = 0.25;         // that PoseLatency reckons with
-constexpr double kSlew = 0.02;             // seconds a second
-constexpr double kLeftOfJitter_s = 0.002;  // after PoseClock
-constexpr double kRawSigma_s = 0.015;      // without it
-constexpr float kLeastRises = 1e-5F;       // s a pose
+constexpr double kOldest_s = 0.25;         // largest latency of PoseLatency
+constexpr double kSlew = 0.02;             // seconds per second
+constexpr double kLeftOfJitter_s = 0.002;  // jitter that PoseClock leaves
+constexpr double kRawSigma_s = 0.015;      // jitter without PoseClock
+constexpr float kLeastRises = 1e-5F;       // s per pose
 constexpr float kFarLater_s = 0.010F;      // than the jitter known so far
-constexpr std::uint32_t kChanged = 4;      // such poses in a row: beyond a 99th percentile chance does that never
-constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // of them: what has piled up has come by then
+constexpr std::uint32_t kChanged = 4;      // such poses in a row: chance never exceeds a 99th percentile so often
+constexpr core::Duration kNoQueue = std::chrono::milliseconds(300);  // duration of them: a queue has drained by then
 
 }  // namespace
 
@@ -35,8 +35,8 @@ void PoseTiming<T>::note_attitude(const Measurement<T>& measured, T yaw_rad) {
                              measured.push.is_known ? tilted_m_s2 + measured.push.now_w_m_s2 : tilted_m_s2);
 }
 
-/// Where the way of the poses becomes worse for good, what counts as fresh must follow within the time of a coast.
-/// Poses that have piled up behind a pause come late in a row, too, and tell nothing about those behind them.
+/// Where the transport of the poses becomes worse for good, the limit of freshness must follow within the time of a
+/// COAST. Poses that queued up during a pause also come late in a row, and say nothing about the poses after them.
 template <typename T>
 void PoseTiming<T>::note_jitter(float late_s) {
   const bool is_far = late_s > jitter_.value_s() + kFarLater_s;

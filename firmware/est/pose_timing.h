@@ -8,28 +8,29 @@
 
 namespace m100::est {
 
-/// What was found about the way of a pose, from its capture until it is here.
+/// Properties of the path of a pose from its capture to its arrival.
 template <typename T>
 struct PoseTimingReport {
-  core::Duration least{0};     ///< the latency that every pose has
-  core::Duration jitter{0};    ///< on top of it: 99th percentile
+  core::Duration least{0};     ///< constant latency, which every pose has
+  core::Duration jitter{0};    ///< in addition: 99th percentile
   core::Duration interval{0};  ///< between two captures; zero: not known yet
-  core::Duration untold{0};    ///< how much older than told the poses are
-  T sigma_s{0};                ///< of that
-  bool observable = false;     ///< motion has told it to 10 ms; else it is what was believed before
-  float drift = 0.F;           ///< of our clock against the sender's, as a share
+  core::Duration untold{0};    ///< from capture to the arrival without jitter, as applied
+  T sigma_s{0};                ///< standard error of `untold`
+  bool observable = false;     ///< motion has determined it to 10 ms; otherwise it is the prior
+  float drift = 0.F;           ///< of our clock against the sender's, as a ratio
 };
 
-/// Says when poses were captured, on our clock, from when they came, their sender's stamps, and what the inertial
-/// sensors saw: jitter by PoseClock, the constant rest by PoseLatency. Where both sides have compared their clocks,
-/// that is what is believed of the rest beforehand, as far as unequal ways there and back allow; motion decides. What
-/// is found is taken over at 20 ms a second, so that a pose in motion never jumps. T is float or double.
+/// Determines when poses were captured, on our clock, from their times of arrival, their sender's time stamps and the
+/// inertial measurements: PoseClock removes the jitter, PoseLatency finds the constant latency. Where both sides have
+/// compared their clocks, the result is the prior of that latency, as far as unequal delays in the two directions
+/// allow; motion decides. The latency that is found is applied at 20 ms a second, so that a pose in motion never jumps.
+/// T is float or double.
 template <typename T>
 class PoseTiming {
  public:
-  /// Before the observer, once per tick. Sets the capture of a new pose and the uncertainty of its time.
-  /// What the force shows beside the tilt (Measurement::push) counts as acceleration, where it is known: without it a
-  /// tilt that only answers a gust or drag looks like a motion that came 10 to 30 ms earlier or later.
+  /// Before the observer, once per tick. Sets the time of capture of a new pose and its uncertainty. The part of the
+  /// force that the tilt does not explain (Measurement::push) counts as acceleration, where it is known: without it a
+  /// tilt that only balances a gust or drag looks like a motion 10 to 30 ms earlier or later.
   /// @param yaw_rad as estimated in the tick before
   void update(Measurement<T>& measured, T yaw_rad);
   const PoseTimingReport<T>& report() const { return report_; }
@@ -43,11 +44,11 @@ class PoseTiming {
   PoseClock clock_;
   PoseLatency<T> latency_;
   Quantile jitter_{0.99F, 1e-3F};
-  float least_of_run_s_ = 0.F;  ///< of those in a row that came far later than jitter_
+  float least_of_run_s_ = 0.F;  ///< smallest lateness in the run of poses far later than jitter_
   std::uint32_t run_ = 0;
   core::TimePoint run_since_{};
   PoseTimingReport<T> report_;
-  T applied_s_{0};  ///< of the latency beyond what is told
+  T applied_s_{0};  ///< applied part of `untold`
   core::TimePoint last_{};
   float least_s_ = 0.F;  ///< from the capture without jitter to the arrival
   bool begun_ = false;

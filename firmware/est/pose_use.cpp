@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a pose counts for, whether it passes the gate, and what it then does to the state.
+// Weight of a pose, its gate, and its correction of the state.
 #include <type_traits>
 
 #include "firmware/core/maths.h"
@@ -11,16 +11,16 @@ namespace m100::est {
 namespace {
 
 constexpr double kYawGate_rad = 0.35;
-constexpr double kUnseenAcceleration_m_s2 = 3.0;  // how much the wind may change while no pose comes
-constexpr double kLearns_s = 0.15;                // one over the bandwidth by which poses teach the observer a push
-/// Under poses that are wrong by more than this, which a speed times an unknown latency is, the filter's own sigma of
-/// position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost how its errors go together
-/// shares innovations out with the wrong sign, and the velocity runs away with the poses in view. By the Riccati
-/// equation of position, velocity and disturbance with the default vehicle's noise, poses of 30 mm leave at most 21 (at
-/// 30 Hz, 0.14 s old).
+constexpr double kUnseenAcceleration_m_s2 = 3.0;  // largest change of the wind while no pose comes
+constexpr double kLearns_s = 0.15;                // time constant with which the observer learns a push from poses
+/// Most of the pose error by speed times an unknown latency that the filter counts. With more, the filter's own sigma
+/// of position would meet its ceiling: ten times its scale, 39 mm. A covariance that has lost its correlations
+/// distributes innovations with the wrong sign, and the velocity diverges although poses come. By the Riccati equation
+/// of position, velocity and disturbance with the default vehicle's noise, poses of 30 mm leave a sigma of at most
+/// 21 mm (at 30 Hz, 0.14 s old).
 constexpr double kMostWay_m = 0.03;
 
-/// What the gate says of a pose, on the axis that is farthest beyond it.
+/// The refusal of a pose, on the axis on which it exceeds the gate most.
 template <typename Real, typename... Tests>
 Refusal<Real> refusal_of(Real turned_rad, Real unseen_m, const Tests&... tests) {
   Refusal<Real> worst{.turned_rad = turned_rad < Real(0) ? -turned_rad : turned_rad};
@@ -94,11 +94,11 @@ void DisturbanceEkf<S, Real>::use_pose(const core::Pose<Real>& pose) {
   const Real dropout_s = core::seconds<Real>(since_pose_);
   constexpr Real kHalf_m_s2 = static_cast<Real>(0.5 * kUnseenAcceleration_m_s2);
   const Real unseen = kHalf_m_s2 * (dropout_s * dropout_s + static_cast<Real>(kLearns_s * kLearns_s));
-  // After a long dropout the covariance has met its ceiling and a large innovation would be shared out wrongly: what is
-  // not inside the sigmas goes to judge_refused().
+  // After a long dropout the covariance has met its ceiling, and a large innovation would be distributed wrongly: a
+  // pose that is not inside the sigmas goes to judge_refused().
   const bool long_dropout = since_pose_ > kDropout;
   if (long_dropout && ceilings_met() != ceilings_at_pose_) {
-    judge_refused(pose, age);  // inside the sigmas or not: how the errors go together is no longer known
+    judge_refused(pose, age);  // inside the sigmas or not: the correlations of the errors are no longer known
     return;
   }
   const Real unseen_m = long_dropout ? Real(0) : unseen;

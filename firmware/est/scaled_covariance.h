@@ -19,7 +19,7 @@ constexpr void unroll([[maybe_unused]] F&& f) {
   (std::make_integer_sequence<int, kCount>{});
 }
 
-/// What a covariance had to do to stay one. All counters are health outputs.
+/// Repairs that kept a covariance valid. All counters are health outputs.
 struct CovarianceHealth {
   std::uint32_t floors = 0;       ///< variances raised to the floor
   std::uint32_t ceilings = 0;     ///< sigmas halved at the ceiling
@@ -27,12 +27,12 @@ struct CovarianceHealth {
   std::uint32_t saturations = 0;  ///< fixed point only: stores that did not fit
 };
 
-/// Covariance of kN states in powers-of-two units: entry (i, j) stands for P_ij / (2^e_i 2^e_j). With e_i near the
-/// logarithm of the steady-state sigma every entry is near 1, and 32 bits hold it as well as a float does; unscaled,
-/// the smallest entries drown in rounding and positivity is lost. Transition matrices and measurement rows come in the
-/// same units: phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
+/// Covariance of kN states in power-of-two units: entry (i, j) is P_ij / (2^e_i 2^e_j). With 2^e_i near the
+/// steady-state sigma every entry is near 1, and 32 bits hold it as well as a float does; unscaled, the smallest
+/// entries vanish in rounding and positivity is lost. Transition matrices and measurement rows use the same units:
+/// phi_ij 2^(e_j - e_i), h_j 2^(e_j - e_m).
 ///
-/// Only the lower triangle exists, so symmetry is not a matter of rounding. Every coefficient must be below 8 in size.
+/// Only the lower triangle is stored, so the matrix is always symmetric. Every coefficient must be below 8 in size.
 /// Invariants: each variance lies in [kFloor, kCeiling]; check() restores positivity.
 template <typename S, int kN>
 class ScaledCovariance {
@@ -60,7 +60,7 @@ class ScaledCovariance {
 
   S operator()(int row, int col) const { return row >= col ? p_[packed(row, col)] : p_[packed(col, row)]; }
 
-  /// Forgets what state i has to do with the others and gives it a variance.
+  /// Sets the covariances of state i with the other states to zero, and its variance to `variance`.
   void decouple(int i, double variance) {
     M100_ASSERT(i >= 0 && i < kN && variance > 0.0);
     for (int j = 0; j < kN; ++j) {
@@ -69,8 +69,8 @@ class ScaledCovariance {
     at(i, i) = arithmetic_.template number<double>(variance);
   }
 
-  /// P <- phi P phi' + diag(q). Shape::kRows says per row which entries of phi are 0, 1 or x (free); a row that is only
-  /// its own 1 costs nothing.
+  /// P <- phi P phi' + diag(q). Shape::kRows says for each row which entries of phi are 0, 1 or x (any value); a row of
+  /// the identity matrix costs nothing.
   template <typename Shape>
   void predict(const Matrix& phi, const Column& q);
 
@@ -81,8 +81,8 @@ class ScaledCovariance {
   /// P <- P - (P h')(P h')' / s. @returns the gain in scaled units.
   Column update(const Projection& projection);
 
-  /// Floors and positivity (pivots of L D L'), and the answer to a loss: all correlations shrink by a quarter, which
-  /// keeps every variance and moves the matrix towards its (positive) diagonal.
+  /// Enforces the floors and checks positivity (pivots of L D L'). When positivity is lost, all correlations shrink by
+  /// a quarter, which keeps every variance and moves the matrix towards its (positive) diagonal.
   void check();
 
   CovarianceHealth health() const {
@@ -258,7 +258,7 @@ bool ScaledCovariance<S, kN>::is_positive() {
         l[i][j] = arithmetic_.quotient(c[packed(i, j)], c[packed(j, j)]);
       }
     });
-    // Past a bad pivot the rest is meaningless but bounded.
+    // After a bad pivot the following entries are meaningless but bounded.
     if (!(c[packed(i, i)] > S{})) {
       positive = false;
       c[packed(i, i)] = arithmetic_.template number<double>(1.0);

@@ -8,14 +8,14 @@ namespace m100::est {
 namespace {
 
 /// After a manoeuvre the autopilot corrects its own attitude, by up to 0.02 rad in a second or two (measured logs),
-/// which no rate tells: what a quarter of a second leaves of it is 0.002 rad. Attitude and rates may be two ticks
-/// apart, and a tenth of the turn apart in scale. In both measured logs the sum then reaches 0.18 s of the 0.5 s.
+/// which no rate shows: a memory of a quarter of a second leaves 0.002 rad of it. Attitude and rates may be two ticks
+/// apart in time, and a tenth apart in scale. In both measured logs the sum then reaches 0.18 s of the 0.5 s.
 constexpr double kCorrected_rad = 0.002, kMemory_s = 0.25, kRatesLate_s = 0.02, kRatesShare = 0.1;
 constexpr double kTurnedLately_s = 1.0;
 constexpr double kAttitudeGap_s = 0.05;
-constexpr double kSane2 = 1e6;  ///< a sum that is not a number would contradict nothing for good
+constexpr double kSane2 = 1e6;  ///< a sum that is not finite would never raise an alarm again
 
-constexpr double kShortest_s = 1e-3;  ///< between two attitudes that are a turn, and not two at once
+constexpr double kShortest_s = 1e-3;  ///< least time between two attitudes that is used as a divisor
 
 template <typename T>
 T larger(T a, T b) {
@@ -62,8 +62,8 @@ void TiltCheck<T>::update(const Felt<T>& felt, T step_s) {
   unturned_rad_ += gained_rad - told_rad - unturned_rad_ * fades;
   turned_rad_ += told_rad - turned_rad_ * fades;
   const T forgets = T(1) - passed_s * static_cast<T>(1.0 / kTurnedLately_s);
-  // Only a turn that both tell excuses a difference: rates that scatter make none of them late. Two ticks apart, both
-  // still tell 0.8 of the fastest turn of 10 Hz.
+  // Only a turn that attitude and rates both show excuses a difference: noisy rates alone are no sign of a delay. Two
+  // ticks apart, both still show 0.8 of the fastest turn at 10 Hz.
   const T known_s = larger(passed_s, static_cast<T>(kShortest_s));
   const T told2 = smaller(rate_rad_s.squaredNorm(), gained_rad.squaredNorm() / (known_s * known_s));
   const T turned2 = smaller(turned_rad_.squaredNorm(), (turned_rad_ + unturned_rad_).squaredNorm());

@@ -7,15 +7,16 @@
 
 namespace m100::est {
 
-/// Holds the autopilot's attitude against the autopilot's rates. No pose is needed, and none is contradicted.
+/// Compares the autopilot's attitude with the autopilot's rates. It needs no pose, and it contradicts none.
 ///
-///   e' = tilt' - what the rates make of it - e / 0.25 s     roll and pitch together
+///   e' = tilt' - (tilt rate from the body rates) - e / 0.25 s     roll and pitch together
 ///
-/// |e| is weighed by what is allowed and summed (Evidence); the bounds stand in the source. A tilt that stands still,
-/// is in other units or has other axes than its rates is found; where both are wrong alike, nothing is.
+/// |e| is weighed by its allowed value and summed (Evidence); the bounds stand in the source. The check finds a tilt
+/// that stands still, has other units or has other axes than its rates. It finds nothing where both are wrong in the
+/// same way.
 ///
-/// Fifteen numbers; no heap. Cost: three square roots and about 40 products an attitude, beside the sines of its
-/// angles, which all that look at it share. T is float or double.
+/// Fifteen numbers; no heap. Cost: three square roots and about 40 products an attitude, plus the shared sines and
+/// cosines of its angles. T is float or double.
 template <typename T>
 class TiltCheck {
  public:
@@ -24,20 +25,20 @@ class TiltCheck {
 
   /// Attitude and rates contradict each other.
   bool contradicts() const { return evidence_.suffices(); }
-  /// By how much they differ, and what is allowed; rad.
+  /// The difference of the two, and its allowed value; rad.
   T apart_rad() const { return apart_rad_; }
   T allowed_rad() const { return allowed_rad_; }
 
  private:
   using Vector2 = core::Vector<T, 2>;
 
-  T age_s_{1};                                 ///< how long ago the newest attitude came
+  T age_s_{1};                                 ///< since the newest attitude came
   Vector2 tilt_rad_ = Vector2::Zero();         ///< roll and pitch of the newest attitude
-  Vector2 tilt_rate_rad_s_ = Vector2::Zero();  ///< what its rates make of them
-  Vector2 unturned_rad_ = Vector2::Zero();     ///< tilt that was gained without the rates, leaky
-  Vector2 turned_rad_ = Vector2::Zero();       ///< with them, likewise
-  T fastest_rad_s_{0};                         ///< of the rates, lately
-  T farthest_rad_{0};                          ///< of turned_rad_, lately
+  Vector2 tilt_rate_rad_s_ = Vector2::Zero();  ///< their rates of change, from the body rates
+  Vector2 unturned_rad_ = Vector2::Zero();     ///< change of tilt that the rates do not explain, leaky sum
+  Vector2 turned_rad_ = Vector2::Zero();       ///< change of tilt that the rates imply, leaky sum
+  T fastest_rad_s_{0};                         ///< largest recent rate
+  T farthest_rad_{0};                          ///< largest recent turned_rad_
   Evidence<T> evidence_;
   T apart_rad_{0};
   T allowed_rad_{0};

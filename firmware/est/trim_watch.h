@@ -14,26 +14,26 @@ struct TrimCounts {
   T pitch{0};
 };
 
-/// How far the sticks' balancing points have moved from the vehicle file's, in counts (paper, III-A: 1080 and 998 where
+/// Deviation of the sticks' balancing points from the vehicle file's, in counts (paper, III-A: 1080 and 998 where
 /// neutral is 1024; they drift with the aircraft's own levelling).
 template <typename T>
 struct TrimReport {
   T roll_counts{0};
   T pitch_counts{0};
-  bool settled = false;  ///< enough hover was seen
+  bool settled = false;  ///< enough hover was observed
   bool drifted = false;  ///< settled, and one of them is beyond the limit
 };
 
-/// The observer's input offset, seen over hover: what is left of the command when the aircraft stands level in still
-/// air. In flight the offset takes in errors of the command gain too; that is why only hover counts. Told, never acted
-/// upon: the control law already flies with the offset itself.
+/// Averages the observer's input offset in hover: the command that remains when the aircraft stands level in still air.
+/// In motion the offset includes errors of the command gain too, so only hover counts. The result is reported, never
+/// acted upon: the control law already compensates the offset itself.
 ///
 /// Memory: eight numbers. Cost: a sine, a cosine and some ten products.
 template <typename T>
 class TrimWatch {
  public:
   static constexpr T kTimeConstant_s = T(5);
-  static constexpr T kSettled_s = T(10);  ///< of hover, not necessarily at a stretch
+  static constexpr T kSettled_s = T(10);  ///< of hover, in total
   static constexpr T kLimit_counts = T(15);
   static constexpr T kStill_m_s = T(0.2);
 
@@ -41,13 +41,14 @@ class TrimWatch {
       : roll_counts_per_rad_(static_cast<T>(1.0 / vehicle.roll.scale_per_count)),
         pitch_counts_per_rad_(static_cast<T>(1.0 / vehicle.pitch.scale_per_count)) {}
 
-  /// Once per tick. @param holds the reference stands still and the commands are ours.
+  /// Once per tick.
+  /// @param holds the reference stands still and the commands are ours
   void update(const Estimate<T>& estimate, bool holds, T step_s) {
     now_ = counts(estimate, estimate.x.input_offset_rad, estimate.y.input_offset_rad);
     if (!holds || !estimate.healthy || !still(estimate.x.velocity_m_s) || !still(estimate.y.velocity_m_s)) {
       return;
     }
-    // A mean at first, a first-order lag from its time constant on: no value to start from is guessed.
+    // A plain mean until the time constant has passed, a first-order low-pass after that: it needs no initial value.
     hover_s_ = hover_s_ < kSettled_s ? hover_s_ + step_s : hover_s_;
     const T share = step_s / (hover_s_ < kTimeConstant_s ? hover_s_ : kTimeConstant_s);
     report_.roll_counts += share * (now_.roll - report_.roll_counts);
@@ -57,18 +58,18 @@ class TrimWatch {
   }
 
   const TrimReport<T>& report() const { return report_; }
-  /// The sticks, in counts beside the vehicle file's balancing points, that hold the place: against the input offset,
-  /// and leaning against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
+  /// Sticks that hold the position, in counts from the vehicle file's balancing points: they cancel the input offset
+  /// and lean against the disturbance (a = g u + d, so u = -d / g). Without the dead zone.
   TrimCounts<T> holding(const Estimate<T>& estimate) const {
     constexpr T kPerGravity = static_cast<T>(1.0 / model::kGravity_m_s2);
     return counts(estimate, estimate.x.input_offset_rad + kPerGravity * estimate.x.disturbance_m_s2,
                   estimate.y.input_offset_rad - kPerGravity * estimate.y.disturbance_m_s2);
   }
-  /// The input offset of this tick, hover or not, as counts on the sticks.
+  /// The input offset of this tick as stick counts, whether in hover or not.
   const TrimCounts<T>& now() const { return now_; }
 
  private:
-  // Offsets of the yaw-free frame, turned into the body's: a = g (x, -y) forward and left of the world.
+  // Turns offsets from the yaw-free frame into the body frame; a = g (x, -y) in the world's x and y.
   TrimCounts<T> counts(const Estimate<T>& estimate, T x_rad, T y_rad) const {
     const T sine = core::sin(estimate.yaw_rad);
     const T cosine = core::cos(estimate.yaw_rad);

@@ -3,8 +3,8 @@
 
 namespace m100::est {
 
-/// The filter counts time in units of 0.64 s, so that one tick of 10 ms is 2^-6 and every coefficient that stems from
-/// integration alone (T, T^2/2) is a power of two, exact in fixed point. Lengths are metres, angles radians.
+/// The filter counts time in units of 0.64 s, so that one tick of 10 ms is 2^-6 and every coefficient of pure
+/// integration (T, T^2/2) is a power of two, exact in fixed point. Lengths are in metres, angles in radians.
 inline constexpr double kTimeUnit_s = 0.64;
 inline constexpr int kTickExponent = -6;
 inline constexpr double kTick_s = 0.01;

@@ -85,7 +85,7 @@ template <typename S>
 void YawFilter<S>::correct(S innovation, const Age<S>& age) {
   auto& a = covariance_.arithmetic();
   typename Covariance::Column h{};
-  h[1] = a.narrow(a.scaled(a.widen(age.units), kBiasShift));  // the past of the bias, which the gyro has carried
+  h[1] = a.narrow(a.scaled(a.widen(age.units), kBiasShift));  // the bias has acted on the prediction during the age
   const auto gain = covariance_.update(covariance_.template project<MeasuresYaw>(h, variance_));
   yaw_ = wrapped(a.narrow(a.widen(yaw_) + a.product(gain[0], innovation)));
   const auto correction = a.scaled(a.product(gain[1], innovation), kBiasShift);

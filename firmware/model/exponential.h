@@ -8,7 +8,7 @@
 
 namespace m100::model {
 
-/// A square matrix that is small and of fixed size, row-major: entry (row, col) is [row * kSize + col].
+/// A small square matrix of fixed size, row-major: entry (row, col) is [row * kSize + col].
 template <typename Real, std::size_t kSize>
 using SquareMatrix = std::array<Real, kSize * kSize>;
 
@@ -25,7 +25,7 @@ constexpr Matrix matrix_product(const Matrix& left, const Matrix& right) {
   return out;
 }
 
-/// The largest sum of the sizes of a row's entries.
+/// Maximum over the rows of the sum of absolute entries.
 template <std::size_t kSize, typename Matrix>
 constexpr typename Matrix::value_type row_sum_norm(const Matrix& matrix) {
   using Real = typename Matrix::value_type;
@@ -42,15 +42,15 @@ constexpr typename Matrix::value_type row_sum_norm(const Matrix& matrix) {
 }
 
 inline constexpr int kMostHalvings = 24;
-/// 1 / 24! is 2e-24, below the last bit of every sum, long double's included.
+/// 1 / 24! is 2e-24, below the last bit of every sum, also in long double.
 inline constexpr int kExponentialTerms = 24;
 
-/// e^matrix: the Taylor series of the matrix halved until its row sums are at most `series_norm`, then squared as
+/// e^matrix: halves the matrix until its row sums are at most `series_norm`, sums its Taylor series, then squares it as
 /// often. The only matrix exponential of the project: the observer, the residual monitor and the tables of the MPC
-/// discretise with it, on the target in double, where tables are made in long double. By + - * / alone, hence alike on
-/// every machine (promise R6). Requires row sums of at most 2^kMostHalvings times series_norm. Any series_norm up to 1
-/// gives the same number but for its last bits. Cost: kExponentialTerms products of kSize x kSize and one for each
-/// halving; before the first tick only.
+/// discretise with it, on the target in double, for the tables in long double. It uses only + - * /, so it gives the
+/// same bits on every machine (promise R6). Requires row sums of at most 2^kMostHalvings times series_norm. Any
+/// series_norm up to 1 gives the same number except for its last bits. Cost: kExponentialTerms products of kSize x
+/// kSize and one for each halving; before the first tick only.
 template <std::size_t kSize, typename Real>
 constexpr SquareMatrix<Real, kSize> exponential(SquareMatrix<Real, kSize> matrix, Real series_norm = Real(1)) {
   M100_ASSERT(series_norm > Real(0) && series_norm <= Real(1));
@@ -61,7 +61,7 @@ constexpr SquareMatrix<Real, kSize> exponential(SquareMatrix<Real, kSize> matrix
       entry /= Real(2);
     }
   }
-  M100_ASSERT(row_sum_norm<kSize>(matrix) <= series_norm);  // neither too large nor without a value
+  M100_ASSERT(row_sum_norm<kSize>(matrix) <= series_norm);  // neither too large nor NaN
   SquareMatrix<Real, kSize> term{};
   for (std::size_t i = 0; i < kSize; ++i) {
     term[i * kSize + i] = Real(1);

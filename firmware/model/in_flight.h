@@ -6,15 +6,15 @@
 
 namespace m100::model {
 
-/// Who takes care of an effect in flight, once it has been identified.
+/// Which part handles an effect in flight, once it has been identified.
 enum class InFlight : std::uint8_t {
-  kInvertedAtTheStick,  ///< the stick map sends what cancels it
+  kInvertedAtTheStick,  ///< the stick map inverts it
   kInThePrediction,     ///< the estimator and the controller's model contain it
   kLeftToTheObserver,   ///< it appears as a disturbance, which the observer estimates
-  kNowhere,             ///< it belongs to the log or to another loop: the horizontal controller does nothing about it
+  kNowhere,             ///< it belongs to the log or to another loop: the horizontal controller does not handle it
 };
 
-/// The same as the end of a sentence for a reader.
+/// The same as the end of a sentence, for reports.
 constexpr std::string_view words(InFlight who) {
   switch (who) {
     case InFlight::kInvertedAtTheStick:

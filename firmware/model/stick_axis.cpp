@@ -7,7 +7,7 @@
 namespace m100::model {
 namespace {
 
-/// Where the exponent and the mantissa stand in a number's bits, and how many terms of the series below count.
+/// Positions of exponent and mantissa in the bits of a number, and the order of the series below.
 template <typename Real>
 struct Layout;
 template <>

@@ -8,19 +8,19 @@
 
 namespace m100::model {
 
-/// How a dead zone passes what is outside of it.
+/// How a dead zone maps a stick outside of it.
 enum class DeadZoneShape : std::uint8_t {
   kContinuous,  ///< counted from the edge: f(u) = sign(u) (|u| - w) for |u| > w
   kJump,        ///< f(u) = u for |u| > w
 };
 
-/// One axis of the autopilot as it answers to its stick: what the controller believes, what the simulated world has,
-/// and what identification fits. The unit of the axis is rad (roll, pitch), rad/s (yaw rate) or m/s (climb speed).
+/// Parameters of one axis of the autopilot and its response to its stick, for the controller's model, the simulated
+/// world and identification. The unit of the axis is rad (roll, pitch), rad/s (yaw rate) or m/s (climb speed).
 ///
 /// Stick to command: StickLaw. Command a to response y:
 ///   second order: y'' = w^2 (a + lead_zero a' - y) - 2 z w y', a the command of transport_delay_s ago
 ///   first order : y'  = (a - y) / time_constant_s
-/// An axis is of first order if and only if time_constant_s > 0. A number at its default is an effect that is absent.
+/// An axis is of first order if and only if time_constant_s > 0. A number at its default: no such effect.
 struct StickAxis {
   double scale_per_count = 0.0;  ///< unit of the axis per count
   double time_constant_s = 0.0;
@@ -34,25 +34,25 @@ struct StickAxis {
   double tilt_limit = 0.0;             ///< limit of the vector of both axes' commands, unit of the axis
   double other_scale_per_count = 0.0;  ///< scale of the other axis, for the tilt limit; 0: the same as this one's
   double rate_limit_per_s = 0.0;       ///< |y'| limit
-  double command_slew_per_s = 0.0;     ///< |a'| limit: the other place where a rate may be limited
+  double command_slew_per_s = 0.0;     ///< |a'| limit: alternative place of a rate limit
   double gain_asymmetry = 1.0;         ///< gain for positive over gain for negative sticks; their mean is the scale
-  double trim_counts = 0.0;            ///< balancing point minus 1024; taken from the stick before the dead zone
+  double trim_counts = 0.0;            ///< balancing point minus 1024; subtracted from the stick before the dead zone
   double stick_exponent = 1.0;         ///< f(u) = sign(u) 660 (|u| / 660)^exponent
-  double backlash_counts = 0.0;        ///< half width of the stick's play
+  double backlash_counts = 0.0;        ///< half width of the stick's backlash
   double gain_drift_per_minute = 0.0;
-  double cross_axis = 0.0;  ///< share of the other axis' stick that arrives here
+  double cross_axis = 0.0;  ///< share of the other axis' stick that is added to this axis
 
   constexpr bool is_first_order() const { return time_constant_s > 0.0; }
   constexpr bool is_identified() const { return time_constant_s > 0.0 || natural_frequency_rad_s > 0.0; }
 };
 
-/// x^exponent for 0 <= x <= 8, 0.1 <= exponent <= 10, by + - * / alone (promise R6). Relative error below 1e-12.
+/// x^exponent for 0 <= x <= 8, 0.1 <= exponent <= 10, by + - * / only (promise R6). In double good to 1e-11.
 template <typename Real>
 Real power(Real x, Real exponent);
 
-/// Stick counts to command in the unit of the axis: everything before delay and dynamics, one function for each part of
-/// the way. The residual monitor and identification take command(), sample by sample; the simulated aircraft takes the
-/// parts, because its delay lies between them.
+/// Converts stick counts to a command in the unit of the axis: everything before delay and dynamics, one function for
+/// each stage. The residual monitor and identification call command(), sample by sample; the simulated aircraft calls
+/// the stages, because its delay lies between them.
 ///
 ///   v = moved(u)                                            u stick in counts from neutral
 ///   c = drifted(shaped(v) + leak of the other stick, t)     t = 0: no drift yet
@@ -78,7 +78,7 @@ class StickLaw {
         saturation_(real(axis.saturation)),
         slew_per_sample_(real(axis.command_slew_per_s) * sample_period_s) {}
 
-  /// The whole law: the command of the next sample. Sticks are counts from neutral.
+  /// All stages: the command of the next sample. Sticks are counts from neutral.
   Real command(Real stick_counts, Real other_counts, Real t_s) {
     const Real counts = moved(stick_counts);
     Real command = drifted(shaped(counts) + leak_per_count_ * other_counts, t_s);
@@ -98,12 +98,13 @@ class StickLaw {
     return command;
   }
 
-  /// Forgets the past: the stick has always been at `stick_counts`.
+  /// Resets the state as if the stick had always been at `stick_counts`.
   void rest_at(Real stick_counts) {
     play_counts_ = stick_counts;
     started_ = true;
   }
-  /// What keeps a memory of the stick's motion. @returns counts that go on.
+  /// The stage with memory: backlash.
+  /// @returns the counts after it
   Real moved(Real stick_counts) {
     if (!started_) {
       rest_at(stick_counts);
@@ -114,7 +115,8 @@ class StickLaw {
     }
     return stick_counts;
   }
-  /// What has no memory. @returns the command without drift and leak.
+  /// The stages without memory: trim, dead zone, stick curve and gain.
+  /// @returns the command without drift and leak
   Real shaped(Real counts) const {
     const Real shaped_counts = dead_zone_and_curve(counts - trim_counts_);
     return shaped_counts * (shaped_counts < Real(0) ? negative_gain_ : positive_gain_);

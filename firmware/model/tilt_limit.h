@@ -6,11 +6,11 @@
 
 namespace m100::model {
 
-/// Tangent of a tilt limit in rad, 0 to 0.7 (the range of the vehicle file's key): the slope of the thrust there. The
-/// controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height is
-/// gravity times the slope; so the box of the MPC ends here, and 25 degrees are 25 degrees.
+/// Tangent of a tilt limit in rad, 0 to 0.7 (the range of the vehicle file's key): the slope of the thrust at the
+/// limit. The controller's inputs are slopes, because the horizontal acceleration of an aircraft that keeps its height
+/// is gravity times the slope. The input bound of the MPC is therefore this slope, not the angle.
 ///
-/// A constant expression, which core::tan is not: the fence's braking is one. Within 1e-15 of the tangent.
+/// A constant expression, unlike core::tan; the braking of the fence needs one. Within 1e-15 of the tangent.
 constexpr double slope_at_limit(double tilt_limit_rad) {
   M100_ASSERT(tilt_limit_rad >= 0.0 && tilt_limit_rad <= 0.7);
   double sine = 0.0, cosine = 0.0, term = 1.0;
@@ -23,7 +23,7 @@ constexpr double slope_at_limit(double tilt_limit_rad) {
   return sine / cosine;
 }
 
-/// The largest horizontal acceleration at that tilt, air and tilt gain apart.
+/// The largest horizontal acceleration at that tilt, without drag, wind and tilt gain.
 constexpr double acceleration_at_limit_m_s2(double tilt_limit_rad) {
   return kGravity_m_s2 * slope_at_limit(tilt_limit_rad);
 }

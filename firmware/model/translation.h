@@ -7,14 +7,14 @@
 
 #include "firmware/core/assert.h"
 #include "firmware/model/translation_effect.h"
-// Made when the build is configured: it includes every effect of the folder `translation` and lists their types.
+// Generated when the build is configured: includes every effect of the folder `translation` and lists their types.
 #include "firmware/model/translation_list.h"
 
 namespace m100::model {
 
 namespace translation {
 
-/// The numbers of several effects as members of one struct.
+/// Combines the numbers of several effects as members of one struct.
 template <typename... Effects>
 struct Together : Effects... {};
 
@@ -27,7 +27,7 @@ struct Number {
   double high = 0.0;
   double neutral = 0.0;
   bool only_if_set = false;
-  int place = 0;  ///< in the file
+  int place = 0;  ///< position in the file
 };
 
 constexpr bool comes_before(const auto& a, const auto& b) { return a.place < b.place; }
@@ -44,7 +44,7 @@ constexpr std::array<Row, kCount> in_order(std::array<Row, kCount> rows) {
   return rows;
 }
 
-/// What the listed types declare, put together.
+/// The combined declarations of the listed types.
 template <typename List>
 struct Tables;
 
@@ -93,15 +93,15 @@ using All = Tables<Listed>;
 
 }  // namespace translation
 
-/// Every effect of translation, in the order of their places.
+/// Every effect of translation, in file order.
 inline constexpr auto kTranslationEffects = translation::All::effects();
 
-/// The numbers of all effects that a vehicle file has a place for, each a member with the name of its key. The
-/// simulated air has the same ones.
+/// The numbers of all effects that a vehicle file may hold, each a member with the name of its key. The simulated air
+/// has the same members.
 using TranslationNumbers = translation::All::Numbers;
 inline constexpr auto kEffectNumbers = translation::All::numbers();
 
-/// Horizontal motion as the controller believes it:
+/// The controller's model of horizontal motion:
 ///   v' = tilt_gain g tan(tilt) - drag(v - wind) + disturbance, about hover.
 struct Translation : TranslationNumbers {
   double mass_kg = 3.3;                         ///< paper, IV-A
@@ -111,7 +111,7 @@ struct Translation : TranslationNumbers {
   constexpr Translation with(std::string_view key, double value) const;
 };
 
-/// The section [translation] of a vehicle file, in its order.
+/// The keys of the section [translation] of a vehicle file, in file order.
 inline constexpr auto kTranslationNumbers = [] {
   using Number = translation::Number<Translation>;
   std::array<Number, kEffectNumbers.size() + 2> rows{};
@@ -136,7 +136,7 @@ constexpr Translation Translation::with(std::string_view key, double value) cons
   return out;
 }
 
-/// Null where there is none of that name.
+/// The effect of that name; null if there is none.
 constexpr const TranslationEffect* translation_effect(std::string_view name) {
   for (const TranslationEffect& effect : kTranslationEffects) {
     if (effect.name == name) {
@@ -158,7 +158,7 @@ constexpr bool simulated(std::string_view key) {
   return false;
 }
 
-/// The member whose key that is; the key must be one of kEffectNumbers.
+/// The value of the member with that key; the key must be one of kEffectNumbers.
 constexpr double number_of(const TranslationNumbers& numbers, std::string_view key) {
   for (const auto& number : kEffectNumbers) {
     if (number.key == key) {
@@ -169,8 +169,8 @@ constexpr double number_of(const TranslationNumbers& numbers, std::string_view k
   return 0.0;
 }
 
-/// What all outer forces that the numbers describe do to a vehicle, times `share`: the mass for which the numbers hold
-/// over the mass that is moved.
+/// Acceleration of a vehicle by all external forces that the numbers describe, times `share`: the mass for which the
+/// numbers hold over the actual mass.
 inline Acceleration outer_acceleration(const TranslationNumbers& numbers, const Moment& at, double share) {
   Acceleration sum{};
   for (const TranslationEffect& effect : kTranslationEffects) {

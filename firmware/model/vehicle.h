@@ -6,9 +6,9 @@
 
 namespace m100::model {
 
-/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has input 35:
-/// as much robustness as its delay-blind model could get. With the delay predicted, less is enough: `m100-lab gains
-/// --tune` chooses the input weight for a vehicle file by its margins; these are the values of a file that names none.
+/// Weights of the horizontal MPC (paper, Eq. 2), SI units: cost per m^2, (m/s)^2, rad^2. The paper's code has input 35,
+/// the robustness that its model without delay needed. With the delay predicted, less is enough: `m100-lab gains
+/// --tune` chooses the input weight for a vehicle file by its margins; these are the defaults of a vehicle file.
 struct MpcWeights {
   double position = 40.0;
   double velocity = 20.0;
@@ -17,7 +17,7 @@ struct MpcWeights {
   double input_rate = 0.3;
 };
 
-/// Noise the disturbance EKF assumes. Process noise as power density per second, measurement noise as sigma.
+/// Noise that the disturbance EKF assumes. Process noise as power density per second, measurement noise as sigma.
 struct EstimatorNoise {
   double position_process_m = 1e-4;         ///< per sqrt(s)
   double velocity_process_m_s = 0.001;      ///< per sqrt(s)
@@ -46,8 +46,8 @@ struct YawGain {
   double rate_limit_rad_s = 1.0;
 };
 
-/// What the controller believes about the aircraft: the vehicle file as numbers. Host and target share it; the target
-/// gets it as a constexpr object that `m100-lab gains` writes beside the tables.
+/// The controller's model of the aircraft: the numbers of the vehicle file. Host and target share it; on the target it
+/// is a constexpr object that `m100-lab gains` writes beside the tables.
 struct Vehicle {
   StickAxis roll{.scale_per_count = 8.65e-4};
   StickAxis pitch{.scale_per_count = 8.65e-4};
@@ -60,7 +60,7 @@ struct Vehicle {
   YawGain yaw;
 };
 
-/// Standard gravity as the benchmark and the paper's own code round it.
+/// Standard gravity, rounded as in the benchmark and the paper's own code.
 inline constexpr double kGravity_m_s2 = 9.8066;
 
 }  // namespace m100::model

@@ -12,7 +12,7 @@ constexpr std::size_t kRampPieces = 8;
 constexpr double kRampSteepest = 2.1875;  // of the ramp, at its middle: 140 / 64
 constexpr double kShortestCruise_s = 0.05;
 
-/// A time that divides into so many pieces of whole microseconds.
+/// Rounds a time so that it divides into `pieces` pieces of whole microseconds.
 double in_pieces(double time_s, std::size_t pieces) {
   const double count = static_cast<double>(pieces);
   return static_cast<double>(static_cast<std::int64_t>(time_s * 1e6 / count + 0.5)) * count / 1e6;
@@ -25,7 +25,7 @@ std::size_t at_least(std::size_t least, double wanted) {
 
 double size(double value) { return value < 0.0 ? -value : value; }
 
-/// Phase and its first three derivatives by time.
+/// Phase and its first three time derivatives.
 struct Phase {
   double p = 0.0, p1 = 0.0, p2 = 0.0, p3 = 0.0;
 };
@@ -43,7 +43,7 @@ Phase ramped(double s, double rate_rad_s, double ramp_s) {
           .p3 = rate_rad_s * bend / (ramp_s * ramp_s)};
 }
 
-/// Sine or cosine of n times the phase, by time: d/dt of f = g(p(t)) by the chain rule, g''' = -n^2 g'.
+/// Sine or cosine of n times the phase and its time derivatives: f = g(p(t)) by the chain rule, g''' = -n^2 g'.
 struct Swing {
   double value = 0.0, first = 0.0, second = 0.0, third = 0.0;
 };
@@ -79,7 +79,7 @@ bool usable(const Curve& curve) {
 
 CurveTimes::CurveTimes(const Curve& curve, double acceleration_m_s2) : curve_(curve) {
   const double total_rad = 2.0 * core::kPi * curve.turns;
-  // The place is fastest by phase at its beginning: a, or where the eight crosses itself.
+  // The largest derivative of the position by the phase is that at the beginning (the crossing of the eight).
   const double metres_per_rad =
       curve.eight ? core::sqrt(curve.a_m * curve.a_m + 4.0 * curve.b_m * curve.b_m) : curve.a_m;
   const double ramp_per_rate_s2 = kRampSteepest * metres_per_rad / acceleration_m_s2;
@@ -98,7 +98,7 @@ CurveTimes::CurveTimes(const Curve& curve, double acceleration_m_s2) : curve_(cu
     cruise_pieces_ = at_least(1, rate_rad_s_ * cruise_s_ / most_rad);
     cruise_s_ = in_pieces(cruise_s_, cruise_pieces_);
   }
-  rate_rad_s_ = total_rad / (ramp_s_ + cruise_s_);  // whole microseconds, and still the whole way
+  rate_rad_s_ = total_rad / (ramp_s_ + cruise_s_);  // corrects for the rounding to whole microseconds
 }
 
 double CurveTimes::end_s(std::size_t piece) const {
@@ -118,7 +118,7 @@ Node CurveTimes::at(double time_s) const {
   Phase phase{.p = rate_rad_s_ * (time_s - 0.5 * ramp_s_), .p1 = rate_rad_s_};
   if (time_s < ramp_s_) {
     phase = ramped(time_s / ramp_s_, rate_rad_s_, ramp_s_);
-  } else if (time_s > ramp_s_ + cruise_s_) {  // the same backwards
+  } else if (time_s > ramp_s_ + cruise_s_) {  // the ramp, time reversed
     const double left_s = end_s - time_s;
     phase = ramped((left_s > 0.0 ? left_s : 0.0) / ramp_s_, rate_rad_s_, ramp_s_);
     phase.p = total_rad - phase.p;

@@ -36,7 +36,7 @@ Form snap_form() {
   return w;
 }
 
-/// W in derivatives by time, for a piece of this duration.
+/// W for time derivatives, for a piece of this duration.
 Form timed(const Form& w, double duration_s) {
   std::array<double, 4> power{};
   power[0] = 1.0;
@@ -75,7 +75,8 @@ void subtract_product(Rows<kColumns>& into, const Block& by, const Rows<kColumns
   }
 }
 
-/// Gauss without exchange (the blocks are positive definite): upper and right become A^-1 upper, A^-1 right.
+/// Gaussian elimination without pivoting (the blocks are positive definite): upper and right become A^-1 upper and A^-1
+/// right.
 void solve(Block a, Block& upper, Right& right) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t r = 0; r < 3; ++r) {
@@ -105,7 +106,7 @@ struct NodeRows {
   Right right{};
 };
 
-/// The gradient by the inner derivatives of a node, from the snap of the pieces before and after it.
+/// The gradient with respect to the inner derivatives of a node, from the snap of the pieces before and after it.
 NodeRows rows_of(const Form& before, const Form& after, const Node& last, const Node& node, const Node& next) {
   NodeRows out;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -136,7 +137,7 @@ void minimise_snap(std::span<Node> nodes, std::span<const double> durations_s) {
   for (std::size_t n = 1; n < last; ++n) {
     NodeRows rows =
         rows_of(timed(w, durations_s[n - 1]), timed(w, durations_s[n]), nodes[n - 1], nodes[n], nodes[n + 1]);
-    if (n > 1) {  // eliminate what joins this node to the one before
+    if (n > 1) {  // eliminate the coupling to the previous node
       subtract_product(rows.diagonal, rows.lower, upper[n - 1]);
       subtract_product(rows.right, rows.lower, right[n - 1]);
     }

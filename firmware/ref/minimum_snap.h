@@ -10,11 +10,11 @@ namespace m100::ref {
 #ifdef M100_SMALL_MEMORY
 inline constexpr std::size_t kMaxNodes = 17;
 #else
-inline constexpr std::size_t kMaxNodes = 1025;  ///< about 200 kB of stack while they are solved
+inline constexpr std::size_t kMaxNodes = 1025;  ///< solving them takes about 200 kB of stack
 #endif
 inline constexpr std::size_t kDimensions = 4;  ///< x, y, z, yaw
 
-/// A point that the course passes, with the derivatives by time that the optimum gives it.
+/// A point of the course, with its time derivatives in the optimum.
 struct Node {
   std::array<double, kDimensions> position{};
   std::array<double, kDimensions> velocity{};
@@ -22,8 +22,8 @@ struct Node {
   std::array<double, kDimensions> jerk{};
 };
 
-/// Fills velocity, acceleration and jerk of the inner nodes so that the integral of the squared snap is least; the ends
-/// are at rest. durations_s[i] > 0 is the time from node i to node i + 1.
+/// Sets velocity, acceleration and jerk of the inner nodes so that the integral of the squared snap is minimal; the
+/// ends are at rest. durations_s[i] > 0 is the time from node i to node i + 1.
 ///
 /// The snap of a piece of duration T is a quadratic form in its end states d: T^-7 d~' W d~, d~_k = d_k T^k. Setting
 /// the gradient by the inner derivatives to zero gives a block tridiagonal system of 3 x 3 blocks (the unconstrained

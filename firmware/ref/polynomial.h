@@ -15,8 +15,8 @@ template <typename T>
 struct Polynomial {
   std::array<T, kCoefficients> c{};
 
-  /// Value and its first two derivatives by time. Horner, three products for each coefficient behind the first; those
-  /// from c[count] on are zero, 1 <= count.
+  /// Value and its first two time derivatives. Horner, three products for each coefficient after the first. The
+  /// coefficients c[count] and higher must be zero; 1 <= count.
   AxisReference<T> at(T s, T duration_s, std::size_t count = kCoefficients) const {
     T value = c[count - 1], slope = T(0), bend = T(0);
     for (std::size_t i = count - 1; i-- > 0;) {
@@ -28,7 +28,7 @@ struct Polynomial {
             .velocity_m_s = slope / duration_s,
             .acceleration_m_s2 = T(2) * bend / (duration_s * duration_s)};
   }
-  /// The derivative of an order by time, for checks: no Horner, no hurry.
+  /// The time derivative of an order, for checks; slow.
   double derivative(unsigned order, double s, double duration_s) const {
     double sum = 0.0, power = 1.0, scale = 1.0;
     for (std::size_t i = order; i < kCoefficients; ++i) {
@@ -44,7 +44,7 @@ struct Polynomial {
     }
     return sum / scale;
   }
-  /// How many coefficients there are up to the last that is not zero; at least one.
+  /// Number of coefficients up to the last nonzero one; at least one.
   std::size_t count() const {
     std::size_t count = kCoefficients;
     while (count > 1 && c[count - 1] == T(0)) {
@@ -54,7 +54,7 @@ struct Polynomial {
   }
 };
 
-/// Position and its first three derivatives by normalised time at both ends of a piece.
+/// Position and its first three derivatives by normalised time, at both ends of a piece.
 struct EndStates {
   std::array<double, 4> start{};
   std::array<double, 4> end{};
@@ -63,8 +63,8 @@ struct EndStates {
 /// The polynomial of degree 7 through both ends.
 Polynomial<double> through(const EndStates& ends);
 
-/// Rest to rest in degree 5: 10 s^3 - 15 s^4 + 6 s^5 of the way. Peaks: velocity 1.875 way / T, acceleration
-/// 5.7735 way / T^2.
+/// From rest to rest in degree 5: a share of 10 s^3 - 15 s^4 + 6 s^5 of the way. Peaks: velocity 1.875 way / T,
+/// acceleration 5.7735 way / T^2.
 Polynomial<double> quintic(double from, double to);
 
 }  // namespace m100::ref

@@ -167,7 +167,7 @@ void Trajectory<T>::fill(Window<T>& window, core::TimePoint now, core::Duration 
     stand(window, start_);
     return;
   }
-  std::size_t piece = begun_by(time);  // set points count from their beginning on
+  std::size_t piece = begun_by(time);  // a set point applies from its beginning, without preview
   const Moment present = moment(pieces_[piece], time);
   window.height = sample(present, kZ);
   const AxisReference<T> yaw = sample(present, kYaw);

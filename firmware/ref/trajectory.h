@@ -16,14 +16,14 @@
 
 namespace m100::ref {
 
-/// A place and a heading, world frame.
+/// A position and a heading, world frame.
 template <typename T>
 struct Waypoint {
   core::Vector<T, 3> position_w_m = core::Vector<T, 3>::Zero();
   T yaw_rad{0};
 };
 
-/// A waypoint with the time at which it is passed, counted from where the way begins.
+/// A waypoint with the time at which it is passed, counted from the beginning of its way.
 template <typename T>
 struct TimedWaypoint {
   Waypoint<T> place;
@@ -34,21 +34,21 @@ struct SpeedLimits {
   double speed_m_s = 1.5;
   double acceleration_m_s2 = 2.0;
   double yaw_rate_rad_s = 0.8;
-  double tilt_rad = 0.4363323129985824;  ///< 25 deg, of the thrust that the acceleration needs; tilt_of()
+  double tilt_rad = 0.4363323129985824;  ///< 25 deg; tilt of the thrust that the acceleration needs, tilt_of()
 };
 
-/// The tilt that flies an acceleration (world, m/s^2) in still air without drag: atan(horizontal / (g + vertical)).
+/// The tilt needed for an acceleration (world, m/s^2) in still air without drag: atan(horizontal / (g + vertical)).
 double tilt_of(double x_m_s2, double y_m_s2, double z_m_s2);
 
-/// x, y, z [m] and yaw [rad], each with its first four derivatives by time.
+/// x, y, z [m] and yaw [rad], each with its first four time derivatives.
 using Motion = std::array<std::array<double, 5>, kDimensions>;
 
-/// Pieces of a flight, one after the other, from the time it was started; before the first and after the last it stays
-/// at their ends. Fixed capacity, no allocation; building may take milliseconds and belongs before the flight, window()
-/// is bounded: ten comparisons to find the piece of now, and 42 polynomials.
+/// The pieces of a flight, one after the other, relative to its start; before the first and after the last piece the
+/// reference stays at their ends. Fixed capacity, no allocation. Building may take milliseconds and belongs before the
+/// flight; window() is bounded: ten comparisons to find the present piece, and 42 polynomials.
 ///
-/// A set point (hold, step) fills the whole window at once, as if nobody knew what comes next (the paper's steps are
-/// chosen by hand), and sets Window::constant. Everything else is previewed.
+/// A set point (hold, step) fills the whole window at once, without preview (the paper's steps are chosen by hand), and
+/// sets Window::constant. Everything else is previewed.
 template <typename T>
 class Trajectory {
  public:
@@ -59,73 +59,74 @@ class Trajectory {
 #endif
   static constexpr std::size_t kMaxWaypoints = kMaxNodes - 1;  ///< of one minimum-snap course
 
-  /// Begins anew, standing at a place for ever.
+  /// Clears the trajectory and holds a position without end.
   void hold(const Waypoint<T>& place);
-  /// Appends: jumps to a place and stands there. kResourceExhausted, kOutOfRange (not finite, or no time).
+  /// Appends a jump to a position, held for `duration`. kResourceExhausted, kOutOfRange (not finite, or no duration).
   core::Status append_step(const Waypoint<T>& place, core::Duration duration);
-  /// Appends: rest to rest in a straight line, degree 5, in a given time, or as fast as the limits allow.
+  /// Appends a straight line from rest to rest, degree 5, in a given time or as fast as the limits allow.
   core::Status append_quintic(const Waypoint<T>& place, core::Duration duration);
   core::Status append_quintic(const Waypoint<T>& place, const SpeedLimits& limits);
-  /// Appends: from the end of what is there, at rest, through the waypoints to rest at the last, with the least snap
-  /// (integral of the squared fourth derivative) for time shares by distance; then all times are stretched or shrunk
-  /// together until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
+  /// Appends a way from the present end, at rest, through the waypoints to rest at the last, with the least snap
+  /// (integral of the squared fourth derivative) for times shared by distance. All times are then scaled by one factor
+  /// until speed, acceleration, tilt and yaw rate just keep their limits (within 1 %).
   core::Status append_minimum_snap(std::span<const Waypoint<T>> waypoints, const SpeedLimits& limits);
-  /// Appends: from the end of what is there, at rest, through the waypoints at their times, at least kShortestWay
-  /// apart, to rest at the last, with the least snap. No limit is looked at.
-  /// kInvalidArgument: no waypoint, or times that are not apart.
+  /// Appends a way from the present end, at rest, through the waypoints at their times, at least kShortestWay apart, to
+  /// rest at the last, with the least snap. Limits are not checked.
+  /// kInvalidArgument: no waypoint, or times too close together.
   core::Status append_timed(std::span<const TimedWaypoint<T>> waypoints);
-  /// Appends: a curve from the end of what is there, at rest at both ends. Half of the limit of the acceleration is
-  /// for speeding up and slowing down; whether the rest is enough for the bends is not looked at.
+  /// Appends a curve from the present end, at rest at both ends. Half of the acceleration limit is used for speeding up
+  /// and slowing down; whether the rest is enough for the bends is not checked.
   core::Status append_curve(const Curve& curve, const SpeedLimits& limits);
-  /// Appends: polynomials of x, y, z, yaw in normalised time, world frame. Whether they begin where the course is, is
-  /// not looked at.
+  /// Appends polynomials of x, y, z, yaw in normalised time, world frame. Whether they begin at the present end is not
+  /// checked.
   core::Status append_polynomial(const std::array<Polynomial<double>, kDimensions>& axes, core::Duration duration);
-  /// Appends: once around a horizontal square (paper, IV-C.4: 1 x 1 m), corner at the end of what is there, along +x
+  /// Appends one round of a horizontal square (paper, IV-C.4: 1 x 1 m) from the present end as a corner, along +x
   /// first, at rest in every corner for `pause`.
   core::Status append_square(T side_m, core::Duration per_side, core::Duration pause);
   /// Time zero of the first piece.
   void start(core::TimePoint begin) { begin_ = begin; }
   core::Duration duration() const { return duration_; }
-  const Waypoint<T>& end() const { return end_; }  ///< the place of the end of what is there
+  const Waypoint<T>& end() const { return end_; }  ///< the present end
   std::size_t pieces() const { return count_; }
   core::Duration piece_end(std::size_t piece) const { return pieces_[piece].begin + pieces_[piece].duration; }
-  /// The motion of a time since the start, seen from the piece that begins before it or, `arriving`, at it; for checks
-  /// and pictures, not for the tick.
+  /// The motion at a time since the start, for checks and pictures, not for the tick.
+  /// @param arriving at the boundary of two pieces, use the piece that ends there, not the one that begins
   Motion motion(core::Duration since_start, bool arriving = false) const;
   bool finished(core::TimePoint now) const { return now - begin_ >= duration_; }
 
-  /// The reference at `now` (height, yaw) and from now + lead on (x, y); lead >= 0.
+  /// The reference at `now` (height, yaw) and over the horizon from now + lead (x, y); lead >= 0.
   Window<T> window(core::TimePoint now, core::Duration lead) const {
     Window<T> window;
     fill(window, now, lead);
     return window;
   }
-  /// The same without a copy. @param points of x and y, 1 to kHorizon + 1; those behind them stay as they are
+  /// The same without a copy.
+  /// @param points of x and y to fill, 1 to kHorizon + 1; the rest is unchanged
   void fill(Window<T>& window, core::TimePoint now, core::Duration lead, std::size_t points = kHorizon + 1) const;
 
  private:
   enum class Kind : unsigned char { kSetpoint, kPolynomial };
   struct Piece {
     Kind kind = Kind::kSetpoint;
-    std::array<unsigned char, 4> coefficients{1, 1, 1, 1};  ///< of each axis, up to the last that is not zero
+    std::array<unsigned char, 4> coefficients{1, 1, 1, 1};  ///< number for each axis, up to the last nonzero one
     core::Duration begin{0};
     core::Duration duration{0};
     std::array<Polynomial<T>, 4> axis{};  ///< x, y, z, yaw; a set point has constants only
   };
   core::Status append(const Piece& piece, const Waypoint<T>& end);
   core::Status append_between(const Node& from, const Node& to, core::Duration duration);
-  /// A moment of a piece in its own time.
+  /// A time within a piece.
   struct Moment {
     const Piece* piece;
     T s{0};           ///< share of the duration, 0..1
-    T duration_s{1};  ///< 0: at rest, before the piece or behind it
+    T duration_s{1};  ///< 0: at rest, before or after the piece
   };
   static Moment moment(const Piece& piece, core::Duration time);
   static AxisReference<T> sample(const Moment& moment, std::size_t axis);
   void stand(Window<T>& window, const Waypoint<T>& place) const;
-  /// The piece of a time: the last that has begun by then, or the first. There must be one.
+  /// The piece at a time: the last that has begun by then, or the first. There must be one.
   std::size_t begun_by(core::Duration time) const;
-  /// The piece of a time, looking on from piece `from`, not across the beginning of a set point that is yet to come.
+  /// The piece at a time, searched forward from piece `from`, but not past the beginning of a future set point.
   std::size_t piece_at(std::size_t from, core::Duration time) const;
 
   std::array<Piece, kMaxPieces> pieces_{};

@@ -7,7 +7,7 @@
 #include "firmware/core/maths.h"
 #include "firmware/ref/trajectory.h"
 
-// What the parts of Trajectory share; nobody else includes it.
+// Shared by the sources of Trajectory only.
 namespace m100::ref {
 
 enum AxisIndex : std::size_t { kX, kY, kZ, kYaw };
@@ -55,7 +55,7 @@ Waypoint<T> waypoint(const std::array<double, kDimensions>& at) {
   return place;
 }
 
-/// The yaw that turns the short way from another one.
+/// The equivalent yaw that is nearest to another one.
 inline double near(double yaw_rad, double from_rad) { return from_rad + core::wrap_pi(yaw_rad - from_rad); }
 
 inline double larger(double a, double b) { return a > b ? a : b; }

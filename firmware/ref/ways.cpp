@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Trajectory's ways through points and round curves.
+// Appends ways through points and round curves to a Trajectory.
 #include "firmware/model/vehicle.h"
 #include "firmware/ref/way_parts.h"
 
@@ -12,9 +12,9 @@ Polynomial<double> piece_between(const Node& from, const Node& to, std::size_t d
                   .end = {to.position[d], to.velocity[d] * t, to.acceleration[d] * t2, to.jerk[d] * t3}});
 }
 
-/// By how much all times must be multiplied so that this moment just keeps the limits: speed goes with 1/k,
-/// acceleration with 1/k^2, and the shape stays. The tilt is kept where horizontal / k^2 <= tan(tilt) (g + vertical /
-/// k^2).
+/// Factor k by which all times must be multiplied so that this point just keeps the limits: speed is proportional to
+/// 1/k, acceleration to 1/k^2, and the shape stays. The tilt is kept where
+/// horizontal / k^2 <= tan(tilt) (g + vertical / k^2).
 double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const SpeedLimits& limits) {
   double speed2 = 0.0, acceleration2 = 0.0;
   for (const std::size_t d : {kX, kY, kZ}) {
@@ -30,7 +30,7 @@ double factor_of(const std::array<AxisReference<double>, kDimensions>& at, const
   return larger(factor, (yaw_rate < 0.0 ? -yaw_rate : yaw_rate) / limits.yaw_rate_rad_s);
 }
 
-/// The same for a whole course, looked at in 32 points of each piece.
+/// The same for a whole course, evaluated at 32 points of each piece.
 double time_factor(std::span<const Node> nodes, std::span<const double> durations_s, const SpeedLimits& limits) {
   constexpr int kSamples = 32;
   double factor = 0.0;

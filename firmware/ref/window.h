@@ -17,7 +17,7 @@ struct AxisReference {
 };
 
 /// The reference now and over the horizon, world frame. x[k], y[k] are at now + lead + k * 0.1 s, k = 0..20, where lead
-/// is the transport delay the caller asked for; height and yaw are at now.
+/// is the transport delay that the caller passed; height and yaw are at now.
 template <typename T>
 struct Window {
   std::array<AxisReference<T>, kHorizon + 1> x{};
@@ -25,7 +25,7 @@ struct Window {
   AxisReference<T> height{};
   T yaw_rad{0};
   T yaw_rate_rad_s{0};
-  bool constant = false;  ///< true: one set point over the whole horizon, the explicit law may serve
+  bool constant = false;  ///< true: one set point over the whole horizon; the explicit law may be used
 };
 
 }  // namespace m100::ref

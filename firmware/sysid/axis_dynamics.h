@@ -5,8 +5,8 @@
 
 namespace m100::sysid {
 
-/// Command to response, exact for a command held over one sample period (model::AxisStep; the lead zero is in the
-/// command). Second order: state (y, y').
+/// Response of an axis to its command, exact for a command held over one sample period (model::AxisStep; the caller
+/// applies the lead zero to the command). Second order: state (y, y').
 template <typename Real>
 class AxisDynamics {
  public:

@@ -52,7 +52,7 @@ void AxisResidual<Real>::interrupt() {
   running_ = false;
 }
 
-// The sample in the middle of the window: its command joins the past, its error the block.
+// Processes the middle sample of the window: adds its command to the past commands, its error to the block.
 template <typename Real>
 void AxisResidual<Real>::process(std::size_t slot) {
   past_newest_ = (past_newest_ + 1) % kDelay;
@@ -144,7 +144,7 @@ template <typename Real>
 
 template <typename Real>
 void ResidualMonitor<Real>::update(const Sample& sample) {
-  constexpr std::array<std::size_t, kMonitoredAxes> kOther{1, 0, 2, 3};  // roll and pitch leak into each other
+  constexpr std::array<std::size_t, kMonitoredAxes> kOther{1, 0, 2, 3};  // roll and pitch couple into each other
   for (std::size_t channel = 0; channel < kMonitoredAxes; ++channel) {
     channels_[channel].update(sample.stick_counts[channel], sample.stick_counts[kOther[channel]],
                               sample.measured[channel]);

@@ -63,7 +63,7 @@ void ResponseFit<Real>::solve() {
   }
   const Real determinant = mean.yy * mean.ss - mean.ys * mean.ys;
   report_ = {};
-  // A prediction that did not move, or whose slope is its copy, says nothing; Cauchy and Schwarz forbid less than zero.
+  // A prediction that is constant or proportional to its slope determines nothing (Cauchy-Schwarz: determinant >= 0).
   if (!(determinant > Real(1e-3) * mean.yy * mean.ss)) {
     return;
   }

@@ -7,7 +7,7 @@
 
 namespace m100::sysid {
 
-/// What a least-squares fit says of a response against its prediction y: measured(t) = (1 + gain) y(t - late).
+/// Least-squares fit of a response to its prediction y: measured(t) = (1 + gain) y(t - late).
 template <typename Real>
 struct ResponseError {
   Real gain = Real(0);          ///< share by which the response is larger than predicted
@@ -17,36 +17,37 @@ struct ResponseError {
   Real swing = Real(0);         ///< standard deviation of the prediction, unit of the axis
 };
 
-/// Gain and time of a response against its prediction, over the last three blocks: the error (prediction less
-/// measurement) is regressed on the prediction and its slope, each about its mean in the block, so that an offset says
-/// nothing. Unlike the size of the error it is not masked by what wanders without any stick: a third of the gain shows
-/// at swings at which it is smaller than that.
+/// Estimates gain and delay of a response relative to its prediction, over the last three blocks: the error (prediction
+/// less measurement) is regressed on the prediction and its slope, each about its mean in the block, so that an offset
+/// has no influence. Unlike the size of the error, the fit is not masked by a wander that no stick causes: it shows an
+/// error of a third of the gain even at swings where that error is smaller than the wander.
 ///
-/// Blind where the loop answers the wander itself (hover): there the prediction follows from the error, not the other
-/// way round. So a fit with little swing must not be believed; who asks decides how much is enough.
+/// Blind where the loop reacts to the wander itself (hover): there the prediction follows from the error, not the other
+/// way round. A fit with little swing must not be believed; the caller decides how much is enough.
 ///
 /// Memory: 28 numbers. Cost: some 12 flops a sample, 40 at a block's end. Errors: none; `Real` is float or double.
 template <typename Real>
 class ResponseFit {
  public:
   static constexpr std::size_t kBlocks = 3;
-  /// Over which an error is correlated with itself, as long as the slowest axis' response: neighbouring samples tell
-  /// the same. One statement counts for twice this time.
+  /// Correlation time of the error, as long as the slowest axis' response: neighbouring samples are not independent.
+  /// One independent sample covers twice this time.
   static constexpr Real kMemory_s = Real(0.25);
 
   explicit ResponseFit(Real sample_period_s) : sample_period_s_(sample_period_s) {}
 
-  /// A block begins: what the last one had gathered, but not ended, is dropped.
+  /// Begins a block; drops the samples of a block that has not ended.
   void begin();
   /// One sample of the block.
   /// @param predicted unit of the axis; @param slope of the prediction, unit per s; @param error prediction less
   ///        measurement, unit of the axis. All finite.
   void add(Real predicted, Real slope, Real error);
-  /// The block is whole. @return whether three blocks are there, and report() is of them.
+  /// Ends the block.
+  /// @returns whether there are three blocks, so that report() is valid
   bool end();
   const ResponseError<Real>& report() const { return report_; }
 
-  /// Of the block that ended last, each about its mean: mean squares of error, prediction and its slope.
+  /// Mean squares of error, prediction and its slope, each about its mean, in the block that ended last.
   Real block_error() const { return newest().ee; }
   Real block_swing() const { return newest().yy; }
   Real block_slope() const { return newest().ss; }
@@ -63,7 +64,7 @@ class ResponseFit {
   std::array<Moments, kBlocks> ring_{};
   std::uint32_t blocks_ = 0;
   Moments sum_;
-  Real y0_ = Real(0);  ///< of the block's first sample: keeps the squares small
+  Real y0_ = Real(0);  ///< prediction of the block's first sample: keeps the squares small
   Real y_ = Real(0), s_ = Real(0), e_ = Real(0);
   std::uint32_t samples_ = 0;
   ResponseError<Real> report_;
