@@ -11,25 +11,25 @@
 
 namespace m100::app {
 
-/// Everything about a flight that is not the vehicle: tuned at run time, checked once before the first tick.
+/// Configuration of a flight apart from the vehicle: chosen at run time, checked once before the first tick.
 struct FlightConfig {
   link::LinkConfig link;
   safety::Limits limits;
   safety::Envelope envelope;
   Plausible plausible;
   core::Fence fence;
-  /// Farther from where the course begins [m] an order to fly does nothing: the law would fly the rest at once.
+  /// An order to fly has no effect farther than this from where the course begins [m]: the law would fly there at once.
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
-  /// The horizontal programs are solved only in the ticks whose command is due: at 25 Hz three in four are solved for
-  /// nobody. Where the processor's time is short; what is granted stands between two commands.
+  /// The horizontal programs are solved only in the ticks whose command is due; at 25 Hz three in four solutions are
+  /// never sent. For slow processors; the granted command is held between two commands.
   bool solves_when_due = false;
-  bool answers_swings = true;        ///< false: a swing changes nothing, and is not told (tests of the law alone)
-  est::CheckSet checks_off = 0;      ///< of pose against autopilot, that the operator has switched off by name
+  bool answers_swings = true;        ///< false: no reaction to a swing, and no report (tests of the law alone)
+  est::CheckSet checks_off = 0;      ///< checks of pose against autopilot that the operator has switched off by name
   ctl::ExcitationPlan excitation{};  ///< empty: none. Virtual RC only; what it views must outlive the flight
-  /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which is told: half a period
-  /// of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick until we
-  /// look.
+  /// Age of the attitude in a telemetry package when a tick reads it. Its parts, none of which the autopilot states:
+  /// half a period of 100 Hz inside the autopilot, 1.5 ms on the wire at 921600 (protocol, section 10), and half a tick
+  /// until the tick reads it.
   core::Duration attitude_age = std::chrono::milliseconds(10);
   std::uint32_t pose_baud = 115200;  ///< of the second UART
   /// How long an order to fly stays valid while start-up and requests for control take their time.

@@ -28,10 +28,10 @@
 
 namespace m100::app {
 
-/// What happened to time itself.
+/// Tick timing.
 struct TickStats {
   std::uint32_t ticks = 0;
-  std::uint32_t stalls = 0;  ///< more than two periods since the tick before (R9); the ladder sees the old pose
+  std::uint32_t stalls = 0;  ///< more than two periods since the last tick (R9); the ladder sees the old pose
   core::Duration longest{0};
 };
 
@@ -53,31 +53,31 @@ class LogTap final : public link::ByteTap {
   log::Stream out_;
 };
 
-/// The flight program: one tick is one function, and each arrow of the data's way is one of its lines.
+/// The flight program: one tick is one function, and each step of the data flow is one of its lines.
 ///
 /// T is the scalar of control and estimate (float or double), S that of the observer (T, or core::Fixed). Nothing is
 /// allocated, nothing waits, nothing reads a clock. Cost: firmware/README.md.
 template <typename T, typename S = T>
 class FlightController {
  public:
-  /// Everything handed over must outlive the controller. @param log may be null.
+  /// All arguments must outlive the controller. @param log may be null.
   FlightController(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightConfig& config,
                    hal::Uart& autopilot, hal::Uart& pose, ref::Trajectory<T>& trajectory, log::FlightLogWriter* log);
 
-  /// One period of 10 ms; `now` is never before that of the last one. @returns what became of the command: see
+  /// One period of 10 ms; `now` is never before that of the last one. @returns the result of the command: see
   ///   SerialLink::send; kRefused: silent by the ladder.
   core::Status tick(core::TimePoint now);
 
-  /// The operator's two orders. To fly: control is asked for as the protocol wants it, and the ladder is told to go up;
-  /// the trajectory begins when it does; where the law flies already there is nothing to order. To stop: neutral
-  /// sticks, then control goes back to the pilot. Both count from the next tick on, and stand in its record.
+  /// The operator's two orders. engage(): control is requested as the protocol requires, and the ladder may step up;
+  /// the trajectory begins when it does. No effect while the law already flies. release(): neutral sticks, then control
+  /// goes back to the pilot. Both take effect in the next tick and are logged in its record.
   void engage() { orders_ |= log::kOrderEngage; }
   void release() { orders_ |= log::kOrderRelease; }
 
-  /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` counts for the next tick
-  /// and is said again before each for as long as the autopilot is to be left alone: the ladder stands at level then,
-  /// with sticks that brake and hold, or rest where it takes off. `begin_task` asks the autopilot, once. Who watches
-  /// what becomes of it stands beside the controller, and an image that has no tasks has no byte of this.
+  /// Take-off and landing by the autopilot's own tasks, by the operator's order. `task_flies` is valid for the next
+  /// tick only; call it before each tick for as long as the autopilot flies its task. The ladder is at level then, with
+  /// sticks that brake and hold, or that rest during a take-off. `begin_task` sends the request to the autopilot, once.
+  /// Another part watches the task, so an image without tasks contains no code for it.
   void task_flies(protocol::Task task) {
     orders_ |= task == protocol::Task::kTakeOff ? log::kOrderTakesOff : log::kOrderLands;
   }
@@ -91,14 +91,14 @@ class FlightController {
   const link::PoseLink& pose_link() const { return pose_link_; }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
   const est::Estimate<T>& estimate() const { return estimate_; }
-  /// The poses have been held against the autopilot for long enough to see a body that moves by itself.
+  /// The poses have been compared with the autopilot for long enough to notice a body that moves by itself.
   bool has_looked() const { return trust_.has_looked(); }
   const ref::Window<T>& reference() const { return reference_; }
   const safety::Grant<T>& grant() const { return grant_; }
-  /// What the supervisor was told in the last tick.
+  /// The supervisor's inputs of the last tick.
   const safety::Observation& observed() const { return observed_; }
   const MeasureStats& measure_stats() const { return measure_.stats(); }
-  /// What was found about the way of the poses: latency, jitter, and how much older than told they are.
+  /// Timing of the poses: latency, jitter, and how much older they are than their time stamps say.
   const est::PoseTimingReport<T>& pose_timing() const { return timing_.report(); }
   est::EkfCounters observer_counters() const { return observer_.counters(); }
   const ctl::FlightLaw<T>& law() const { return law_; }
@@ -118,14 +118,14 @@ class FlightController {
   void take_orders(core::TimePoint now);
   bool is_in_reach() const;
   core::Pose<double> pose(core::TimePoint now);
-  /// The command that brakes.
+  /// The command of the level rung: it brakes, then holds.
   ctl::Command<T> settled() const;
   safety::Observation observation(core::TimePoint now);
   void give_back_unused(core::TimePoint now);
-  /// While the law does not fly, its course and its integral stand at their beginnings: whether the ladder goes up is
-  /// known only after the law has computed the command that then leaves.
+  /// Resets course and integral in every tick in which the law does not fly, because the ladder steps up only after the
+  /// law has computed the command that then leaves.
   void stand_ready(core::TimePoint now);
-  /// Whether the programs are solved in this tick: in each, but where FlightConfig::solves_when_due says else.
+  /// Whether the programs are solved in this tick: in each, unless FlightConfig::solves_when_due is set.
   bool may_leave(core::TimePoint now) const;
   safety::Grant<T> granted(bool solved);
   void start_when_nominal(safety::Rung before, core::TimePoint now);
@@ -166,21 +166,21 @@ class FlightController {
   est::Measurement<T> measured_;  ///< newest pose and attitude; is_new of this tick
   est::Estimate<T> estimate_;
   ref::Window<T> reference_;
-  ctl::Command<T> wanted_{};  ///< of the law, in every tick; its tilts as they were solved last
+  ctl::Command<T> wanted_{};  ///< of the law, in every tick; its tilts as last solved
   safety::Observation observed_;
   safety::Grant<T> grant_;
-  ctl::Command<T> in_force_{};  ///< what the autopilot was last told, after rounding to its stick counts
+  ctl::Command<T> in_force_{};  ///< command last sent to the autopilot, after rounding to its stick counts
   vrc::Sticks last_sticks_{};
   core::TimePoint last_tick_{};
   core::Duration elapsed_ = core::kTickPeriod;
-  core::Duration slew_time_{0};  ///< since what was granted changed last
+  core::Duration slew_time_{0};  ///< since the granted command last changed
   core::TimePoint started_{};
   core::TimePoint order_until_{};
   bool order_stands_ = false;  ///< as of this tick
   core::TimePoint unused_since_{};
   std::uint32_t orders_ = 0;       ///< given since the last tick
   std::uint32_t tick_orders_ = 0;  ///< that this tick acts upon
-  std::uint8_t tasks_ = 0;         ///< asked for so far: their number on the wire
+  std::uint8_t tasks_ = 0;         ///< requested so far: their number on the wire
   TickStats stats_;
 };
 

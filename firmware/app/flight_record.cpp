@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tick leaves in the log.
+// The log records of a tick.
 #include "firmware/app/flight_controller.h"
 
 namespace m100::app {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What leaves as sticks or as movement: the command that was granted, an excitation's counts, and what of it was sent.
+// Sticks or movement commands that leave: from the granted command or an excitation's counts; keeps the sent command.
 #include "firmware/app/flight_controller.h"
 #include "firmware/core/maths.h"
 
@@ -57,8 +57,8 @@ void FlightController<T, S>::excite(core::TimePoint now) {
   }
 }
 
-/// The map jumps over the dead zone and spreads what it rounds; an excitation has the counts that were asked for, where
-/// the supervisor took nothing from them.
+/// The map compensates the dead zone and carries its rounding error over; an excitation sends its planned counts
+/// instead, unless the supervisor limited them.
 template <typename T, typename S>
 vrc::Sticks FlightController<T, S>::excited(vrc::Sticks mapped) const {
   const auto axis = static_cast<std::size_t>(excitation_.axis());

@@ -53,7 +53,7 @@ bool Measure::believable(const protocol::Telemetry& telemetry, const core::Quate
   return good && !stuck;
 }
 
-/// An aircraft in the air never gives the same bits twice; a capture that lost it does, with fresh stamps.
+/// An aircraft in the air never gives the same bits twice; a motion capture that lost it does, with new time stamps.
 bool Measure::is_repeated(const core::Pose<double>& pose) {
   const std::array<std::uint64_t, 4> seen{
       std::bit_cast<std::uint64_t>(pose.position_w_m.x()), std::bit_cast<std::uint64_t>(pose.position_w_m.y()),
@@ -113,7 +113,7 @@ est::Felt<T> Measure::felt(const protocol::Telemetry& telemetry, const est::Meas
   felt.force_is_new = felt.attitude_is_new && telemetry.has(protocol::TelemetryItem::kAcceleration);
   felt.force_b = core::flip_yz(vector_of<T>(telemetry.acceleration));
   const float down_m_s = telemetry.velocity_ned_m_s[2];
-  // Exactly zero is what stands there while nothing is estimated.
+  // The field is exactly zero while the autopilot has no estimate.
   felt.climb_is_new = telemetry.has(protocol::TelemetryItem::kVelocity) && (down_m_s < 0.F || down_m_s > 0.F);
   felt.climb_m_s = -static_cast<T>(down_m_s);
   return felt;

@@ -12,12 +12,12 @@
 
 namespace m100::app {
 
-/// Numbers that a working sensor cannot give; what lies outside is dropped and counted.
+/// Limits of a working sensor; readings outside are dropped and counted.
 struct Plausible {
   float position_m = 100.F;           ///< the estimator's own range
   float rate_rad_s = 20.F;            ///< twice the estimator's range; in degrees a slow turn is already beyond it
   float norm_error = 0.01F;           ///< of the unit quaternion
-  float tilt_rad = 1.2F;              ///< a level flight that says more has its axes swapped
+  float tilt_rad = 1.2F;              ///< level flight with a larger tilt means swapped axes
   std::uint32_t stuck_readings = 50;  ///< bit-identical readings in a row: half a second of a sensor that is stuck
 };
 
@@ -25,7 +25,7 @@ struct MeasureStats {
   std::uint32_t refused_poses = 0;      ///< not finite, out of range, or captured later than now
   std::uint32_t refused_attitudes = 0;  ///< not a unit quaternion, too steep, too fast
   std::uint32_t stuck_attitudes = 0;    ///< the same bits for too long
-  std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: whatever its stamp says, nothing new
+  std::uint32_t repeated_poses = 0;     ///< the same bits as the pose before: not new, whatever its time stamp is
 };
 
 /// Telemetry and pose as one measurement in our frames: NED to world, FRD to body, here and nowhere else.
@@ -33,12 +33,12 @@ class Measure {
  public:
   explicit Measure(const Plausible& plausible = {}) : plausible_(plausible) {}
 
-  /// @param attitude_age how old the telemetry's attitude is.
+  /// @param attitude_age age of the telemetry's attitude.
   template <typename T>
   est::Measurement<T> update(const protocol::Telemetry& telemetry, core::Duration attitude_age,
                              const core::Pose<double>& pose, core::TimePoint now);
 
-  /// What the same package tells of the motion beside the attitude, which is taken from `measured`, of this tick.
+  /// The other motion data of the same package; the attitude is taken from `measured`, of this tick.
   template <typename T>
   static est::Felt<T> felt(const protocol::Telemetry& telemetry, const est::Measurement<T>& measured);
 

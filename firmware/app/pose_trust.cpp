@@ -11,18 +11,18 @@ namespace m100::app {
 
 namespace {
 
-/// For a quarter of a second, until the tilt has turned round, the speed still grows; and what a gust adds until it is
-/// answered.
+/// The speed still grows for a quarter of a second, until the tilt is reversed; a gust adds this much until the
+/// aircraft answers it.
 constexpr double kTurnsRound_s = 0.25, kGust_m_s = 0.4;
 
-/// The observer predicts with the attitude that is told. A time of capture that is wrong by as much as MotionCheck
-/// takes for possible puts it so far from the poses, per speed; noise and the lag behind a gust another 5 cm (1008
-/// healthy flights: README of est). The mean is that of a few poses.
+/// Distance between the poses and the observer's prediction from the reported attitude that has an innocent cause: per
+/// speed the largest error of the time of capture that MotionCheck allows, and another 5 cm for noise and the lag after
+/// a gust (1008 healthy flights: README of est). The mean is over a few poses.
 constexpr double kMostLate_s = 0.12, kLag_m = 0.05, kPosesMean = 0.25;
-constexpr double kSane = 1e6;  ///< what is not a number would stay so
+constexpr double kSane = 1e6;  ///< resets the velocity if it is NaN, which would otherwise stay
 
-/// Of the velocity that the commands make: an error of the trim of half a degree is then 0.2 m/s. Who is about to hand
-/// over hovers.
+/// Memory of the velocity from the commands: a trim error of half a degree is then 0.2 m/s. The shorter memory is for
+/// the time while the pilot flies, who hovers when he is about to hand over.
 constexpr double kAskedMemory_s = 2.0, kHoverMemory_s = 0.5, kMost_m_s = 20.0;
 
 }  // namespace
@@ -46,7 +46,7 @@ est::Contradiction<T> PoseTrust<T>::contradiction() const {
   return cross_check_.report();
 }
 
-/// Force and observer go with an attitude that lies from before its motion was ever seen otherwise; the poses do not.
+/// Force and observer follow an attitude that was false before control was ours; the poses do not.
 template <typename T>
 void PoseTrust<T>::see(const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
                        const core::Vector<T, 2>& asked_rad) {
@@ -103,7 +103,8 @@ void PoseTrust<T>::update(const est::Felt<T>& felt, const est::Measurement<T>& m
   }
 }
 
-/// Beside the reckoned velocity, which is made of an attitude that may have lied for a while before that is known.
+/// Computes the velocity from the commands, in addition to the reckoned velocity, whose attitude may have been false
+/// for a while before this is noticed.
 template <typename T>
 void PoseTrust<T>::reckon_asked(const est::Estimate<T>& estimate, bool trusted, bool pilots, T step_s) {
   constexpr T kGravity_m_s2 = static_cast<T>(model::kGravity_m_s2);
@@ -122,7 +123,7 @@ void PoseTrust<T>::reckon_asked(const est::Estimate<T>& estimate, bool trusted, 
   }
 }
 
-/// With the tilt that the commands make instead of the one that lies.
+/// Replaces the false tilt by the tilt that the model predicts from the commands.
 template <typename T>
 est::Felt<T> PoseTrust<T>::as_asked(const est::Felt<T>& felt, T yaw_rad) const {
   const core::Euler<T> asked = core::attitude_of(core::Tilt<T>{asked_rad_.x(), asked_rad_.y()}, yaw_rad);
@@ -170,7 +171,7 @@ double PoseTrust<T>::speed_then_m_s(const est::Estimate<T>& estimate, core::Dura
   const core::Vector<T, 2> velocity_m_s(known.x.velocity_m_s, known.y.velocity_m_s);
   const core::Vector<T, 2> push_m_s2(known.x.disturbance_m_s2 + kGravity_m_s2 * known.x.tilt_rad,
                                      known.y.disturbance_m_s2 - kGravity_m_s2 * known.y.tilt_rad);
-  const bool grows = now_m_s > 0.0 && velocity_m_s.dot(push_m_s2) > T(0);  // nought: the speed is worth nothing
+  const bool grows = now_m_s > 0.0 && velocity_m_s.dot(push_m_s2) > T(0);  // zero: the speed is useless
   return grows ? static_cast<double>(core::sqrt((velocity_m_s + push_m_s2 * core::seconds<T>(later)).squaredNorm()))
                : now_m_s;
 }

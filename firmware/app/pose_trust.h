@@ -12,15 +12,15 @@
 
 namespace m100::app {
 
-/// What answers a pose that lies: holds the poses against the autopilot, remembers that they have taught the observer a
-/// false motion, and then knows the motion that is braked instead.
+/// Reacts to false poses: compares the poses with the autopilot, remembers that they gave the observer a false motion,
+/// and then supplies another motion for braking.
 ///
-/// Poses that are contradicted have taught the observer a false motion; poses that the gate refuses may have, where it
-/// is far from the one that is reckoned without them. What was learned stays false until the ladder has ended. Where
-/// attitude and rates of the autopilot contradict each other, or the attitude does not answer our commands while pose
-/// and force disagree, it is the attitude that lies, and the motion is reckoned from the tilt that the commands make.
-/// Where the reckoned speed grows under a braking that takes it away, it is worth nothing: the aircraft is levelled by
-/// trim and wind, and nobody waits for it to slow down.
+/// Contradicted poses have given the observer a false motion. Poses that the gate refuses may have done so if the
+/// observer's motion is far from the one that is computed without them. The observer's motion then counts as false
+/// until the ladder has ended. If the autopilot's attitude and rates contradict each other, or the attitude does not
+/// follow our commands while pose and force disagree, the attitude is false, and the motion is computed from the tilt
+/// predicted by the commands. If the computed speed grows although the aircraft brakes, it is useless: the aircraft is
+/// levelled by trim and wind, without waiting for it to slow down.
 ///
 /// No heap. Cost: that of its four parts. T is float or double.
 template <typename T>
@@ -29,23 +29,23 @@ class PoseTrust {
   /// @param off checks that the operator has switched off.
   explicit PoseTrust(est::CheckSet off) : off_(off), cross_check_(off) {}
 
-  /// Once per tick, after the observer. @param measured its pose. @param asked_rad the tilt that the commands make by
-  /// the model. @param rung of the ladder before this tick's review.
+  /// Once per tick, after the observer. @param measured its pose. @param asked_rad the tilt that the model predicts
+  /// from the commands. @param rung of the ladder before this tick's review.
   void update(const est::Felt<T>& felt, const est::Measurement<T>& measured, const est::Estimate<T>& estimate,
               const core::Vector<T, 2>& asked_rad, safety::Rung rung, core::Duration elapsed);
 
   bool has_looked() const { return cross_check_.has_looked(); }
-  /// An attitude that is wrong makes the poses seem so too, and is told first.
+  /// The present contradiction. A false attitude is reported first, because it makes the poses look false, too.
   est::Contradiction<T> contradiction() const;
-  /// What the specific force shows beside the tilt, for the observer.
+  /// The push that the specific force shows and the tilt does not explain, for the observer.
   const est::Push<T>& push() const { return cross_check_.push(); }
-  /// What is braked by: an estimate that is contradicted would fly the lie.
+  /// The motion for braking: a contradicted estimate would follow the false poses.
   est::Estimate<T> motion(const est::Estimate<T>& estimate) const;
-  /// Horizontal. Of a prediction that is worth nothing, none: nobody waits for it to slow down.
+  /// Horizontal. Zero if the prediction is useless, so that nothing waits for the aircraft to slow down.
   double speed_m_s(const est::Estimate<T>& estimate) const;
-  /// The same so much later, if the aircraft tilts and is pushed as it is; not less than now.
+  /// The same after `later`, if tilt and push stay as they are; not less than now.
   double speed_then_m_s(const est::Estimate<T>& estimate, core::Duration later) const;
-  /// What the supervisor is told of refused and contradicted poses; a contradicted one counts as long refused.
+  /// Adds refused and contradicted poses to the observation; a contradicted one counts as refused for long.
   void tell(safety::Observation& observed, const est::Estimate<T>& estimate, core::Duration gate_shut) const;
 
  private:
@@ -61,13 +61,13 @@ class PoseTrust {
   est::AnswerCheck<T> answer_check_;
   est::DeadReckoning<T> reckoning_;
   bool lied_to_ = false;     ///< the observer's motion was learned from poses that are contradicted
-  T most_m_s_{0};            ///< that the reckoned speed may reach under braking
-  bool tilt_lies_ = false;   ///< it is the attitude that is contradicted: by its rates, or by our own commands
-  bool runs_away_ = false;   ///< the reckoned motion is worth nothing
+  T most_m_s_{0};            ///< limit of the reckoned speed under braking
+  bool tilt_lies_ = false;   ///< the attitude is contradicted: by its rates, or by our own commands
+  bool runs_away_ = false;   ///< the reckoned motion is useless
   bool poses_side_ = false;  ///< the poses are where the commands lead, and far from where the attitude does
   core::Vector<T, 2> seen_apart_m_ = core::Vector<T, 2>::Zero();  ///< from the observer's place to the poses, mean
-  core::Vector<T, 2> asked_m_s_ = core::Vector<T, 2>::Zero();     ///< velocity that this tilt makes, beside the poses
-  core::Vector<T, 2> asked_rad_ = core::Vector<T, 2>::Zero();     ///< the tilt that the commands make, with the trim
+  core::Vector<T, 2> asked_m_s_ = core::Vector<T, 2>::Zero();     ///< velocity from this tilt, without the poses
+  core::Vector<T, 2> asked_rad_ = core::Vector<T, 2>::Zero();     ///< tilt predicted from the commands, with the trim
 };
 
 extern template class PoseTrust<float>;

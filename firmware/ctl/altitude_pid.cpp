@@ -4,8 +4,8 @@
 namespace m100::ctl {
 namespace {
 
-constexpr double kBandwidth = 0.5;    // natural frequency times what the loop is late by
-constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period that no vehicle file states
+constexpr double kBandwidth = 0.5;    // natural frequency times the delay of the loop
+constexpr double kFeedback_s = 0.03;  // pose age, tick and stick period, which no vehicle file states
 constexpr double kSlowest_rad_s = 1.0;
 constexpr double kFastest_rad_s = 4.0;
 constexpr double kIntegralShare = 0.15;  // integral corner over natural frequency
@@ -24,7 +24,7 @@ model::AltitudeGains design_altitude(const model::StickAxis& climb, const model:
   const double derivative = 2.0 * frequency * lag_s - 1.0;
   if (derivative > 0.0) {
     gains.derivative = derivative;
-  } else {  // the climb loop is damping enough: critically damped without a derivative
+  } else {  // the climb loop alone damps enough: critically damped without a derivative
     gains.derivative = 0.0;
     gains.proportional_per_s = 0.25 / lag_s;
   }

@@ -16,17 +16,17 @@ namespace m100::ctl {
 /// AltitudeGains.
 model::AltitudeGains design_altitude(const model::StickAxis& climb, const model::AltitudeGains& base);
 
-/// What the height shall be and do.
+/// Reference of the height loop.
 template <typename T>
 struct HeightReference {
   T height_m{0};
   T climb_m_s{0};          ///< w_ref
-  T climb_command_m_s{0};  ///< w_cmd: what has to be told for the vehicle to climb with w_ref, ahead of it by the lag
+  T climb_command_m_s{0};  ///< w_cmd: the command that makes the vehicle climb with w_ref, ahead of it by the lag
 };
 
 /// Height PID (paper, III-E.2) with feed-forward:
 ///   u = w_cmd + Kp e + I + Kd (w_ref - w),  e = z_ref - z,  I' = Ki e, I in [integral_min, integral_max]
-/// The derivative acts on the measured climb speed, so a step of the reference gives no kick. The integral stands still
+/// The derivative acts on the measured climb speed, so a step of the reference gives no kick. The integral is frozen
 /// while the output is at its limit and e would drive it further. Output within +-climb_limit.
 template <typename T>
 class AltitudePid {

@@ -5,34 +5,34 @@
 
 namespace m100::ctl {
 
-/// What a vehicle can do about its speed: the one reckoning of the fence, of the level rung and of the limit of speed.
+/// How a vehicle can brake: the one model that the fence, the level rung and the speed limit use.
 struct Braking {
   /// On each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;
   /// The steady push against which it holds its place: at most 4 m/s^2.
   double holds_m_s2 = 0.0;
-  /// From the moment in which a stop is wanted until the attitude has turned round.
+  /// From the decision to stop until the attitude is reversed.
   double reaction_s = 0.0;
   /// acts_after_s() of the slower axis.
   double acts_s = 0.0;
-  /// The drag that the aircraft may have beyond what the vehicle file believes. What is estimated as wind at a speed
-  /// has this drag of the speed in it, and loses it as the aircraft slows down.
+  /// Drag that the aircraft may have in addition to that of the vehicle file. The wind that is estimated at a speed
+  /// includes this drag, which disappears as the aircraft slows down.
   double unknown_drag_per_s = 0.0;
   /// The drag by which wind and gusts push.
   double drag_per_s = 0.0;
 };
 
-/// Until a command that leaves now has begun to act, and the next one can: transport delay + command period (40 ms).
+/// Time until a command that leaves now has begun to act, and the next one can act: transport delay + command period
+/// (40 ms).
 double acts_after_s(const model::StickAxis& axis);
 
 /// @param slope_limit the largest slope (tangent of tilt) that the control law gives to one horizontal axis while the
 ///   other one has as much: from the gain tables of this vehicle and from the law's limit of both axes together.
 ///
-/// acceleration = 0.95 g tilt_gain slope_limit: the law takes up its limit by degrees, a twentieth less than it gives.
+/// acceleration = 0.95 g tilt_gain slope_limit: the law approaches its limit gradually, hence a twentieth less.
 /// reaction     = transport delay + command period (40 ms) + attitude loop (2 zeta / w, or its time constant) + 20 ms
-///                until an estimate has seen what happened; the slower of roll and pitch, at least 0.35 s.
-/// A vehicle file that believes less drag than a free rotor aircraft has (published: 0.2 to 0.5 1/s; 0.3) may be wrong
-/// by the difference.
+///                until the estimate shows the effect; the slower of roll and pitch, at least 0.35 s.
+/// unknown drag = how much less drag the vehicle file has than a free rotor aircraft (published: 0.2 to 0.5 1/s; 0.3).
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit);
 
 }  // namespace m100::ctl

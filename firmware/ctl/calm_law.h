@@ -9,21 +9,22 @@
 
 namespace m100::ctl {
 
-/// How quick the calm law is: w [rad/s] below. Made from the same vehicle file as the tables, by way of its braking:
-///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, all that lies between a wish and the attitude.
-/// The loop (2 w s + w^2) / s^2 has, with half more gain than believed, its crossover at 3.04 w and 80.7 degrees of
-/// phase there, which are 0.463 / w of delay: t, and 0.2 s more than the vehicle file knows of. With the default
-/// vehicle 0.84 rad/s, a place that is regained in some 5 s.
+/// Rate of the calm law: w [rad/s] below. Computed from the same vehicle file as the tables, through its braking:
+///   w = 0.463 / (t + 0.2 s),   t = Braking::reaction_s, the whole delay from a command to the attitude.
+/// With half more gain than assumed, the loop (2 w s + w^2) / s^2 has its crossover at 3.04 w and a phase margin of
+/// 80.7 degrees there, which is a delay of 0.463 / w: t, and 0.2 s that the vehicle file does not know. With the
+/// default vehicle 0.84 rad/s, which brings the aircraft back to its place in some 5 s.
 template <typename T>
 T calm_rate_per_s(const Braking& braking) {
   return static_cast<T>(0.463 / (braking.reaction_s + 0.2));
 }
 
-/// The law of one horizontal axis for a loop that has been seen to swing: slow, without prediction, and in what it
-/// takes from the observer slow too.
+/// The law of one horizontal axis after its loop was seen to swing: slow, without prediction, and with slow use of the
+/// observer's wind and trim.
 ///   a = a_ref + 2 w (v_ref + clamp(w/2 (p_ref - p), 1 m/s) - v),   slope = +-(a + c v_ref) / g + held
-/// held takes up what wind and trim need (-d and -m) over 1 / w, from what they are estimated at when it begins. The
-/// reference's acceleration costs no margin, so a course goes on, followed less closely. T is float or double.
+/// held follows the compensation of wind and trim (-d and -m) with the time constant 1 / w, and begins at their
+/// estimates. The reference's acceleration costs no margin, so a course continues with a larger tracking error. T is
+/// float or double.
 template <typename T>
 class CalmLaw {
  public:

@@ -3,8 +3,8 @@
 
 namespace m100::ctl {
 
-/// What the control law asks of the autopilot: body frame FLU, SI. +roll right side down, +pitch nose down (forward),
-/// +climb up, +yaw rate counter-clockwise. The trim is not in it: vrc adds it.
+/// Command of the control law to the autopilot: body frame FLU, SI. +roll right side down, +pitch nose down (forward),
+/// +climb up, +yaw rate counter-clockwise. It does not include the trim, which vrc adds.
 template <typename T>
 struct Command {
   T roll_rad{0};

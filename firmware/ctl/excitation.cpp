@@ -7,11 +7,11 @@
 namespace m100::ctl {
 namespace {
 
-// At rest at the place: what the paper's hover is within, with room for gusts.
+// At rest at its place: the bounds of the paper's hover, with a margin for gusts.
 constexpr double kNear_m = 0.3;
 constexpr double kStill_m_s = 0.15;
 constexpr double kNear_rad = 0.15;
-constexpr double kMostHolding_counts = 200.0;  // a tilt of 10 degrees: more is no trim, and no wind to excite in
+constexpr double kMostHolding_counts = 200.0;  // a tilt of 10 degrees: larger than any trim, too windy to excite
 
 template <typename T>
 T absolute(T value) {
@@ -114,8 +114,7 @@ bool Excitation<T>::at_rest(const est::Estimate<T>& estimate, const ref::Window<
 
 template <typename T>
 void Excitation<T>::rest_at(const HoldingSticks<T>& holding) {
-  rested_ =
-      restless_ == ended_ ? T(1) : rested_ + T(1);  // restless in the last tick: what was felt then was a movement
+  rested_ = restless_ == ended_ ? T(1) : rested_ + T(1);  // not at rest in the last tick: the mean starts again
   holding_.roll_counts += (holding.roll_counts - holding_.roll_counts) / rested_;
   holding_.pitch_counts += (holding.pitch_counts - holding_.pitch_counts) / rested_;
 }

@@ -25,10 +25,9 @@ constexpr auto& value_of(C& command, std::size_t axis) {
                      : command.yaw_rate_rad_s;
 }
 
-/// What ends an excitation before its end. Distances in m and speeds in m/s along the axis that is moved; of yaw in rad
-/// and rad/s.
+/// Limits that abort an excitation: distances in m and speeds in m/s along the moved axis; for yaw in rad and rad/s.
 struct ExcitationLimits {
-  double distance = 0.0;  ///< from the place where it began, way to brake included: |s| + v^2 / (2 a), v outwards
+  double distance = 0.0;  ///< from where it began, braking distance included: |s| + v^2 / (2 a), v outwards
   double braking = 1.0;   ///< a
   double speed = 0.0;
   double tilt_rad = 0.0;  ///< of both axes together
@@ -41,7 +40,7 @@ struct ExcitationPiece {
   std::size_t count = 0;
 };
 
-/// Stick movements for identification, as made before the flight; what it views is the caller's. Empty: none.
+/// Stick movements for identification, computed before the flight; the caller owns the viewed data. Empty: none.
 struct ExcitationPlan {
   core::Duration period = std::chrono::milliseconds(20);
   std::span<const std::int16_t> counts{};  ///< from the balancing point: right, forward, up, right
@@ -49,15 +48,15 @@ struct ExcitationPlan {
   std::array<ExcitationLimits, kStickAxes> limits{};
 };
 
-/// The tilt sticks that hold the place now, in counts beside their balancing points.
+/// The tilt sticks that hold the position now, in counts from their balancing points.
 template <typename T>
 struct HoldingSticks {
   T roll_counts{0};
   T pitch_counts{0};
 };
 
-/// Flies a plan piece by piece: one stick by the plan, the others by the law. Before each piece the law has to bring
-/// the aircraft to rest at the place; after the last one, and after an abort, the law has all sticks again.
+/// Flies a plan piece by piece: the plan moves one stick, the law the others. Before each piece the law has to bring
+/// the aircraft to rest at its place; after the last one, and after an abort, the law has all sticks again.
 ///
 /// Cost: O(1) per tick, some ten comparisons. No heap. T is float or double.
 template <typename T>
@@ -68,8 +67,8 @@ class Excitation {
   enum class Abort : std::uint8_t {
     kNone,
     kLadder,    ///< control is gone (the pilot's switch), or the ladder left its top
-    kFence,     ///< the way to stop would end at a side of the fence
-    kDistance,  ///< or beyond the excitation's own distance
+    kFence,     ///< the aircraft could not stop before a side of the fence
+    kDistance,  ///< or not within the excitation's own distance
     kTilt,
     kSpeed,
     kNotAtRest,  ///< the law did not bring the aircraft to rest at the place within kPatience
@@ -79,15 +78,15 @@ class Excitation {
 
   explicit Excitation(const ExcitationPlan& plan) : plan_(plan) {}
 
-  /// The ladder reached its top: from the first piece on, if there is one.
+  /// Starts with the first piece, if there is one: the ladder reached its top.
   void start(core::TimePoint now);
 
-  /// Once per tick, before update(): the counts beside the balancing point at which a roll and a pitch stick would hold
-  /// the place now, as the observer has wind and trim. Their mean while the aircraft rests is where the next piece
-  /// begins: a push that nobody takes away would carry the aircraft off for as long as the piece lasts.
+  /// Once per tick, before update(): the roll and pitch sticks, in counts from the balancing point, that would hold the
+  /// position now, by the observer's wind and trim. The next piece begins at their mean over the time at rest: without
+  /// this a constant push would carry the aircraft away for as long as the piece lasts.
   void rest_at(const HoldingSticks<T>& holding);
   /// Once per tick, before a command is chosen.
-  /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the way to stop ends at a side.
+  /// @param may the ladder is at its top. @param brakes the fence keeper brakes: the stopping distance reaches a side.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, bool may, bool brakes,
               core::TimePoint now);
 
@@ -95,11 +94,11 @@ class Excitation {
   Abort abort() const { return abort_; }
   bool moves() const { return state_ == State::kMoving; }
   ExcitedStick axis() const { return moves_piece() ? plan_.pieces[piece_].axis : ExcitedStick::kRoll; }
-  /// Before a piece: rest_at() is of use.
+  /// Before a piece: rest_at() is needed.
   bool returns() const { return state_ == State::kReturning; }
-  /// Added to counts() on the stick of axis(): what holds the place in the wind and with the trim of now.
+  /// Added to counts() on the stick of axis(): holds the position against the present wind and trim.
   int holding_counts() const;
-  /// Of the stick of axis(), from its balancing point; 0 where it does not move.
+  /// Of the stick of axis(), from its balancing point; 0 while it does not move.
   int counts() const { return moves() ? plan_.counts[plan_.pieces[piece_].begin + sample_] : 0; }
   std::size_t piece() const { return piece_; }
   std::size_t sample() const { return sample_; }

@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kGoalMargin_m = 0.2;         // from a side to the nearest goal: overshoot and tracking error
 constexpr double kLargestMarginShare = 0.25;  // of a box that is narrow
-// The attitude has passed level, and no speed is gained any more, so long before it has turned round.
+// The attitude passes level this long before it is reversed; from then on the speed no longer grows.
 constexpr double kTurnedRound_s = 0.05;
-// Where wind and gusts leave less than this, hardly a speed is admitted.
+// Least braking that is assumed: if wind and gusts leave less, almost no speed is admitted.
 constexpr double kLeastBraking_m_s2 = 0.05;
 constexpr double kGustShare = 0.3;  // of the wind, as an amplitude
 constexpr double kReliefShare = 1.0 / 3.0;
-constexpr double kBlend_m = 0.4;   // over which braking is taken up
-constexpr double kBehind_m = 3.0;  // a goal so far behind takes all the tilt
+constexpr double kBlend_m = 0.4;   // braking grows to its full size over this distance
+constexpr double kBehind_m = 3.0;  // a goal this far behind the aircraft takes all the tilt
 constexpr double kSigmas = 3.0;
 
 }  // namespace
@@ -37,7 +37,7 @@ FenceKeeper<T>::FenceKeeper(const core::Fence& fence, const Braking& braking)
       y_(side_of(fence.side[core::Fence::kY])),
       z_(side_of(fence.side[core::Fence::kZ])),
       braking_m_s2_(static_cast<T>(braking.acceleration_m_s2)),
-      // What is left now may be spent in the next tick, when it is looked at again.
+      // The remaining distance may be used in the next tick, which checks again.
       reaction_s_(static_cast<T>(braking.reaction_s) + core::seconds<T>(core::kTickPeriod)),
       unknown_drag_per_s_(static_cast<T>(braking.unknown_drag_per_s)),
       wind_m_s2_(static_cast<T>(braking.drag_per_s * fence.wind_m_s)),
@@ -45,8 +45,8 @@ FenceKeeper<T>::FenceKeeper(const core::Fence& fence, const Braking& braking)
 
 template <typename T>
 T FenceKeeper<T>::stop_m(T speed_m_s, T tilted_m_s2, T wind_m_s2) const {
-  // What drag of the speed the estimated wind may have in it; it goes as the aircraft slows down, a third of it in the
-  // mean over the way, and leaves at most a wind of the class.
+  // Drag of the speed that the estimated wind may hide. It vanishes as the aircraft slows down, which costs a third of
+  // it on average over the braking distance, and leaves at most a wind of the class.
   const T relief_m_s2 = core::clamp(wind_m_s2_ - wind_m_s2, T(0), unknown_drag_per_s_ * speed_m_s);
   const T blows_m_s2 = wind_m_s2 + static_cast<T>(kReliefShare) * relief_m_s2;
   const T push_m_s2 = (blows_m_s2 > T(0) ? blows_m_s2 : T(0)) + unseen_m_s2_;

@@ -11,30 +11,30 @@
 
 namespace m100::ctl {
 
-/// Holds the reference inside the fence, and lets the aircraft be nowhere so fast that it could not stop before a side.
+/// Holds the reference inside the fence, and limits the speed so that the aircraft can always stop before a side.
 ///
 /// Stopping distance on one horizontal axis, at a speed v towards a side (Braking has the vehicle's numbers):
 ///   v t + a0 s (t - s / 2) + (v + a0 s)^2 / (2 a)
-/// where t is the reaction, until the attitude has turned round, s < t until it has passed level, a0 >= 0 what tilt,
-/// wind and gusts of the wind class add meanwhile, and
+/// where t is the reaction time until the attitude is reversed, s < t the time until it passes level, a0 >= 0 the
+/// acceleration by tilt, wind and gusts of the wind class until then, and
 ///   a = braking - gusts - offset - the wind that blows towards the side.
-/// The offset is that of the specific force (est::kForceOffset_m_s2): without a pose it alone tells how the push
-/// changes.
-/// That wind is the one that is estimated now, and a third of the drag that the speed may have hidden in it: braking
-/// takes the drag away and leaves the wind, at most one of the class. Over the way from v to rest a push that grows by
-/// c (v - v') costs as much as a third of c v all the time.
-/// A state is admitted if position, stopping distance and three sigmas of position end before the side. Where they do
-/// not, the reference is moved, by degrees, to a place behind the aircraft: the law brakes with all its tilt. The
-/// estimate goes on when the pose is lost, so the same holds while coasting. T is float or double.
+/// The offset is that of the specific force (est::kForceOffset_m_s2), which alone shows changes of the push while no
+/// pose arrives.
+/// That wind is the present estimate plus a third of the drag that the speed may hide in it: braking removes the drag
+/// and leaves the wind, at most one of the class. Over the braking distance a push that grows by c (v - v') costs as
+/// much as a constant third of c v.
+/// A state is admitted if position plus stopping distance plus three sigmas of position end before the side. If not,
+/// the reference is moved gradually to a place behind the aircraft, so that the law brakes with all its tilt. The
+/// estimate continues when the pose is lost, so the same applies while coasting. T is float or double.
 template <typename T>
 class FenceKeeper {
  public:
   FenceKeeper(const core::Fence& fence, const Braking& braking);
 
-  /// @param points of the window in x and y that are looked at, from the first on.
+  /// @param points how many points of the window in x and y are checked, beginning with the first.
   void hold(ref::Window<T>& window, const est::Estimate<T>& estimate, std::size_t points = ref::kHorizon + 1);
-  /// Of the last hold(): the way that is left between where the aircraft can stop and the nearest side; without the
-  /// three sigmas. Negative: a stop may come too late.
+  /// Of the last hold(): distance from the point where the aircraft can stop to the nearest side, without the three
+  /// sigmas. Negative: the aircraft may stop too late.
   T reserve_m() const { return reserve_m_; }
   /// Of the last hold(): how far the estimated place is beyond the nearest side, floor and ceiling too; negative:
   /// inside.
@@ -57,7 +57,7 @@ class FenceKeeper {
   Side x_, y_, z_;
   T braking_m_s2_, reaction_s_, unknown_drag_per_s_;
   T wind_m_s2_;    ///< of the class
-  T unseen_m_s2_;  ///< its gusts, and what the estimated push may be wrong by while no pose comes
+  T unseen_m_s2_;  ///< its gusts, and the error of the estimated push while no pose arrives
   T reserve_m_{0};
   T outside_m_{0};
   bool brakes_ = false;

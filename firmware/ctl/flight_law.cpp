@@ -148,7 +148,7 @@ Command<T> FlightLaw<T>::update(const est::Estimate<T>& estimate, const ref::Win
   const core::Turn<T>& heading = estimate.heading();
   const core::Slope<T> told = told_.at(in_force.roll_rad, in_force.pitch_rad, heading);
   const core::Slope<T> in_force_slope{.x = seen(told.x), .y = seen(told.y)};
-  // The pipes hold tangents of what the attitude loop is told, without the offset, which may still change.
+  // The pipes hold tangents of the commands to the attitude loop, without the offset, which may still change.
   for (int ticks = time_.take(elapsed, static_cast<int>(mpc::DelayPredictor<T>::kCapacity)); ticks > 0; --ticks) {
     x_.predictor.sent(in_force_slope.x);
     y_.predictor.sent(in_force_slope.y);

@@ -21,10 +21,10 @@ namespace m100::ctl {
 struct FlightLawOptions {
   /// Height gains from the climb dynamics (design_altitude); false: those of the vehicle file, as they stand.
   bool design_altitude = true;
-  /// No command for both axes together exceeds this, 0 to 90 degrees, nor does the tilt for long (tilt_room.h): the
-  /// promise is 35 degrees, the attitude loop overshoots by 7 %.
+  /// Limit of the commanded tilt of both axes together, 0 to 90 degrees. The measured tilt exceeds it only briefly
+  /// (tilt_room.h): the promise is 35 degrees, the attitude loop overshoots by 7 %.
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
-  /// Of the horizontal axes; the baseline has everything else in common with the MPC.
+  /// Law of the horizontal axes; the baseline shares everything but the optimisation with the MPC.
   mpc::Law horizontal = mpc::Law::kMpc;
 };
 
@@ -37,7 +37,7 @@ struct InverseLags {
 /// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
 InverseLags inverse_lags(const model::StickAxis& axis);
 
-/// How the horizontal commands came about when they were solved last, for the log.
+/// How the horizontal commands were last computed, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;
   mpc::Path path_y = mpc::Path::kTable;
@@ -53,10 +53,10 @@ struct LawReport {
 ///  2. Targets. Tilts are taken as tangents, t = tan(tilt), which makes v' = +-g t - c v + d linear at any tilt:
 ///       t_ref = +-(a_ref + c v_ref - d) / g,   input target s = t_ref + T1 t_ref' + T2 t_ref''
 ///     (inverse_lags(): the input that makes the attitude loop follow t_ref).
-///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that less m. So neither
+///  3. The program is solved for the input as the attitude loop sees it, u + m; the command is that minus m. So neither
 ///     wind (d) nor trim and command gain (m) leaves a steady offset.
-/// Then both tilts are limited together, keeping their direction, by how far the aircraft tilts already (tilt_room.h),
-/// and turned by yaw into roll and pitch.
+/// Then both tilts are limited together, keeping their direction, with regard to the present tilt (tilt_room.h), and
+/// rotated by yaw into roll and pitch.
 /// Needs a window whose lead is lead(). Cost: firmware/README.md.
 template <typename T>
 class FlightLaw {
@@ -64,24 +64,24 @@ class FlightLaw {
   /// The tables must outlive the law.
   FlightLaw(const model::Vehicle& vehicle, const mpc::GainTables<T>& tables, const FlightLawOptions& options = {});
 
-  /// Once per tick. @param in_force what the autopilot was told since the last one, after supervisor and stick
+  /// Once per tick. @param in_force the command sent to the autopilot since the last tick, after supervisor and stick
   ///   rounding; it goes into the prediction through the delay.
-  /// @param solves false: the tilts stay as they were solved last, because no command can leave in this tick. The
-  ///   pipes, height and yaw go on; of the window's points in x and y none is looked at.
+  /// @param solves false: the last solved tilts are kept, because no command can leave in this tick. The pipes, height
+  ///   and yaw are updated; the window's points in x and y are not read.
   Command<T> update(const est::Estimate<T>& estimate, const ref::Window<T>& reference, const Command<T>& in_force,
                     core::Duration elapsed, bool solves = true);
 
   /// How far ahead of now the window must begin: the transport delay of pitch (that of roll is accounted for).
   core::Duration lead() const { return x_.predictor.lead(); }
   const LawReport& report() const { return report_; }
-  /// The largest slope that one axis surely gets, whatever the other one wants: of the tables' boxes and a half of the
-  /// combined limit (in the square).
+  /// Largest slope that is available to one axis whatever the other one wants: the smaller of the tables' boxes and the
+  /// combined limit divided by the root of two.
   T slope_limit() const;
-  /// From now on, and until reset(), the horizontal axes are flown by the calm law (calm_law.h), this quick [rad/s].
+  /// From now on, until reset(), the calm law (calm_law.h) flies the horizontal axes, with this rate [rad/s].
   void calm_down(T rate_per_s) { calm_per_s_ = rate_per_s; }
   bool calm() const { return calm_per_s_ > T(0); }
-  /// For a start in the air: integral, active sets and the calm law forgotten. The pipes keep what the autopilot was
-  /// told.
+  /// For a start in the air: clears the integral, the active sets and the calm law. The pipes keep the commands that
+  /// were sent.
   void reset();
 
  private:

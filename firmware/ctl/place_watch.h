@@ -9,19 +9,20 @@
 
 namespace m100::ctl {
 
-/// Notices a wind in which the place cannot be held. On one horizontal axis all of this must hold, without a break:
-///   - the push that is estimated, averaged over 2 s, is above what the aircraft holds against (Braking::holds_m_s2);
-///   - the aircraft is more than half a metre downwind of its reference, and does not come back by 0.2 m/s.
-/// Either alone is healthy: a gust is over in a second, and a far goal upwind takes its time. T is float or double.
+/// Detects a wind in which the aircraft cannot hold its position. Both conditions must be true on one horizontal axis,
+/// without interruption:
+///   - the estimated push, averaged over 2 s, exceeds the push that the aircraft can resist (Braking::holds_m_s2);
+///   - the aircraft is more than half a metre downwind of its reference and returns at less than 0.2 m/s.
+/// Either one alone is normal: a gust is over in a second, and a far goal upwind takes time. T is float or double.
 template <typename T>
 class PlaceWatch {
  public:
   explicit PlaceWatch(const Braking& braking) : holds_m_s2_(static_cast<T>(braking.holds_m_s2)) {}
 
-  /// Once per tick. @param flies whether the law flies; where it does not, nothing is watched.
+  /// Once per tick. @param flies whether the law flies; if not, nothing is watched.
   void update(const est::Estimate<T>& estimate, const ref::Window<T>& window, bool flies, T step_s);
 
-  /// How long the place has not been held, on the worse axis.
+  /// How long the position has not been held, on the worse axis.
   T lost_s() const { return x_.lost_s > y_.lost_s ? x_.lost_s : y_.lost_s; }
   /// The averaged push, on the axis that is worse.
   T push_m_s2() const;

@@ -11,15 +11,14 @@
 
 namespace m100::ctl {
 
-/// The command that brings the aircraft to a stand without a course, and holds it against trim and wind as they were
-/// last estimated: what the ladder lets through in its level rung. Per axis of the yaw-free frame
+/// The command of the ladder's level rung: it stops the aircraft without a course, and then holds it against trim and
+/// wind as last estimated. Per axis of the yaw-free frame
 ///   v' = -k (v + t v'now),  at most the vehicle's braking:  slope = +-(v' - d) / g - m
-/// The speed is that of a reaction time t later, so that the tilt is taken away in time; with k t = 0.7 the stop does
-/// not overshoot. It brakes as hard as the fence reckons: a gentler stop would end beyond it. Both slopes together are
-/// at most tan(30 degrees), the law's own limit, less what the aircraft tilts beyond it (tilt_room.h), and keep their
-/// direction. While no pose comes the velocity is the
-/// model's prediction; where its own sigma says that it is worthless, trim and wind alone are held. Level where there
-/// is no prediction. No climb, no turn: the autopilot holds the height.
+/// The speed is that of a reaction time t later, so that the tilt is removed in time; with k t = 0.7 the stop does not
+/// overshoot. It brakes as hard as the fence assumes: a gentler stop would end beyond the fence. Both slopes together
+/// are at most tan(30 degrees), the law's own limit, reduced by any tilt beyond it (tilt_room.h), and keep their
+/// direction. While no pose arrives the velocity is the model's prediction; if its sigma is too large, only trim and
+/// wind are compensated. Without a prediction the command is level. No climb, no turn: the autopilot holds the height.
 template <typename T>
 Command<T> settle(const est::Estimate<T>& estimate, const Braking& braking) {
   const T ahead_s = static_cast<T>(braking.reaction_s);

@@ -6,21 +6,20 @@
 
 namespace m100::ctl {
 
-/// The slope (tangent of the tilt) that one axis will have `ahead_s` from now, if it goes on turning as it does.
-/// @param slope that it has now.
+/// The slope (tangent of the tilt) of one axis `ahead_s` from now, if its tilt rate stays constant.
+/// @param slope of now.
 template <typename T>
 T slope_soon(const est::AxisEstimate<T>& axis, T slope, T ahead_s) {
   return slope + ahead_s * axis.tilt_rate_rad_s * (T(1) + slope * slope);
 }
 
-/// The largest slope that may be commanded while both axes together soon have these: `limit`, less twice what they are
-/// beyond it, and half of it at the least.
+/// The largest slope that may be commanded while both axes are about to have these slopes: `limit`, minus twice the
+/// amount by which they exceed it together, but at least half of it.
 ///
-/// What is commanded is not what is flown. A balancing point that is off by 56 counts leans the aircraft by 3 degrees
-/// beside its command, whichever way the limit is asked for; so does an attitude loop that gives more than it is told,
-/// or overshoots. What is learned of it (input_offset_rad) is learned in seconds, and along the axes of the world, so
-/// that a turn of the heading makes it wrong. The tilt itself is measured. An error of e at the limit leaves e / 3 of
-/// it beyond the limit.
+/// The flown tilt differs from the commanded one. A balancing point that is wrong by 56 counts adds 3 degrees of tilt
+/// to the command, in any direction; so does an attitude loop that tilts more than commanded, or overshoots. The
+/// observer's estimate of this (input_offset_rad) takes seconds, and is along the axes of the world, so that a change
+/// of heading makes it wrong. The tilt itself is measured. An error of e at the limit leaves e / 3 beyond the limit.
 template <typename T>
 T most_slope(T soon_x, T soon_y, T limit) {
   constexpr T kTakenBack = T(2);

@@ -6,7 +6,7 @@
 
 namespace m100::ctl {
 
-/// Yaw (paper, III-E.2): rate = rate_ref + K wrap(yaw_ref - yaw), the short way round, within +-rate_limit.
+/// Yaw (paper, III-E.2): rate = rate_ref + K wrap(yaw_ref - yaw), along the shorter rotation, within +-rate_limit.
 template <typename T>
 class YawP {
  public:

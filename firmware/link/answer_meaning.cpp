@@ -26,9 +26,9 @@ bool is_question_of(Stage stage, protocol::MessageId command) {
 
 safety::AuthoritySign meaning_of(const protocol::AckMeaning& answer, protocol::MessageId command) {
   if (answer.code == protocol::kAckNotAuthorised) {
-    return AuthoritySign::kNotActivated;  // a wrong key is another matter: asking again does not heal it
+    return AuthoritySign::kNotActivated;  // not the answer to a wrong key, for which a retry is useless
   }
-  // A request for control is answered by what was done, which may be the opposite of what was asked.
+  // The answer to a request for control names what was done, which may be the opposite of the request.
   if (command == protocol::ids::kControlRequest && answer.code == protocol::control_ack::kReleased) {
     return AuthoritySign::kRefused;
   }

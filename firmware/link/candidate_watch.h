@@ -8,8 +8,8 @@
 
 namespace m100::link {
 
-/// Tells when the header that the parser waits behind cannot begin a frame of an autopilot. The parser finds frames of
-/// any legal length and knows no clock, so a dozen false bytes could hold a tenth of a second of telemetry back.
+/// Detects that the parser waits for the rest of a header that cannot begin a frame of an autopilot. The parser accepts
+/// any legal length and has no clock, so a dozen false bytes could delay a tenth of a second of telemetry.
 class CandidateWatch {
  public:
   /// Longest frame that an N1 sends: telemetry with every item, encrypted, is 144 bytes (protocol, section 10).
@@ -17,8 +17,8 @@ class CandidateWatch {
 
   explicit CandidateWatch(std::uint32_t baud) : baud_(baud) {}
 
-  /// @param adapter_delay the longest that the way from the line to us holds bytes back.
-  /// @returns true: give it up. It is longer than any frame of an autopilot, or its rest has been due for a while.
+  /// @param adapter_delay longest delay of bytes between the line and this program.
+  /// @returns true: give the header up. It claims more than the longest frame of an autopilot, or its rest is overdue.
   bool is_false(const protocol::FrameParser& parser, core::TimePoint now, core::Duration adapter_delay) {
     const std::size_t claimed = parser.claimed_bytes();
     if (claimed == 0) {

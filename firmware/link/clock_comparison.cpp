@@ -5,7 +5,7 @@ namespace m100::link {
 namespace {
 
 constexpr std::int64_t kNsPerUs = 1000;
-/// An answer ages by a thousandth of the time since: ten times the drift of a poor quartz.
+/// The error bound of an answer grows by a thousandth of the time since then: ten times the drift of a poor quartz.
 constexpr std::int64_t kAging = 1000;
 
 std::int64_t ns_of(core::TimePoint at) { return at.time_since_epoch().count() * kNsPerUs; }

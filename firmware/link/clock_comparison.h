@@ -8,25 +8,26 @@
 
 namespace m100::link {
 
-/// Compares our clock with that of the source of pose, by questions and answers (TIMESYNC). Each answer says that their
-/// time was T somewhere between our question and its arrival: the offset is known to half of what there and back took,
-/// and no better, whatever the two ways were. The best answer is kept until drift has made a newer one better.
+/// Compares our clock with that of the source of pose, by questions and answers (TIMESYNC). Each answer shows that the
+/// sender's time was T at some moment between our question and the answer's arrival. The offset is therefore known to
+/// half of the round trip and no better, because the two directions may differ. The best answer is kept until drift has
+/// made a newer one better.
 class ClockComparison {
  public:
   static constexpr core::Duration kEvery = std::chrono::milliseconds(200);
-  static constexpr core::Duration kLatest = std::chrono::milliseconds(500);  ///< there and back; a later answer is none
+  static constexpr core::Duration kLatest = std::chrono::milliseconds(500);  ///< round trip; a later answer is ignored
 
   /// @returns true: it is time to ask.
   bool due(core::TimePoint now) const { return !asked_ || since_asked(now) >= kEvery; }
   core::Duration since_asked(core::TimePoint now) const { return now - asked_at_; }
   /// An answer has come.
   bool is_known() const { return known_; }
-  /// Notes a question that is sent now. @returns what stands in its ts1 [ns].
+  /// Records a question that is sent now. @returns the value of its ts1 [ns].
   std::int64_t ask(core::TimePoint now);
-  /// An answer. @param ts1 that of its question; an answer to any other than the last is passed over.
-  /// @param theirs their time [ns] @returns false: passed over.
+  /// Records an answer. @param ts1 that of its question; only an answer to the last question counts.
+  /// @param theirs the sender's time [ns] @returns false: ignored.
   bool answer(std::int64_t ts1, std::int64_t theirs, core::TimePoint arrived);
-  /// Their clock has begun anew.
+  /// The sender's clock was restarted.
   void forget() { *this = ClockComparison{}; }
 
   core::ClockOffset offset(core::TimePoint now) const;

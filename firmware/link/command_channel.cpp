@@ -28,7 +28,7 @@ core::Expected<core::Duration> command_period(const ChannelConfig& config) {
   if (!(rate_hz >= window.low_hz && rate_hz <= window.high_hz)) {
     return core::Status::kOutOfRange;
   }
-  // Rounded up, so that rounding never makes the rate higher than asked for.
+  // Rounded up, so that rounding never makes the rate higher than requested.
   const auto period_us = static_cast<core::Duration::rep>(1e6 / rate_hz);
   return core::Duration{static_cast<double>(period_us) * rate_hz < 1e6 ? period_us + 1 : period_us};
 }

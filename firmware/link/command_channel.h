@@ -35,15 +35,15 @@ struct ChannelConfig {
 /// @returns kOutOfRange: the rate is outside the window of its channel.
 core::Expected<core::Duration> command_period(const ChannelConfig& config);
 
-/// Keeps commands apart. Due times lie on a grid, so that a clock that jitters hardly lowers the mean rate, and nothing
-/// raises it: two commands are never closer than period - kSlack, after a pause there is no catching up, and no second,
-/// wherever it begins, holds more commands than periods fit into it. The price: a clock that jitters slips by one tick
-/// about once a second.
+/// Limits the command rate. Due times lie on a grid, so that clock jitter hardly lowers the mean rate and never raises
+/// it: two commands are never closer than period - kSlack, a pause is not made up for, and no window of one second
+/// holds more commands than periods fit into it. The cost: with a jittering clock a command slips by one tick about
+/// once a second.
 class RateLimiter {
  public:
   static constexpr core::Duration kSlack = std::chrono::milliseconds(2);
   static constexpr core::Duration kWindow = std::chrono::seconds(1);
-  /// The most that DJI allows in a second, on any channel; a faster rate (the paper's) is kept apart only.
+  /// DJI's maximum per second, on any channel; at a faster rate (the paper's) only the spacing is limited.
   static constexpr std::size_t kMostPerWindow = 50;
 
   explicit RateLimiter(core::Duration period)
@@ -52,7 +52,7 @@ class RateLimiter {
   bool due(core::TimePoint now) const {
     return now >= next_ - kSlack && (!used_ || now - last_ >= period_ - kSlack) && window_has_room(now);
   }
-  /// Call it for each command that is handed over.
+  /// Call it for each command that is passed to the line.
   void sent(core::TimePoint now) {
     const core::TimePoint on_grid = next_ + period_;
     const core::TimePoint from_now = now + period_ - kSlack;
@@ -90,8 +90,8 @@ class RateLimiter {
 /// Sticks as sixteen channels: gear down, mode A (the mode the paper's model was identified in), the rest centred.
 protocol::VirtualRcData to_virtual_rc(const vrc::Sticks& sticks);
 
-/// FLU and SI as DJI's movement command: degrees, nose up and clockwise positive, up positive. Saturated at its ranges;
-/// a number that is not finite is left for the encoder to refuse.
+/// Converts FLU and SI to DJI's movement command: degrees, nose up and clockwise positive, up positive. Saturated at
+/// its ranges; the encoder refuses numbers that are not finite.
 protocol::Movement to_movement(const ctl::Command<double>& command);
 
 }  // namespace m100::link

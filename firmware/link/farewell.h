@@ -11,24 +11,24 @@
 
 namespace m100::link {
 
-/// The last words of a program whose own invariants are broken (M100_ASSERT): neutral commands, Virtual RC off, control
-/// released, and asked for twice as the protocol wants it. Made at start-up, when everything still holds; saying them
-/// is one write of constant bytes, which a handler may do whatever the state of the rest is.
+/// The last messages of a program after a failed assertion (M100_ASSERT): a neutral command, Virtual RC off, and two
+/// requests to release control, as the protocol requires. They are encoded at start-up, before anything can be broken;
+/// sending them is one write of constant bytes, which a handler can do whatever the state of the program is.
 ///
-/// The releases travel in the two highest sessions, which SerialLink never opens: it takes the lowest free one.
+/// The releases use the two highest sessions, which SerialLink never opens: it takes the lowest free one.
 class Farewell {
  public:
   static constexpr std::size_t kBytes = 256;
 
-  /// Any number does for a program that speaks once: the autopilot compares it with the last one of the same session.
+  /// Any number is valid for a single farewell: the autopilot compares it with the last one of the same session.
   static constexpr std::uint16_t kSequence = 0xFA2E;
 
-  /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; who says
-  ///   it again, or has said it before to an autopilot that was not restarted since, needs another one.
+  /// @param neutral command of the channel in use. @param cipher null: plain. @param sequence of all frames; to send a
+  ///   farewell again to an autopilot that was not restarted since, use another number.
   Farewell(const ChannelCommand& neutral, const protocol::Cipher* cipher, std::uint16_t sequence = kSequence);
 
   std::span<const std::byte> bytes() const { return std::span(bytes_).first(size_); }
-  /// The same without the neutral command: what may still be said when control may have been taken meanwhile (R4).
+  /// The same without the neutral command, for the case that control may have been taken meanwhile (R4).
   std::span<const std::byte> giving_back() const { return bytes().subspan(neutral_size_); }
 
  private:

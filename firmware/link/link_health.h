@@ -10,7 +10,7 @@
 
 namespace m100::link {
 
-/// What a user wants to know about a link, in numbers.
+/// Statistics of a link for its user.
 struct LinkHealth {
   /// Upper ends of the jitter bins [us]; the last bin has none.
   static constexpr std::array<std::int64_t, 9> kJitterBins_us{500, 1000, 2000, 4000, 8000, 16000, 32000, 64000, 128000};
@@ -29,9 +29,9 @@ struct LinkHealth {
   std::uint64_t bytes_sent = 0;
   std::uint32_t packages = 0;          ///< of telemetry
   std::uint32_t bad_packages = 0;      ///< good frame, but sizes do not fit
-  std::uint32_t old_packages = 0;      ///< of telemetry that were said before: repeated or overtaken; not counted above
+  std::uint32_t old_packages = 0;      ///< telemetry that is repeated or overtaken; not counted above
   std::uint32_t refused_items = 0;     ///< telemetry items that held a number that is not finite
-  std::uint32_t undecipherable = 0;    ///< encrypted, and we have no key
+  std::uint32_t undecipherable = 0;    ///< encrypted, but we have no key
   std::uint32_t commands_sent = 0;     ///< flight commands
   std::uint32_t commands_refused = 0;  ///< out of range, or without control
   std::uint32_t commands_dropped =

@@ -8,7 +8,7 @@ namespace {
 
 constexpr core::Duration kWindow = std::chrono::seconds(1);
 constexpr double kBitsPerByte = 10.0;
-/// What a UART costs at least, and what no adapter costs: a USB one waits 16 ms by default.
+/// Bounds of the adapter delay: the least of a UART, and more than any adapter has (a USB one waits 16 ms by default).
 constexpr core::Duration kLeastAdapterDelay = std::chrono::milliseconds(2);
 constexpr core::Duration kMostAdapterDelay = std::chrono::milliseconds(40);
 
@@ -47,7 +47,7 @@ void LinkMeter::timed_package(core::TimePoint now, core::Duration autopilot_time
   if (has_time_) {
     const core::Duration jitter = (now - last_timed_) - (autopilot_time - last_autopilot_time_);
     ++health_.jitter_histogram[bin_of(std::chrono::abs(jitter))];
-    // The two clocks drift apart: let the least offset follow by 100 parts per million.
+    // The two clocks drift apart: the least offset follows by 100 parts per million.
     least_offset_ = std::min(offset, least_offset_ + (now - last_timed_) / 10000);
   } else {
     least_offset_ = offset;

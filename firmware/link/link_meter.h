@@ -6,7 +6,7 @@
 
 namespace m100::link {
 
-/// Turns what passes a link into LinkHealth.
+/// Computes LinkHealth from the traffic of a link.
 class LinkMeter {
  public:
   explicit LinkMeter(std::uint32_t baud) : baud_(baud) {}
@@ -24,7 +24,7 @@ class LinkMeter {
 
   LinkHealth& counters() { return health_; }
   const LinkHealth& health() const { return health_; }
-  /// The longest that the way from the line to us has held a package back, in the last second or two.
+  /// Longest delay of a package between the line and this program, in the last one or two seconds.
   core::Duration adapter_delay() const;
 
  private:
@@ -39,7 +39,7 @@ class LinkMeter {
   bool has_time_ = false;
   core::TimePoint last_timed_{};
   core::Duration last_autopilot_time_{0};
-  core::Duration window_delay_{0};  ///< longest transport delay of this second; former: of the one before
+  core::Duration window_delay_{0};  ///< longest transport delay of this second; former_delay_: of the last one
   core::Duration former_delay_{0};
   core::Duration least_offset_{0};  ///< our clock minus the autopilot's, for the fastest package
 };

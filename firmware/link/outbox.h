@@ -11,9 +11,9 @@
 
 namespace m100::link {
 
-/// Frames on their way to a UART that may take them in pieces. Two kinds: requests wait in a queue of kRequests; of
-/// flight commands there is at most one. Both can be called back at any time, even half written (the far side throws a
-/// cut frame away). Frames never mix. No heap.
+/// Frames that wait for a UART, which may take them in pieces. Two kinds: requests wait in a queue of kRequests; there
+/// is at most one flight command. Both can be dropped at any time, even half written (the receiver discards an
+/// incomplete frame). Frames never mix. No heap.
 class Outbox {
  public:
   static constexpr std::size_t kRequests = 8;
@@ -21,7 +21,7 @@ class Outbox {
 
   /// @returns false: the frame is too long, or the queue is full.
   [[nodiscard]] bool add_request(std::span<const std::byte> frame) { return add(frame, false); }
-  /// An answer to the autopilot; it waits in the same queue, and no order of ours makes it void.
+  /// An answer to the autopilot; it waits in the same queue, and drop_requests() keeps it.
   [[nodiscard]] bool add_answer(std::span<const std::byte> frame) { return add(frame, true); }
 
   /// @returns false: too long, or the command before is half written.
@@ -36,7 +36,7 @@ class Outbox {
   bool has_command() const { return command_.size > 0; }
   bool has_requests() const { return count_ > 0; }
   void drop_command() { command_ = {}; }
-  /// Also one that is half written: what was asked for no longer holds. Answers stay.
+  /// Drops all requests, also one that is half written, because they are no longer valid. Answers stay.
   void drop_requests() {
     const std::size_t waiting = count_;
     count_ = 0;
@@ -53,9 +53,9 @@ class Outbox {
     count_ = 0;
   }
 
-  /// Writes until everything is gone or the UART takes no more.
+  /// Writes until everything is sent or the UART takes no more.
   /// @param on_sent called with the bytes of each successful write.
-  /// @returns kOk, or what the UART said.
+  /// @returns kOk, or the status of the UART.
   template <typename OnSent>
   core::Status flush(hal::Uart& uart, OnSent&& on_sent) {
     for (std::size_t frames = 0; frames <= kRequests && (count_ > 0 || has_command()); ++frames) {
@@ -99,7 +99,7 @@ class Outbox {
     return true;
   }
 
-  /// A half-written frame must be finished; else requests go first.
+  /// A half-written frame must be finished first; otherwise requests go before the command.
   Frame& current() {
     const bool command_begun = has_command() && command_.written > 0;
     return command_begun || count_ == 0 ? command_ : requests_[first_];

@@ -65,7 +65,7 @@ void PoseLink::take(const mavlink::FrameView& frame, core::TimePoint now, Newest
   core::Expected<core::Pose<double>> pose = read_pose(frame);
   if (pose.status() == core::Status::kNotReady) {
     if (has_last_ && frame.from == sender_) {
-      (void)hears(frame, now);  // another message; its number counts, or the next pose would find one missing
+      (void)hears(frame, now);  // another message: its sequence number counts, so that no frame seems to be lost
     }
     return;
   }
@@ -101,7 +101,7 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
     }
     parser_.consume(bytes, [&](const mavlink::FrameView& frame) { take(frame, now, newest); });
   }
-  // What stands behind a frame came after it.
+  // Bytes after a frame in the stream arrived after it.
   const std::uint64_t all = parser_.stats().bytes;
   if (newest.answer_end > 0 &&
       comparison_.answer(newest.ts1, newest.theirs, now - line_time(all - newest.answer_end, baud_))) {
@@ -122,8 +122,8 @@ core::Expected<core::Pose<double>> PoseLink::receive(core::TimePoint now) {
   return pose;
 }
 
-/// A question that the line has no room to answer makes every later pose older: 240 poses of 48 bytes a second fill
-/// 115200 baud, and five answers a second on top are a queue that grows by 12 ms a second.
+/// If the line has no room for the answer, a question makes every later pose older: 240 poses of 48 bytes a second fill
+/// 115200 baud, and five more answers a second are a queue that grows by 12 ms a second.
 bool PoseLink::has_room(core::TimePoint now) const {
   const core::Duration busy = line_time(parser_.stats().bytes - asked_at_bytes_, baud_);
   return comparison_.since_asked(now) - busy >= line_time(kRoomForAnswer, baud_);

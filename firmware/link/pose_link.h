@@ -14,34 +14,33 @@
 namespace m100::link {
 
 struct PoseLinkStats {
-  std::uint64_t poses = 0;            ///< taken
-  std::uint32_t refused = 0;          ///< numbers that cannot be
-  std::uint32_t refused_order = 0;    ///< doubled, or overtaken by a newer one
-  std::uint32_t refused_senders = 0;  ///< of another sender than the one that is being heard
-  std::uint32_t lost_frames = 0;      ///< by the numbers of the sender's frames, of any message
-  std::uint32_t answers = 0;          ///< to our questions for the time
+  std::uint64_t poses = 0;            ///< accepted
+  std::uint32_t refused = 0;          ///< impossible numbers
+  std::uint32_t refused_order = 0;    ///< duplicated, or overtaken by a newer one
+  std::uint32_t refused_senders = 0;  ///< from another sender than the accepted one
+  std::uint32_t lost_frames = 0;      ///< by the sequence numbers of the sender's frames, of any message
+  std::uint32_t answers = 0;          ///< to our time requests
 };
 
 /// The source of pose at the other end of a second UART: MAVLink, unsigned, because a serial port is a wire. One call
-/// per tick; older poses of the same tick are passed over. A pose whose stamp is not newer than the last is refused,
-/// unless the sender evidently restarted: a step back by more than kRestart, or nothing for a second; until then the
-/// first sender is the only one that is heard.
+/// per tick; older poses of the same tick are skipped. A pose whose time stamp is not newer than the last is refused,
+/// unless the sender evidently restarted: a step back by more than kRestart, or silence for a second. Until then only
+/// the first sender is accepted.
 class PoseLink {
  public:
   static constexpr std::size_t kBytesPerTick = 2048;
   static constexpr core::SenderClock::duration kRestart = std::chrono::seconds(10);
 
-  /// @param baud for the time a byte spends on the line; 0: none.
+  /// @param baud gives the time of a byte on the line; 0: none.
   /// @param tap sees all bytes of both directions; may be null.
   PoseLink(hal::Uart& uart, std::uint32_t baud, ByteTap* tap = nullptr);
 
-  /// @returns the newest pose that came since the call before, its `captured` as the sender stamped it; where the
-  /// sender
-  ///   stamps nothing, when it came. kNotReady: none.
+  /// @returns the newest pose that arrived since the last call; `captured` is the sender's time stamp, or the time of
+  ///   arrival if the sender does not stamp. kNotReady: none.
   core::Expected<core::Pose<double>> receive(core::TimePoint now);
 
-  /// Asks the sender for its time, five times a second: 30 bytes. Once it is known, only as often as the line has had
-  /// room for the answer since the last question. A sender that does not answer is flown with all the same.
+  /// Asks the sender for its time, five times a second: 30 bytes. Once the time is known, it asks only when the line
+  /// has had room for the answer since the last question. A sender that does not answer is used nevertheless.
   void ask_time(core::TimePoint now);
 
   const PoseLinkStats& stats() const { return stats_; }

@@ -17,7 +17,7 @@ constexpr float kLargestVariance_m2 = 100.F;
 /// Local frames of ODOMETRY whose axes are north, east, down, or forward, right, down: MAV_FRAME_LOCAL_NED, MOCAP_NED,
 /// VISION_NED, ESTIM_NED, LOCAL_FRD.
 constexpr std::array<std::uint8_t, 5> kNedFrames{1, 14, 16, 18, 20};
-/// Where the variances of x, y and z stand in the upper right of a 6x6 matrix, row by row.
+/// Positions of the variances of x, y and z in the upper right of a 6x6 matrix, row by row.
 constexpr std::array<std::size_t, 3> kDiagonal{0, 6, 11};
 
 using Variances = std::array<float, 3>;
@@ -26,7 +26,7 @@ Variances variances(const std::array<float, 21>& covariance) {
   return {covariance[kDiagonal[0]], covariance[kDiagonal[1]], covariance[kDiagonal[2]]};
 }
 
-/// What all three messages say, in the arithmetic in which it stands on the wire.
+/// The common content of all three messages, in the types of the wire.
 struct Reading {
   std::uint64_t captured_us = 0;
   core::Vector<float, 3> position_ned_m;
@@ -34,7 +34,7 @@ struct Reading {
   Variances variance_m2;  ///< of x, y, z; 0 or no number: not known
 };
 
-// A comparison with NaN is false, so each test states what is good.
+// A comparison with NaN is false, so each test states the valid range.
 bool believable(const core::Vector<float, 3>& p) {
   const auto near = [](float value) { return value >= -kFarthest_m && value <= kFarthest_m; };
   return near(p.x()) && near(p.y()) && near(p.z());
@@ -67,7 +67,7 @@ core::Expected<core::Pose<double>> pose_of(const Reading& reading) {
 
 core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0], q[1], q[2], q[3]}; }
 
-// Each message is decoded in a function of its own, which is not inlined: only one of them lies on the stack.
+// Each message is decoded in its own function, which is not inlined, so that only one of them is on the stack.
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_mocap(const mavlink::FrameView& frame) {
   const auto message = mavlink::decode<mavlink::AttPosMocap>(frame);
@@ -79,7 +79,7 @@ core::Quaternion<float> quaternion(const std::array<float, 4>& q) { return {q[0]
 
 [[gnu::noinline]] core::Expected<core::Pose<double>> read_vision(const mavlink::FrameView& frame) {
   const auto message = mavlink::decode<mavlink::VisionPositionEstimate>(frame);
-  constexpr float kTurns = 100.F;  // an angle beyond that is no angle, and costs accuracy
+  constexpr float kTurns = 100.F;  // a larger number is not an angle, and costs accuracy
   const core::Euler<float> euler{message.roll, message.pitch, message.yaw};
   const auto good = [](float angle) { return angle >= -kTurns && angle <= kTurns; };
   if (!good(euler.roll_rad) || !good(euler.pitch_rad) || !good(euler.yaw_rad)) {

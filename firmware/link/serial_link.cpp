@@ -49,7 +49,7 @@ void SerialLink::poll_sessions(core::TimePoint now) {
       return;
     }
     if (due->kind == protocol::Due::Kind::kRepeat) {
-      (void)outbox_.add_request(due->frame.bytes);  // a full outbox is a lost repetition: the next one follows
+      (void)outbox_.add_request(due->frame.bytes);  // with a full outbox this retry is lost: the next one follows
     } else {
       edges_ |= when(is_question_of(state_.stage, due->command), AuthoritySign::kNoAnswer);
     }
@@ -59,7 +59,7 @@ void SerialLink::poll_sessions(core::TimePoint now) {
 void SerialLink::listen_for_an_echo(core::TimePoint now) {
   const bool is_asked = sessions_.is_open(protocol::ids::kVersionQuery);
   if (authority_.in_control && !is_asked && now - last_echo_ >= kEchoSpacing) {
-    (void)ask(protocol::VersionQuery{}, kEchoTransmissions, now);  // what cannot leave is not answered either
+    (void)ask(protocol::VersionQuery{}, kEchoTransmissions, now);  // a query that cannot leave gets no answer either
   }
 }
 
@@ -80,7 +80,7 @@ safety::AuthoritySign SerialLink::level_signs(core::TimePoint now) const {
   const protocol::Telemetry::Control& control = telemetry_.control;
   const bool uses_virtual_rc = config_.channel.channel == Channel::kVirtualRc;
   // While Virtual RC is on, the RC item may show our own mode channel (A) instead of the real switch (protocol, 7).
-  // Then only the control item tells of the switch; where the item has shown F it is the switch.
+  // Then only the control item shows the switch. Once the RC item has shown F, it shows the real switch.
   const bool shows_our_mode =
       uses_virtual_rc && !rc_item_is_real_ && control.virtual_rc_on() && telemetry_.rc.mode == protocol::kRcModeA;
   return when(ever_heard_ && now - last_frame_ <= kHeardFor, AuthoritySign::kHeard) |
@@ -101,7 +101,7 @@ void SerialLink::step_authority(core::TimePoint now) {
   state_ = made.state;
   if (made.moved) {
     give_up_open_request();
-    outbox_.drop_requests();  // what has not left yet is void as well
+    outbox_.drop_requests();  // requests that have not left yet are void as well
   }
   commanded_ = commanded_ && safety::may_command(state_.stage);
   if (!safety::may_command(state_.stage) && outbox_.has_command()) {

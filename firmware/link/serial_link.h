@@ -31,70 +31,69 @@ struct LinkConfig {
   const protocol::Cipher* cipher = nullptr;  ///< the key of that app; null: nothing is encrypted or decrypted
   bool encrypt_commands = false;             ///< sets 0x01 and 0x05; answers are taken either way
   std::uint32_t baud = 230400;               ///< for the shares in LinkHealth only
-  /// Of each telemetry item. RC and control at 100 Hz: they tell that control is gone.
+  /// Rate of each telemetry item. RC and control at 100 Hz, because they show a loss of control.
   std::array<protocol::Rate, 16> rates{protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k100Hz,
                                        protocol::Rate::k100Hz, protocol::Rate::k100Hz, protocol::Rate::k10Hz,
                                        protocol::Rate::kOff,   protocol::Rate::k100Hz, protocol::Rate::kOff,
                                        protocol::Rate::k10Hz,  protocol::Rate::k1Hz,   protocol::Rate::k100Hz};
 };
 
-/// Who flies, and why.
+/// State of start-up and authority, with its reason.
 struct AuthorityView {
   safety::Stage stage = safety::Stage::kListening;
   safety::Reason reason = safety::Reason::kStarting;
-  protocol::AckMeaning answer;  ///< of the autopilot to the last command; tells more where reason is kAnswer
+  protocol::AckMeaning answer;  ///< of the autopilot to the last command; says more if reason is kAnswer
   bool in_control = false;      ///< commands may leave
   bool mode_f = false;
-  bool asked = false;            ///< the operator's ask is still to be served
-  bool owed = false;             ///< control or Virtual RC may be ours; false: telemetry shows the transmitter's
-  bool port_gone = false;        ///< the device itself: no byte of ours can leave
+  bool asked = false;            ///< the operator's ask is not served yet
+  bool owed = false;             ///< control or Virtual RC may be ours; false: telemetry shows the transmitter
+  bool port_gone = false;        ///< the device itself is gone: our bytes cannot leave
   bool heard = false;            ///< a frame within the last 500 ms
   bool telemetry_fresh = false;  ///< a telemetry package within the last 100 ms
 };
 
 /// The autopilot at the other end of a UART: bytes to telemetry, and commands to bytes, by the authority table only.
 ///
-/// One tick is receive(now), then at most one send(command, now). Between two ticks nothing happens, so nothing is ever
-/// sent that was not computed in this tick; a command that could not leave is dropped, not kept.
+/// One tick is receive(now), then at most one send(command, now). Nothing happens between two ticks, so every command
+/// that leaves was computed in this tick; a command that could not leave is dropped, not kept.
 ///
-/// What arrives in one read is dated by the time that the bytes behind it took on the line, not by the read.
+/// A message is dated by the line time of the bytes that follow it in the same read, not by the time of the read.
 ///
 /// Control that telemetry shows as ours while nobody wants it, or that may be ours while nothing is heard, is given
-/// back five times a second until telemetry shows the transmitter (promise R15); authority().owed says so.
+/// back five times a second until telemetry shows the transmitter (promise R15); authority().owed is true meanwhile.
 ///
 /// Cost per tick: the bytes that came through the parser, at most kBatchesPerTick batches. No heap.
 class SerialLink {
  public:
 #ifdef M100_SMALL_MEMORY
-  static constexpr std::size_t kBatchBytes = 512;  ///< what the interrupt's ring holds
+  static constexpr std::size_t kBatchBytes = 512;  ///< size of the interrupt's ring
 #else
   static constexpr std::size_t kBatchBytes = 65536;  ///< a driver may hold as much after a stall
 #endif
-  /// Nothing is sent in a tick that has not read all that waits: it would be sent by stale telemetry.
+  /// A tick that has not read all waiting bytes sends nothing, because its telemetry is stale.
   static constexpr std::size_t kBatchesPerTick = 16;
   static constexpr core::Duration kHeardFor = std::chrono::milliseconds(500);  ///< promise sheet: link silent, RELEASE
-  /// Mode F in the RC item this long after Virtual RC data (of mode A) began: the item shows the real switch.
+  /// If the RC item shows mode F this long after Virtual RC data (of mode A) began, it shows the real switch.
   static constexpr core::Duration kOwnModeShows = std::chrono::milliseconds(200);
-  /// Two calls of receive() that are further apart mean that our own program stood still: control goes back.
+  /// Two calls of receive() that are further apart mean that our own program stalled: control goes back.
   static constexpr core::Duration kOwnStall = std::chrono::milliseconds(500);
-  /// In control the autopilot is asked something harmless (its version) so long after its last answer. Telemetry says
-  /// "ours" whether our bytes arrive or not; only an answer shows that they do. Together at most a second until the
-  /// operator reads that they do not.
+  /// In control the version query is sent this long after the autopilot's last answer. Telemetry shows us in control
+  /// whether our bytes arrive or not; only an answer proves that they arrive. With the retries it takes at most a
+  /// second until the operator is told that they do not.
   static constexpr core::Duration kEchoSpacing = std::chrono::milliseconds(200);
-  static constexpr std::uint8_t kEchoTransmissions = 8;  ///< 0.1 s apart: an answer that is 0.7 s late is one
+  static constexpr std::uint8_t kEchoTransmissions = 8;  ///< 0.1 s apart: an answer that is 0.7 s late still counts
   static constexpr core::Duration kFreshFor = std::chrono::milliseconds(100);  ///< its data are stale
 
-  /// A channel outside its window is our own mistake: check command_period() first.
+  /// Precondition (asserted): the rate is inside the window of its channel; check it with command_period() first.
   SerialLink(hal::Uart& uart, const LinkConfig& config, ByteTap* tap = nullptr);
 
-  /// Takes everything that has come, answers what must be answered, lets the authority table make its step.
-  /// @returns the autopilot's last words; `items` are those that came since the call before.
+  /// Reads all bytes that have arrived, sends the required answers, and steps the authority table.
+  /// @returns the newest telemetry; `items` are those that arrived since the last call.
   const protocol::Telemetry& receive(core::TimePoint now);
 
   /// Sends one flight command, if control is ours and the channel's rate allows one more.
-  /// @returns kOk: it is on its way. kNotReady: too early for the rate of the channel, or not all is read; nothing
-  /// left.
-  ///   kRefused: not in control. kInvalidArgument: a command of the other channel.
+  /// @returns kOk: it is on its way. kNotReady: too early for the rate of the channel, or not all bytes are read;
+  ///   nothing left. kRefused: not in control. kInvalidArgument: a command of the other channel.
   ///   kOutOfRange: a number is not finite or outside its range; nothing left.
   ///   kResourceExhausted: the line still holds bytes of the command before; nothing left.
   core::Status send(const ChannelCommand& command, core::TimePoint now);
@@ -107,12 +106,12 @@ class SerialLink {
   /// The operator gives control back.
   void release(core::TimePoint now);
 
-  /// Motors and tasks by command, in control only. The answer shows in authority().answer.
+  /// Requests motors and tasks, in control only. The answer appears in authority().answer.
   /// @returns kRefused: not in control, or one is open already.
   core::Status request(const protocol::MotorRequest& request, core::TimePoint now);
   core::Status request(const protocol::TaskRequest& request, core::TimePoint now);
-  /// The last task that was asked for waits for its answer. Then authority().answer is that answer, without a name
-  /// where none came.
+  /// The last requested task still waits for its answer. Afterwards authority().answer is that answer, without a name
+  /// if none came.
   bool task_is_open() const { return sessions_.is_open(protocol::ids::kTask); }
 
   const AuthorityView& authority() const { return authority_; }
@@ -120,7 +119,7 @@ class SerialLink {
   const protocol::Telemetry& telemetry() const { return telemetry_; }
   /// When the item last came; the epoch if never.
   core::TimePoint received_at(protocol::TelemetryItem item) const;
-  /// What the autopilot said about itself; empty until it answered the version query.
+  /// The autopilot's description of itself; empty until it answered the version query.
   const protocol::VersionAnswer& version() const { return version_; }
   core::Duration command_period() const { return limiter_.period(); }
 
@@ -131,7 +130,7 @@ class SerialLink {
   void give_up_false_frames(core::TimePoint now);
   core::TimePoint arrived(const protocol::FrameView& frame, core::TimePoint now) const;
   void handle(const protocol::FrameView& frame, core::TimePoint now);
-  /// @returns false: it was said before.
+  /// @returns false: repeated or overtaken telemetry.
   bool handle_telemetry(const protocol::Message& message, core::TimePoint now);
   void handle_answer(const protocol::Message& message, core::TimePoint now);
   void handle_push(const protocol::Message& message);
@@ -158,7 +157,7 @@ class SerialLink {
   protocol::FrameParser parser_;
   CandidateWatch candidates_;
   std::array<std::byte, kBatchBytes> waiting_{};
-  std::uint64_t batch_end_ = 0;      ///< position in the stream behind what was read last
+  std::uint64_t batch_end_ = 0;      ///< position in the stream after the last read
   std::uint64_t dropped_bytes_ = 0;  ///< by the parser, when the frame before was found
   bool behind_ = false;              ///< more waits than a tick takes
   protocol::CipherScratch scratch_{};

@@ -129,14 +129,14 @@ void SerialLink::watch_mode_switch(core::TimePoint now) {
 }
 
 bool SerialLink::watch_clock(core::TimePoint now) {
-  // It came between the read before and now. After a stall of our own that is a long time, and no restart.
+  // The package arrived between the last read and now. After our own stall this time is long, but it is no restart.
   const std::uint32_t ticks = telemetry_.time.ticks;
   const TelemetryClock::Verdict verdict = clock_.note(ticks, last_step_, now);
   if (verdict.restarted) {
     edges_ |= AuthoritySign::kRestarted;
     meter_.restart();
   }
-  // A package behind dropped bytes may have waited for the parser to find it: it says nothing about the way.
+  // A package after dropped bytes may have waited for the parser to find it: its delay says nothing about the adapter.
   if (verdict.is_new && dropped_bytes_ == parser_.stats().bytes_dropped) {
     meter_.timed_package(now, static_cast<std::int64_t>(ticks) * TelemetryClock::kTick);
   }
@@ -148,7 +148,7 @@ void SerialLink::handle_answer(const protocol::Message& message, core::TimePoint
   if (answer) {
     last_echo_ = now;
     if (safety::may_command(state_.stage) && answer->command == protocol::ids::kVersionQuery) {
-      return;  // in control it was asked for its echo only
+      return;  // in control the version query only tests that our bytes arrive
     }
     const AuthoritySign sign = sign_of(*answer);
     edges_ |= is_question_of(state_.stage, answer->command) ? sign : AuthoritySign::kNone;
@@ -172,7 +172,7 @@ safety::AuthoritySign SerialLink::sign_of(const protocol::Answer& answer) {
                            .remedy = protocol::remedy(layout_)};
       return AuthoritySign::kRefused;
     }
-    return AuthoritySign::kDone;  // activated or not, both are fine
+    return AuthoritySign::kDone;  // activated or not, both are valid
   }
   const core::Expected<std::uint16_t> code = protocol::decode_ack(answer.value);
   if (!code) {
@@ -182,7 +182,7 @@ safety::AuthoritySign SerialLink::sign_of(const protocol::Answer& answer) {
   const protocol::AckMeaning meaning = protocol::ack_meaning(answer.command, *code);
   const bool to_a_release =
       answer.command == protocol::ids::kControlRequest && !is_question_of(state_.stage, answer.command);
-  authority_.answer = to_a_release ? authority_.answer : meaning;  // telemetry tells what became of a release
+  authority_.answer = to_a_release ? authority_.answer : meaning;  // telemetry shows the result of a release
   return meaning_of(meaning, answer.command);
 }
 

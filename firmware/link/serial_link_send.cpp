@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sending half of SerialLink: what the authority table orders, what the operator wants, and flight commands.
+// The sending half of SerialLink: actions of the authority table, the operator's requests, and flight commands.
 #include "firmware/link/serial_link.h"
 #include "protocol/catalogue.h"
 #include "protocol/commands.h"
@@ -57,7 +57,7 @@ void SerialLink::act(safety::Action action, core::TimePoint now) {
       sent = tell(protocol::VirtualRcSwitch{.on = true, .fall_back_to_rc = true, .reserved = 0}, false);
       break;
     case Action::kReleaseControl:
-      (void)give_back(now);  // what did not leave is tried again by the table
+      (void)give_back(now);  // the table retries a release that did not leave
       break;
   }
   edges_ |= when(sent != core::Status::kOk, AuthoritySign::kNoAnswer);
@@ -65,7 +65,7 @@ void SerialLink::act(safety::Action action, core::TimePoint now) {
 
 core::Status SerialLink::give_back(core::TimePoint now) {
   if (outbox_.has_requests()) {
-    return core::Status::kNotReady;  // the line is stuck: one of these waits for it, not a heap of them
+    return core::Status::kNotReady;  // the line is stuck: only one release waits for it, not many
   }
   if (config_.channel.channel == Channel::kVirtualRc || telemetry_.control.virtual_rc_on()) {
     const core::Status sent =
@@ -94,7 +94,7 @@ core::Status SerialLink::ask(const Command& command, std::uint8_t transmissions,
   }
   return outbox_.add_request(frame->bytes) ? core::Status::kOk : core::Status::kResourceExhausted;
 }
-// serial_link.cpp asks it for an echo; a compiler that inlines every use here would leave it none.
+// serial_link.cpp uses this instance; a compiler that inlines every use here would not emit it.
 template core::Status SerialLink::ask(const protocol::VersionQuery&, std::uint8_t, core::TimePoint);
 
 template <typename Command>
@@ -152,7 +152,7 @@ void SerialLink::flush(core::TimePoint now) {
     limiter_.left(now);
   }
   if (status != core::Status::kOk) {
-    outbox_.drop_all();  // the port is gone: what waits would be stale when it is back
+    outbox_.drop_all();  // the port is gone: waiting frames would be stale when it is back
   }
 }
 

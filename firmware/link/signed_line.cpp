@@ -7,7 +7,7 @@ namespace m100::link {
 namespace {
 
 constexpr core::Duration kLate = 2 * core::kTickPeriod;
-/// More than the reads and verifications of a late tick: each round uses up one of either, or a stretch of a chunk.
+/// More than the reads and verifications of a late tick: each round uses up one of either, or a part of a chunk.
 constexpr std::uint32_t kMostRounds =
     SignedLine::kLateFactor * (3 * SignedLine::kReadsPerTick + SignedLine::kVerificationsPerTick);
 
@@ -62,7 +62,7 @@ core::Expected<std::size_t> SignedLine::fill() {
       return count;
     }
     if (packets_ != nullptr && packets_->begins_packet()) {
-      parser_.begin_packet();  // half a frame in somebody's packet must not swallow the next one
+      parser_.begin_packet();  // an incomplete frame in another sender's packet must not swallow the next packet
     }
     unread_ = std::span<const std::byte>(chunk_).first(*count);
   }

@@ -36,7 +36,7 @@ std::uint16_t not_finite_items(const protocol::Telemetry& telemetry) {
   return bad;
 }
 
-/// Gives the items in `keep` back their former values.
+/// Restores the former values of the items in `keep`.
 void restore(protocol::Telemetry& telemetry, const protocol::Telemetry& former, std::uint16_t keep) {
   using Item = protocol::TelemetryItem;
   const auto kept = [&](Item item) { return (keep & static_cast<std::uint16_t>(item)) != 0; };

@@ -7,7 +7,7 @@
 
 namespace m100::link {
 
-/// Numbers that are not finite stop here: items that hold one get their former values back and lose their bit in
+/// Removes numbers that are not finite: an item that holds one gets its former values back and loses its bit in
 /// `items`.
 /// @returns how many items were refused.
 std::uint32_t keep_finite(protocol::Telemetry& telemetry, const protocol::Telemetry& former);

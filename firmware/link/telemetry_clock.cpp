@@ -20,7 +20,7 @@ TelemetryClock::Verdict TelemetryClock::note(std::uint32_t ticks, core::TimePoin
   const Step step = trusted_.known ? step_of(trusted_, now) : Step::kOnwards;
   if (step == Step::kOnwards) {
     trusted_ = now;
-    after_jump_.known = false;  // what jumped was a package of before
+    after_jump_.known = false;  // the package that jumped was an old one
     return {.is_new = true};
   }
   if (step == Step::kBack) {

@@ -7,13 +7,13 @@
 
 namespace m100::link {
 
-/// Tells telemetry that is new from telemetry that was said before, by the autopilot's own clock in it. A package that
-/// is repeated bit for bit, or comes once more a little later, must not pass for what the autopilot says now: it could
-/// say that the transmitter has control when it has not (promise R15).
+/// Distinguishes new telemetry from repeated telemetry by the autopilot's own clock in it. A package that is repeated
+/// bit for bit, or arrives a second time, must not count as the present state: it could show that the transmitter has
+/// control when it has not (promise R15).
 ///
-/// A package is new when its clock is ahead of every one before. A clock that steps by more than a second against ours
-/// is a restart of the autopilot, said at once; what the packages of the new clock say counts from the second on, when
-/// it has advanced, too.
+/// A package is new if its clock is ahead of all previous ones. A step of the clock by more than a second against ours
+/// is a restart of the autopilot, which is reported at once. Packages of the new clock count from the second one, when
+/// the new clock has advanced, too.
 class TelemetryClock {
  public:
   /// The autopilot counts ticks of 400 Hz.
@@ -25,7 +25,7 @@ class TelemetryClock {
     bool is_new = false;
     bool restarted = false;
   };
-  /// @param ticks of the package. @param earliest, latest between these two times it came.
+  /// @param ticks of the package. @param earliest, latest it arrived between these two times.
   Verdict note(std::uint32_t ticks, core::TimePoint earliest, core::TimePoint latest);
   void forget() { trusted_.known = after_jump_.known = false; }
 

@@ -31,7 +31,7 @@ class FlightLogWriter {
   UlogWriter writer_;
 };
 
-/// Raw bytes as BytesRecords with this id, as many as they take.
+/// Raw bytes as the required number of BytesRecords with this id.
 void append_bytes(UlogWriter& writer, std::uint16_t id, Stream stream, core::TimePoint now,
                   std::span<const std::byte> bytes);
 

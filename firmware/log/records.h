@@ -12,8 +12,8 @@ namespace m100::log {
 /// Changes with every change of a record's fields.
 inline constexpr std::uint32_t kVersion = 1;
 
-/// One tick of the flight: what came in, what was believed, what was wanted, what left. World NWU, body FLU, SI; sticks
-/// in counts. No padding: kFormat says the same in ULog's words, and a test holds the two together.
+/// One tick of the flight: measurements, estimate, command of the law, command that left. World NWU, body FLU, SI;
+/// sticks in counts. No padding: kTickFormat describes the same layout for ULog, and a test compares the two.
 struct TickRecord {
   std::uint64_t timestamp = 0;  ///< us
   std::array<double, 3> position{};
@@ -36,7 +36,7 @@ struct TickRecord {
   float pose_age = 0.0F;                  ///< s, R3
   float telemetry_age = 0.0F;             ///< s
   float late = 0.0F;                      ///< s, this tick after its time
-  float residual = 0.0F;                  ///< of the residual monitor: worst channel over what is expected
+  float residual = 0.0F;                  ///< of the residual monitor: worst channel over its expected value
   std::array<std::uint16_t, 4> sticks{};  ///< roll, pitch, throttle, yaw as sent
   std::uint32_t facts = 0;
   std::uint32_t refused_poses = 0;
@@ -59,7 +59,7 @@ inline constexpr std::uint32_t kOrderEngage = 1;
 inline constexpr std::uint32_t kOrderRelease = 2;
 inline constexpr std::uint32_t kOrderTakesOff = 4;  ///< the autopilot takes off by its own task, or is about to
 inline constexpr std::uint32_t kOrderLands = 8;     ///< likewise
-inline constexpr std::uint32_t kOrderTask = 16;     ///< that task was asked for before this tick
+inline constexpr std::uint32_t kOrderTask = 16;     ///< that task was requested before this tick
 
 inline constexpr std::string_view kTickFormat =
     "tick:uint64_t timestamp;double[3] position;double[3] velocity;double[3] attitude;double[2] tilt_rate;"
@@ -70,8 +70,8 @@ inline constexpr std::string_view kTickFormat =
     "uint8_t sent;uint8_t pose_new;uint8_t imu_new;uint8_t link_state;uint8_t mpc_path_x;uint8_t mpc_path_y;"
     "uint8_t mpc_changes;uint32_t orders;";
 
-/// One tick of an excitation: which stick it moves, and how far the aircraft is from where it began. Along the axis, as
-/// the stick pushes: m and m/s, of yaw rad and rad/s.
+/// One tick of an excitation: the stick that it moves, and the aircraft's distance from where it began. Distance and
+/// speed are along the axis, positive in the direction of the stick: m and m/s, for yaw rad and rad/s.
 struct ExcitationRecord {
   std::uint64_t timestamp = 0;  ///< us
   float distance = 0.0F;
@@ -93,7 +93,7 @@ inline constexpr std::string_view kExcitationFormat =
 /// Where bytes came from or went to.
 enum class Stream : std::uint8_t { kAutopilotIn = 0, kAutopilotOut = 1, kPoseIn = 2, kPoseOut = 3 };
 
-/// Raw bytes of one direction, as one read or write of the tick at `timestamp` moved them; longer ones take several.
+/// Raw bytes of one direction, from one read or write of the tick at `timestamp`; longer ones take several records.
 struct BytesRecord {
   std::uint64_t timestamp = 0;
   std::uint8_t stream = 0;

@@ -10,18 +10,19 @@
 
 namespace m100::log {
 
-/// Joins the tick, which writes whole messages, to whoever writes them to the medium. The tick never waits: a message
-/// that does not fit is refused as a whole and counted, so that the log stays readable. One writer, one reader.
+/// Passes messages from the tick, which writes whole messages, to the thread that writes them to the medium. The tick
+/// never waits: a message that does not fit is dropped as a whole and counted, so that the log stays readable. One
+/// writer, one reader.
 class Ring {
  public:
-  /// @param storage a power of two of bytes, the caller's, for as long as the ring lives.
+  /// @param storage its size is a power of two; it belongs to the caller and must outlive the ring.
   explicit Ring(std::span<std::byte> storage) : storage_(storage) {
     M100_ASSERT(!storage.empty() && (storage.size() & (storage.size() - 1)) == 0);
   }
   Ring(const Ring&) = delete;
   Ring& operator=(const Ring&) = delete;
 
-  /// Writer only. Takes both parts or neither. @returns false, and counts one, where there is no room.
+  /// Writer only. Takes both parts or neither. @returns false, and counts one message, if there is no room.
   bool push(std::span<const std::byte> head, std::span<const std::byte> body) {
     const std::size_t at = head_.load(std::memory_order_relaxed);  // only the writer changes head_
     const std::size_t tail = tail_.load(std::memory_order_acquire);
@@ -50,7 +51,7 @@ class Ring {
     tail_.store(tail + count, std::memory_order_release);
   }
 
-  /// Messages refused since the start; wraps.
+  /// Messages dropped since the start; wraps.
   std::uint32_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -14,26 +14,26 @@ namespace m100::log {
 
 inline constexpr std::size_t kLongestNote_bytes = 60000;  ///< a message's size has 16 bits
 
-/// One line of what a reader must know beside the records, for instance the vehicle file.
+/// Information that a reader needs besides the records, for instance the vehicle file.
 struct Note {
   std::string_view key;
-  std::string_view text;  ///< at most kLongestNote_bytes: half a vehicle file would be none
+  std::string_view text;  ///< at most kLongestNote_bytes: an incomplete vehicle file is useless
 };
 
-/// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: what leaves the ring, in its
-/// order, is the file. Never waits; a message without room is dropped whole and counted.
+/// Writes ULog (version 1, docs.px4.io/main/en/dev_log/ulog_file_format.html) into a ring: the bytes that leave the
+/// ring, in this order, are the file. Never waits; a message that does not fit is dropped as a whole and counted.
 ///
 /// Cost: one copy of the record per append. R6: the bytes depend on the arguments only.
 class UlogWriter {
  public:
   explicit UlogWriter(Ring& ring) : ring_(ring) {}
 
-  /// The file's header, formats, notes and subscriptions. Once, before the first append.
+  /// Writes the file's header, formats, notes and subscriptions. Once, before the first append.
   /// @param formats "name:type field;type field;" of each record; its place in the list is the record's id.
-  /// @returns kResourceExhausted where the ring is too small for them, or a note is too long: it is left out whole.
+  /// @returns kResourceExhausted: the ring is too small for them, or a note is too long, which is then left out.
   core::Status begin(core::TimePoint now, std::span<const std::string_view> formats, std::span<const Note> notes);
 
-  /// A record of the format with this id, as its bytes stand in memory: no padding, the time stamp first.
+  /// A record of the format with this id, as its bytes are in memory: no padding, the time stamp first.
   void append(std::uint16_t id, std::span<const std::byte> record);
   /// A line of text with its time (ULog's logged string, level info), at most 60 000 bytes; readers list them.
   void append(core::TimePoint now, std::string_view text);

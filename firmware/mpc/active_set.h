@@ -9,7 +9,7 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// From so many wrong places on, a guess is nearer to the answer than the kept active set.
+/// With this many wrong places or more, a guess is nearer to the answer than the kept active set.
 inline constexpr int kStale = 7;
 
 /// Dual active-set iteration for  min 1/2 (u - uu)' H (u - uu), low <= u <= high  on the swept tableau
@@ -77,7 +77,7 @@ class ActiveSet {
   }
 
   /// Sweeps k in (side != 0) or out (side == 0); work_.pivot holds column k.
-  /// The column is made afresh, from zeros, instead of leaving it to the update: that would cancel its digits away.
+  /// The column is computed anew, from zeros, because the update would lose its digits by cancellation.
   M100_INLINE_PACKS void sweep(std::size_t k, T side) {
     const T inverse = T(1) / work_.pivot[k];
     const T sign = side != T(0) ? inverse : -inverse;
@@ -100,7 +100,7 @@ class ActiveSet {
     ++changes_;
   }
 
-  /// One bit for each input that is free and outside its limits or active and pulled back by its multiplier.
+  /// One bit for each input that is free and outside its limits, or active with a multiplier of the wrong sign.
   M100_INLINE std::uint32_t wrong_places() const {
     const Pack<T> low = spread(work_.low_rad - Tolerance<T>::kLimit_rad);
     const Pack<T> high = spread(work_.high_rad + Tolerance<T>::kLimit_rad);
@@ -118,8 +118,8 @@ class ActiveSet {
     return places;
   }
 
-  /// Makes the guess the active set, from the kept one, the empty one or the full one, whose tableau is -H: whichever
-  /// is nearest. Inputs that only change their side cost nothing.
+  /// Makes the guess the active set, starting from the nearest of the kept one, the empty one and the full one (whose
+  /// tableau is -H). Inputs that only change their side cost nothing.
   M100_INLINE void adopt(std::uint32_t active) {
     constexpr std::uint32_t kAll = (1U << kHorizon) - 1;
     alignas(32) T side[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
@@ -150,7 +150,7 @@ class ActiveSet {
     }
   }
 
-  /// Drops active inputs whose multiplier pulls the wrong way, the worst first, until none is left.
+  /// Drops active inputs whose multiplier has the wrong sign, the worst first, until none is left.
   M100_INLINE bool drop_wrong() {
     while (changes_ < kMaxChanges) {
       Largest<T> most(Tolerance<T>::kMultiplier);

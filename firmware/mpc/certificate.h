@@ -7,8 +7,8 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// What counts as zero, in the arithmetic of T: how far an input may be outside its limit [rad] and how wrong the sign
-/// of a multiplier [cost/rad] before the iteration acts, and what the certificate accepts.
+/// Tolerances in the arithmetic of T: how far an input may be outside its limit [rad] and how far a multiplier may have
+/// the wrong sign [cost/rad] before the iteration acts, and the residual that the certificate accepts.
 template <typename T>
 struct Tolerance;
 template <>
@@ -26,7 +26,7 @@ struct Tolerance<float> {
   static constexpr float kRefine = 0.F;
 };
 
-/// What the active-set iteration works on.
+/// Working data of the active-set iteration.
 template <typename T>
 struct ActiveSetWork {
   /// The columns are not initialised: as an aggregate they would be zeroed in every solve.
@@ -44,8 +44,8 @@ struct ActiveSetWork {
   alignas(32) T gradient[kHorizon];  // NOLINT(modernize-avoid-c-arrays)
 };
 
-// What the iteration ends with: the sequence that its column says, and how wrong that is by the gradient, computed
-// afresh from H instead of from the tableau that led there.
+// The end of the iteration: the sequence from its column, and the error of that sequence by the gradient, which is
+// computed anew from H and not from the tableau.
 
 /// inputs = work.column on the free inputs, held inside the limits, and the limits on the others.
 template <typename T>
@@ -65,7 +65,7 @@ M100_INLINE void clamp(const ActiveSetWork<T>& work, T* inputs) {
   }
 }
 
-/// work.gradient = H (inputs - unconstrained). @returns its largest wrong entry; if that is not a number, no number.
+/// work.gradient = H (inputs - unconstrained). @returns its largest wrong entry; NaN if any entry is NaN.
 template <typename T>
 M100_INLINE T certificate(ActiveSetWork<T>& work, const T* inputs) {
   alignas(32) T away[kHorizon];  // NOLINT(modernize-avoid-c-arrays): scratch
@@ -79,7 +79,7 @@ M100_INLINE T certificate(ActiveSetWork<T>& work, const T* inputs) {
   sum.set(work.table.hessian.data(), away[0]);
   add_columns(sum, work.table.hessian.data() + kHorizon, kHorizon, away + 1, kHorizon - 1);
   sum.write(work.gradient);
-  // A NaN anywhere in `away` is one everywhere in the gradient, and comes through: the last pack is compared last.
+  // A NaN anywhere in `away` makes the whole gradient NaN, and reaches the result: the last pack is compared last.
   Pack<T> most = zero;
   M100_UNROLL(20)
   for (std::size_t b = 0; b < kColumnPacks; ++b) {
@@ -107,8 +107,8 @@ M100_INLINE void refine(ActiveSetWork<T>& work, T* inputs) {
   clamp(work, inputs);
 }
 
-/// The sequence, limits met exactly, refined where T is short of digits. @returns the largest violation of the
-/// optimality conditions.
+/// The sequence with limits met exactly, refined if the precision of T requires it. @returns the largest violation of
+/// the optimality conditions.
 template <typename T>
 M100_INLINE T finish(ActiveSetWork<T>& work, T* inputs) {
   clamp(work, inputs);

@@ -5,9 +5,9 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// The active set that clipping gives when each input is clipped in turn and the later ones make the best of it
-/// (a column of the Cholesky factor of H^-1 each): right in half of all problems, near in most. All arrays hold 20
-/// numbers; `inputs` is scratch.
+/// Guesses the active set: each input is clipped in turn, and the later ones are re-optimised for it (by one column of
+/// the Cholesky factor of H^-1 each). Right in half of all problems, near in most. All arrays hold 20 numbers; `inputs`
+/// is scratch.
 /// @param side receives +1 at the upper limit, -1 at the lower, 0 free.
 /// @returns one bit for each active input.
 template <typename T>

@@ -11,7 +11,7 @@
 
 namespace m100::mpc {
 
-/// What the observer says about one axis now; tilt and tilt rate as they are seen.
+/// The observer's estimate of one axis now; tilt and tilt rate as measured.
 template <typename T>
 struct AxisState {
   T position_m{0};
@@ -24,23 +24,23 @@ struct AxisState {
 
 /// Predicts one axis through its transport delay from the inputs already sent.
 ///
-/// An input sent at tick k acts on the vehicle from t_k + D to t_{k+1} + D. With D = (n + f) 10 ms, 0 <= f < 1, what
-/// acts between now and now + D is u_{k-n-1} for f * 10 ms, then u_{k-n}, ..., u_{k-1}: all known. The MPC then starts
-/// at now + D, where the input it computes begins to act, so the quadratic program and its tables do not know the
-/// delay; the caller shifts the reference window by the same time. Model: the axis' linear model, disturbance constant.
-/// Cost: n + 1 products of 4 x 6. No allocation; D <= 0.3 s.
+/// An input sent at tick k acts on the vehicle from t_k + D to t_{k+1} + D. With D = (n + f) 10 ms, 0 <= f < 1, the
+/// inputs that act between now and now + D are u_{k-n-1} for f * 10 ms, then u_{k-n}, ..., u_{k-1}: all known. The MPC
+/// then starts at now + D, where the input that it computes begins to act, so the quadratic program and its tables need
+/// no delay; the caller shifts the reference window by the same time. Model: the axis' linear model, disturbance
+/// constant. Cost: n + 1 products of 4 x 6. No allocation; D <= 0.3 s.
 template <typename T>
 class DelayPredictor {
  public:
   static constexpr std::size_t kCapacity = 32;
 
-  /// The model must outlive the predictor, and its delay leave room in the pipe: ticks + 1 < kCapacity.
+  /// The model must outlive the predictor, and its delay must fit into the pipe: ticks + 1 < kCapacity.
   explicit DelayPredictor(const DelayModel<T>& model) : model_(&model) {
     M100_ASSERT(model.ticks + 1 < kCapacity && model.delay_s >= T(0));
   }
 
-  /// Notes the input that was in force in the tick that has passed, before predict(): what was really sent, after the
-  /// supervisor, in rad. Once for each 10 ms, however late a tick came.
+  /// Records the input that was in force during the last tick, as it was sent after the supervisor, in rad. Call it
+  /// before predict(), once for each 10 ms, however late a tick is.
   void sent(T input_rad) {
     newest_ = (newest_ + 1) % kCapacity;
     inputs_rad_[newest_] = input_rad;
@@ -88,7 +88,7 @@ class DelayPredictor {
     std::array<T, kMaxStates> next;
     for (std::size_t row = 0; row < kMaxStates; ++row) {
       T sum = model.input[row] * input_rad + model.disturbance[row] * disturbance_m_s2;
-      // Nothing acts back: position on nothing, velocity on position only.
+      // The position acts on no other state, the velocity on the position only.
       for (std::size_t col = row < 2 ? row : 2; col < kMaxStates; ++col) {
         sum += model.transition[row * kMaxStates + col] * state[col];
       }

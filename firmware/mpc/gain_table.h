@@ -12,7 +12,7 @@
 namespace m100::mpc {
 
 // Lower triangles are stored by rows, each row padded to whole packs of four: row i starts at packed_row(i) and its
-// element (i, j), j <= i, is at packed_row(i) + j. What stands behind the diagonal inside the last pack is never used.
+// element (i, j), j <= i, is at packed_row(i) + j. The elements after the diagonal inside the last pack are never used.
 inline constexpr std::size_t kPack = 4;
 constexpr std::size_t packed_row(std::size_t row) {
   const std::size_t block = row / kPack;
@@ -31,7 +31,7 @@ struct StepModel {
   std::array<T, kMaxStates> disturbance{};
 };
 
-/// How the attitude that is seen and the states of the model belong together when the axis has a lead zero z:
+/// Relation between the measured attitude and the states of the model when the axis has a lead zero z:
 ///   tilt = chi + z chi', the model's states are (chi, chi').   chi' = rate_gain (tilt' - jump (u - tilt)),
 ///   chi = tilt - z chi'. First order: chi = (tilt - share u) / (1 - share), share = z / tau.
 template <typename T>
@@ -42,7 +42,7 @@ struct LeadZero {
   T share{0};
 };
 
-/// Transport delay of one axis: whole ticks, and the rest of less than a tick that comes first.
+/// Transport delay of one axis: whole ticks, and a rest of less than a tick, which comes first.
 template <typename T>
 struct DelayModel {
   std::uint32_t ticks = 0;
@@ -52,23 +52,22 @@ struct DelayModel {
   LeadZero<T> lead;
 };
 
-inline constexpr std::size_t kSetpointStates = 8;  ///< numbers that decide, the two rests included
+inline constexpr std::size_t kSetpointStates = 8;  ///< parameters of the law, the two rests included
 inline constexpr std::size_t kLawNumbers = 9;      ///< per affine law: one for each of them, and a constant
 inline constexpr std::size_t kNodePlanes = 3;      ///< per node of the tree
 inline constexpr std::size_t kPlaneNumbers = 7;    ///< per plane: a constant, and one for each of the first six
 inline constexpr std::size_t kNodeNumbers = kNodePlanes * kPlaneNumbers;
 
-/// Up to three planes of the search at once: where z leads that is not on the negative side of plane i for each bit i
-/// of the index.
+/// A node with up to three planes. Bit i of the index of the child is set if z is not on the negative side of plane i.
 struct SetpointNode {
   std::array<std::uint16_t, 1U << kNodePlanes> child;  ///< see SetpointTree::kLeaf
 };
 
 /// The explicit law for a constant reference: a search tree over planes, then one affine law, clipped. Parameters
 ///   z = (position error, velocity, tilt - target, tilt rate, previous input - steady input, steady input, rd, rs):
-/// steady input = target / input_gain - input_offset; rd, rs are what is left of disturbance and input target when the
-/// targets are not quite the steady ones (rounded, say): planes ignore them, laws do not. Where mirror' z is negative,
-/// z and the answer are mirrored.
+/// steady input = target / input_gain - input_offset; rd, rs are the rests of disturbance and input target if the
+/// targets are not quite the steady ones (for example rounded): planes ignore them, laws do not. If mirror' z is
+/// negative, z and the answer are mirrored.
 template <typename T>
 struct SetpointTree {
   static constexpr std::uint16_t kLeaf = 0x8000;  ///< child = kLeaf + row of laws
@@ -76,20 +75,20 @@ struct SetpointTree {
   std::span<const T>
       planes{};               ///< kNodeNumbers per node: the three constants, the three factors of z_0, ...; one 0 more
   std::span<const T> laws{};  ///< rows of kLawNumbers: u_0 before clipping
-  std::array<T, kSetpointStates> box{};  ///< the law holds where |z_i| <= box_i
+  std::array<T, kSetpointStates> box{};  ///< the law is valid for |z_i| <= box_i
   std::array<T, kPlaneNumbers - 1> mirror{};
   std::uint32_t depth = 0;  ///< most nodes on any path
 };
 
-/// All that the vehicle fixes of one axis' controller, made by `m100-lab gains`. Plain data: constexpr tables stay in
-/// flash. One table: 4.4 KiB in float without the set-point law.
+/// All constants of one axis' controller that depend on the vehicle, computed by `m100-lab gains`. Plain data:
+/// constexpr tables stay in flash. One table: 4.4 KiB in float without the set-point law.
 ///
 /// The unconstrained optimum. With positions counted from r_20, A the model's transition, q the shift by one stage,
 /// 1 + sum a_i q^i = det(I - q A') and C that polynomial as a 20 x 20 upper triangular band matrix:
 ///   u = state_gain x + disturbance_gain d + tilt_target_gain th + input_target_gain s + filter_gain g,
 ///   g = taps applied to p_ref, v_ref (and th_ref, s where they are not constant) + terminal taps + Rd u_prev e_0,
 /// where filter_gain = H^-1 C^-1 and g = C (S' Q r + R s + Rd u_prev e_0): the long memory of the adjoint model is in
-/// C^-1, which is constant, so that a preview of any kind costs a few taps. See README.md, decision 1.
+/// C^-1, which is constant, so that any preview costs only a few taps. See README.md, decision 1.
 template <typename T>
 struct GainTable {
   core::Sha256Digest vehicle{};  ///< of the vehicle file's text that the table was made from
@@ -115,8 +114,8 @@ struct GainTable {
   std::array<T, kHorizon * kHorizon> filter_gain{};  ///< 20 x 20, column-major
   std::array<T, kHorizon * kHorizon> hessian{};      ///< 20 x 20, symmetric
   std::array<T, kPackedSize> inverse_hessian{};      ///< lower triangle, packed
-  /// What an input that is held back does to itself and the later ones: columns of L in H^-1 = L D L', L_ii = 1, each
-  /// from the pack of its diagonal on, zeros before it.
+  /// Effect of clipping an input on itself and the later ones: columns of L in H^-1 = L D L', L_ii = 1, each starting
+  /// with the pack of its diagonal, zeros before it.
   std::array<T, kPackedSize> clipping_gain{};
 
   DelayModel<T> delay;

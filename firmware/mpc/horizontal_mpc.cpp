@@ -18,7 +18,7 @@ bool solve_setpoint_avx(const GainTable<T>& table, const Problem<T>& problem, T&
 
 namespace {
 
-/// Which copy of the laws this machine runs.
+/// The copy of the laws for this machine.
 template <typename T>
 typename HorizontalMpc<T>::Laws laws_of_this_machine() {
 #ifdef M100_MPC_AVX
@@ -26,7 +26,7 @@ typename HorizontalMpc<T>::Laws laws_of_this_machine() {
     return {.preview = &solve_preview_avx<T>, .setpoint = &solve_setpoint_avx<T>};
   }
 #endif
-  // A constant of its own for each T: in one pool of the file, the float build would keep the laws in double too.
+  // A separate constant for each T: in one pool of the file, the float build would keep the laws in double, too.
   static constexpr typename HorizontalMpc<T>::Laws kLaws{.preview = &M100_LANES_NAMESPACE::solve_preview<T>,
                                                          .setpoint = &M100_LANES_NAMESPACE::solve_setpoint<T>};
   return kLaws;

@@ -10,7 +10,7 @@
 
 namespace m100::mpc {
 
-/// What the preview law keeps from tick to tick: the tableau of the active-set iteration.
+/// State of the preview law from tick to tick: the tableau of the active-set iteration.
 template <typename T>
 struct Tableau {
   std::array<T, kPackedSize> swept;  ///< principal pivot transform of H^-1 for the active set, lower triangle
@@ -32,11 +32,11 @@ struct MpcCounters {
 ///   subject to u_min <= u_k <= u_max
 ///
 /// Set-point law (constant reference inside the table's box): a search tree, first input only.
-/// Preview law (any reference): one table product; where limits bind, a dual active-set iteration on a swept tableau
-/// that is kept across ticks, one rank-one update per change, certified by the optimality conditions, tried once more
-/// from scratch when the certificate fails, at most kMaxChanges changes a try; else the clipped sequence, flagged.
-/// With Law::kLqr it answers as a baseline does: no set-point law, no iteration, the preview law's table product
-/// clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
+/// Preview law (any reference): one table product; if limits bind, a dual active-set iteration on a swept tableau that
+/// is kept across ticks, one rank-one update per change, certified by the optimality conditions. If the certificate
+/// fails, it is tried once more from the empty set; each try makes at most kMaxChanges changes. If both fail: the
+/// clipped sequence, flagged. With Law::kLqr it is the baseline: no set-point law, no iteration, the preview law's
+/// table product clipped. T is float or double; the same bits on every machine. Cost and memory: README.md.
 template <typename T>
 class HorizontalMpc {
  public:
@@ -46,11 +46,12 @@ class HorizontalMpc {
     bool (*setpoint)(const GainTable<T>&, const Problem<T>&, T& input_rad);
   };
 
-  /// The table must outlive the controller and be whole: 3 or 4 states, input_min_rad < input_max_rad; where there is a
+  /// The table must outlive the controller and be complete: 3 or 4 states, input_min_rad < input_max_rad; with a
   /// set-point law, kNodeNumbers numbers of planes for each node and one more, and whole rows of laws.
   explicit HorizontalMpc(const GainTable<T>& table, Law law = Law::kMpc);
 
-  /// Solves by the set-point law where it holds, else by the preview law. Inputs that are not finite give kClipped.
+  /// Solves by the set-point law where it is valid, otherwise by the preview law. Inputs that are not finite give
+  /// kClipped.
   void solve(const Problem<T>& problem, Solution<T>& solution);
   Solution<T> solve(const Problem<T>& problem) {
     Solution<T> solution;

@@ -43,7 +43,7 @@ struct Column {
   }
 };
 
-/// to = from * factor, both in memory: through a Column a machine without packs would write 20 numbers twice.
+/// to = from * factor, both in memory: with a Column, a machine without packs would write 20 numbers twice.
 template <typename T>
 M100_INLINE void scale_column(T* to, const T* from, T factor) {
   const Pack<T> same = spread(factor);
@@ -94,8 +94,8 @@ M100_INLINE void add_columns(Column<T>& sum, const T* columns, std::size_t strid
 template <typename T>
 inline constexpr std::array<T, kHorizon> kCount{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
 
-/// The largest of 20 numbers above a floor, and the first place where it stands; kHorizon when none is above the floor.
-/// A NaN is never the largest. The answer does not depend on the number of lanes.
+/// The largest of 20 numbers above a floor, and its first index; kHorizon if none is above the floor. A NaN is never
+/// the largest. The answer does not depend on the number of lanes.
 template <typename T>
 class Largest {
  public:

@@ -11,12 +11,12 @@
 #endif
 
 // Packs: as many numbers as a register of this machine holds. Every operation here works element by element, so the
-// bits of a result do not depend on how many lanes there are (promise R6). A product that is added is rounded before
-// (-ffp-contract=off): a fused multiply-add would save an instruction where the machine has one, and where it has none
-// each product would be a call into the compiler's library to have the same bits.
+// bits of a result do not depend on how many lanes there are (promise R6). Every product is rounded before it is added
+// (-ffp-contract=off): a fused multiply-add would save an instruction on machines that have one, but on machines
+// without one each product would be a call into the compiler's library to get the same bits.
 //
-// Everything is in a namespace of its own per instruction set: the same templates compiled with wider registers are
-// different functions, and the linker cannot mix them up.
+// Each instruction set has a namespace of its own: the same templates compiled with wider registers are different
+// functions, and the linker cannot mix them up.
 #ifdef __AVX2__
 #define M100_LANES_NAMESPACE avx
 #elif defined(__SSE2__) || defined(__ARM_NEON)
@@ -28,8 +28,8 @@
 
 #define M100_INLINE inline __attribute__((always_inline))
 
-// Loops over packs are unrolled where registers are wide; where they are not, only that of add_columns() is, which is
-// one function there: seventy kilobytes of flash would go into unrolling all.
+// Loops over packs are unrolled on machines with wide registers. On others only the loop of add_columns() is, which is
+// one function there: unrolling all would cost seventy kilobytes of flash.
 #define M100_PRAGMA(text) _Pragma(#text)
 #if defined(M100_SANITIZED)
 #define M100_UNROLL(times)  // an instrumented loop is not one that a compiler can unroll
@@ -38,14 +38,14 @@
 #else
 #define M100_UNROLL(times) M100_PRAGMA(GCC unroll times)
 #endif
-/// Where a register holds one number, what every change of the active set does is one function: inlined wherever a
-/// change is made, it is five kilobytes of flash.
+/// With one number per register, the work of a change of the active set is one function: inlining it at every change
+/// would cost five kilobytes of flash.
 #ifdef M100_LANES_SCALAR
 #define M100_INLINE_PACKS __attribute__((noinline))
 #else
 #define M100_INLINE_PACKS M100_INLINE
 #endif
-// The short loops of every change of the active set: four numbers a turn where a register holds one.
+// The short loops of every change of the active set: with one number per register, four numbers per iteration.
 #ifdef M100_LANES_SCALAR
 #define M100_UNROLL_IN_MEMORY M100_PRAGMA(GCC unroll 4)
 #else
@@ -90,7 +90,7 @@ struct PackOf<double> {
 template <typename T>
 inline constexpr bool kHalved = false;
 #else
-/// Registers hold two doubles. Of a vector type of four the compilers keep every value in memory.
+/// Registers hold two doubles. With a vector type of four doubles the compilers keep every value in memory.
 struct DoubleMask {
   using Half = std::int64_t __attribute__((vector_size(16)));
   Half low, high;
@@ -175,7 +175,7 @@ M100_INLINE Pack<T> spread(T value) {
 #endif
 }
 
-// What the packs' operators would say, lane by lane; comparisons with a number that is none do not hold.
+// Comparisons of packs, lane by lane; a comparison with NaN is false.
 #ifdef M100_LANES_SCALAR
 #define M100_LANEWISE(name, expression) \
   template <typename T>                 \
@@ -197,7 +197,7 @@ M100_INLINE T choose(bool mask, T a, T b) {
       return compared(x, y);                                                                                      \
     }                                                                                                             \
   }
-/// a where the mask is set, else b.
+/// a where the mask is set, otherwise b.
 template <typename T>
 M100_INLINE Pack<T> choose(const Mask<T>& mask, const Pack<T>& a, const Pack<T>& b) {
   if constexpr (kHalved<T>) {
@@ -221,7 +221,7 @@ M100_INLINE Pack<T> smaller(const Pack<T>& a, const Pack<T>& b) {
   return choose<T>(is_below<T>(a, b), a, b);
 }
 
-/// The largest lane; not a number only if a lane is not.
+/// The largest lane; NaN only if a lane is NaN.
 template <typename T>
 M100_INLINE T largest_of(const Pack<T>& pack) {
 #ifdef M100_LANES_SCALAR

@@ -49,7 +49,7 @@ __attribute__((noinline)) void solve_constrained(const GainTable<T>& table, Tabl
   ++counters.clipped;
 }
 
-/// The preview law, or with Law::kLqr what it answers without limits, clipped; see HorizontalMpc.
+/// The preview law, or with Law::kLqr its solution without limits, clipped; see HorizontalMpc.
 template <typename T>
 void solve_preview(const GainTable<T>& table, Tableau<T>& tableau, Law law, const Problem<T>& problem,
                    Solution<T>& solution, MpcCounters& counters) {

@@ -12,9 +12,9 @@ inline constexpr std::size_t kMaxStates = 4;      ///< position, velocity, tilt 
 inline constexpr double kPredictionStep_s = 0.1;  ///< between two inputs of the sequence
 inline constexpr std::uint16_t kMaxChanges = 64;  ///< of the active set in one try; then the answer is clipped
 
-/// One axis' quadratic program (paper, Eq. 2, one axis at hover): everything that changes from tick to tick.
+/// One axis' quadratic program (paper, Eq. 2, one axis at hover): all data that changes from tick to tick.
 ///
-/// All of it belongs to the moment at which the input computed now begins to act: state and reference lie one transport
+/// All of it refers to the moment at which the input computed now begins to act: state and reference are one transport
 /// delay ahead of the tick (see delay_predictor.h).
 template <typename T>
 struct Problem {
@@ -27,7 +27,7 @@ struct Problem {
   std::array<T, kHorizon> tilt_ref_rad{};      ///< r_1..r_20
   std::array<T, kHorizon> input_ref_rad{};     ///< s_0..s_19
   bool constant_targets = false;               ///< tilt and input target: only entry 0 of each is read
-  bool constant_reference = false;  ///< positions and targets constant, velocity 0: the set-point law may serve
+  bool constant_reference = false;  ///< positions and targets constant, velocity 0: the set-point law can be used
 };
 
 /// Which law answered.

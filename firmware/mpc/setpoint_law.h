@@ -25,7 +25,7 @@ M100_INLINE T dot8(const T* row, const T* z) {
 #endif
 }
 
-/// Which child of a node z leads to; its three planes are weighed in three lanes, the fourth is not looked at.
+/// Finds the child of a node to which z leads; the three planes are evaluated in three lanes, the fourth is unused.
 template <typename T>
 class NodeWalk {
  public:
@@ -97,7 +97,7 @@ bool solve_setpoint(const GainTable<T>& table, const Problem<T>& problem, T& inp
   settle(z);
   const NodeWalk<T> walk(z);
   std::size_t at = 0;
-  for (std::size_t before = at;; before = at) {  // ends: children stand behind their parents, or the law is refused
+  for (std::size_t before = at;; before = at) {  // ends: children come after their parents, or the law is refused
     at = tree.nodes[at].child[walk.places(tree.planes.data() + at * kNodeNumbers)];
     if (at >= SetpointTree<T>::kLeaf) {
       break;

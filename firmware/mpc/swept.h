@@ -6,8 +6,8 @@
 
 // The four operations of the active-set iteration on the swept tableau, a symmetric 20 x 20 matrix of which the lower
 // triangle is kept (gain_table.h): gather() a column, clear_below() the diagonal of a column, add_product() with a
-// vector, add_outer_product() of two. Once for machines with vector registers and once for machines without; the order
-// of every sum is the same, so are the bits.
+// vector, add_outer_product() of two. One version is for machines with vector registers, one for machines without; the
+// order of every sum is the same, and so are the bits.
 #ifdef M100_LANES_SCALAR
 #include "firmware/mpc/swept_scalar.h"
 #else

@@ -3,8 +3,8 @@
 
 #include "firmware/mpc/lanes.h"
 
-// The operations of swept.h where a register holds a pack of four numbers: everything is unrolled, so that every
-// address is a constant, or a constant and the number of a column.
+// The operations of swept.h for registers that hold a pack of four numbers: everything is unrolled, so that every
+// address is a constant, or a constant plus the number of a column.
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
 /// gather() for a column of block kBlock.

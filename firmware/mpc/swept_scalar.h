@@ -3,8 +3,8 @@
 
 #include "firmware/mpc/lanes.h"
 
-// The operations of swept.h where registers hold one number each: loops that stay loops, because unrolling them all
-// would cost seventy kilobytes of flash; four numbers at a time where that saves loads.
+// The operations of swept.h for registers that hold one number each: the loops stay loops, because unrolling them all
+// would cost seventy kilobytes of flash; they process four numbers at a time if that saves loads.
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
 /// pivot = column k: row k up to the diagonal, then down the rows.

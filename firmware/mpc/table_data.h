@@ -11,7 +11,7 @@
 namespace m100::mpc {
 
 /// Calls visitor(name, numbers) for every number or array of numbers of a table, in the one order in which tables are
-/// written as a list of doubles: into generated headers and into table files. The set-point law follows by itself.
+/// written as a list of doubles: into generated headers and into table files. The set-point law follows separately.
 template <typename Table, typename Visitor>
 constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("states", table.states);
@@ -53,7 +53,7 @@ constexpr void visit_numbers(Table& table, Visitor&& visitor) {
   visitor("setpoint.depth", table.setpoint.depth);
 }
 
-/// How many doubles visit_numbers() goes through.
+/// Number of doubles that visit_numbers() visits.
 constexpr std::size_t count_numbers() {
   GainTable<double> table;
   std::size_t count = 0;

@@ -7,8 +7,7 @@
 namespace m100::mpc {
 namespace {
 
-/// Takes little-endian numbers from the front of a stretch of bytes; reading past the end gives zeros and is
-/// remembered.
+/// Takes little-endian numbers from the front of a span of bytes; reading past the end gives zeros and is remembered.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -35,7 +34,7 @@ class Reader {
   bool overrun_ = false;
 };
 
-/// Every path through the tree must end, and inside the tables: children stand behind their parents.
+/// Every path through the tree must end inside the tables: children come after their parents.
 bool tree_is_sound(std::span<const SetpointNode> nodes, std::size_t laws) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (const std::uint16_t child : nodes[i].child) {

@@ -27,9 +27,9 @@ inline constexpr std::size_t kMaxTableFileBytes =
 template <typename T>
 class TableStorage {
  public:
-  /// Reads a file's bytes. Nothing of it is used unless everything holds:
-  ///   kDataLoss: a bit of the file is not what was written;
-  ///   kInvalidArgument: not a table file, of another version, or sizes or limits that cannot be;
+  /// Reads a file's bytes. It is refused as a whole with
+  ///   kDataLoss: a bit of the file has changed;
+  ///   kInvalidArgument: not a table file, another version, or impossible sizes or limits;
   ///   kRefused: the table was made from another vehicle file.
   core::Status load(std::span<const std::byte> file, const core::Sha256Digest& vehicle);
 

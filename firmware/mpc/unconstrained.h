@@ -5,8 +5,7 @@
 
 namespace m100::mpc::M100_LANES_NAMESPACE {
 
-/// 20 numbers that taps may run over the end of, where everything is zero: `tail` are the last pack and a pack of
-/// zeros.
+/// 20 numbers, followed by zeros so that taps may run beyond the end: `tail` is the last pack and a pack of zeros.
 template <typename T>
 struct Signal {
   const T* body;
@@ -14,7 +13,7 @@ struct Signal {
 };
 inline constexpr std::size_t kBody = kHorizon - kPack;
 
-/// The states that loops run over: known when they are unrolled, and read from the table where they stay loops, so that
+/// Number of states for the loops: a constant if they are unrolled, and read from the table if they stay loops, so that
 /// one body serves first and second order.
 template <std::size_t kStates, typename T>
 M100_INLINE std::size_t states_of([[maybe_unused]] const GainTable<T>& table) {
@@ -46,7 +45,7 @@ M100_INLINE void filter(Column<T>& sum, const Signal<T>& signal, const T* taps, 
 #endif
 }
 
-/// The last pack of 20 numbers into `tail`, zeros behind it.
+/// Copies the last pack of 20 numbers to `tail`, followed by zeros.
 template <typename T>
 M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #ifdef M100_LANES_SCALAR  // body and tail in one piece
@@ -64,7 +63,7 @@ M100_INLINE Signal<T> with_tail(const T* numbers, T* tail) {
 #endif
 }
 
-/// g_16..g_19 += taps value: what reaches the end of the horizon through the terminal weight.
+/// g_16..g_19 += taps value: the part of the terminal weight.
 template <typename T>
 M100_INLINE void add_terminal(Column<T>& sum, const std::array<T, kMaxStates>& taps, T value) {
   static_assert(kMaxStates == kPack);
@@ -111,12 +110,12 @@ M100_INLINE void filter_references(const GainTable<T>& table, const Problem<T>& 
   filtered[0] = table.rate_weight * (problem.previous_input_rad + problem.input_offset_rad) + filtered[0];
 }
 
-/// What an optimum without limits is made from; one function each, because in one body the compilers share work between
-/// the branches and spill.
+/// Inputs of an optimum without limits. Each has a function of its own, because in one body the compilers share work
+/// between the branches and spill registers.
 enum class Shape : std::uint8_t {
   kMovingTargets,      ///< everything varies over the horizon
-  kConstantTargets,    ///< tilt and input target do not
-  kConstantReference,  ///< nothing does, and the vehicle is to stand still: no reference is left but the origin
+  kConstantTargets,    ///< tilt and input target are constant
+  kConstantReference,  ///< everything is constant and the reference is at rest: only the origin is needed
 };
 
 /// The optimum without limits, u + input_offset, into `inputs`. @returns whether it keeps the limits.
@@ -153,8 +152,8 @@ __attribute__((noinline)) bool solve_unconstrained(const GainTable<T>& table, co
   }
   return true;
 #else
-  // A number that is not finite in the problem makes every element so, the last pack's too, which is compared last and
-  // not lost; comparisons that hold, not such that fail: a NaN must not pass for free.
+  // A number in the problem that is not finite makes every element so, including the last pack, which is compared last
+  // and therefore not lost. The test requires comparisons to be true, because with a NaN they are false.
   Pack<T> most = sum.pack[0];
   Pack<T> least = sum.pack[0];
   M100_UNROLL(20)

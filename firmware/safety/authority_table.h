@@ -39,14 +39,14 @@ inline constexpr StageSet kHolding = Stage::kInControl | Stage::kReleasing;
 inline constexpr StageSet kEveryStage =
     kStartUp | kIdle | kAcquiring | kHolding | Stage::kListening | Stage::kPausing | Stage::kSilentCold;
 
-/// Read from top to bottom, the first row that matches wins. No row matches: the stage stays.
+/// Read from top to bottom, the first row that matches wins. If no row matches, the stage stays.
 inline constexpr auto kAuthorityTable = [] {
   using enum AuthoritySign;
   using S = Stage;
   using A = Action;
   using R = Reason;
   return std::array{
-      // Authority is taken away before anything else is looked at. What is still ours then is given back by step().
+      // Loss of authority is tested before anything else. Control that is still ours then is given back by step().
       AuthorityRow{kEveryStage, kPortBack, kNone, S::kListening, A::kNone, R::kPortBack},
       AuthorityRow{kAcquiring | kHolding, kOwnStall, kNone, S::kSilent, A::kReleaseControl, R::kOwnStall},
       AuthorityRow{kAcquiring | kHolding | kIdle, kRestarted, kNone, S::kSilentCold, A::kNone, R::kRestarted},
@@ -87,8 +87,8 @@ inline constexpr auto kAuthorityTable = [] {
       AuthorityRow{S::kReady, kAsked, kModeF, S::kReady, A::kNone, R::kNotModeF},
       AuthorityRow{S::kReady, kAsked | kSpaced, kOwed, S::kObtaining, A::kRequestControl, R::kStarting},
 
-      // Every request has to be made twice: the first is answered "again" (protocol, 6.1). Telemetry may say before the
-      // answer does, or instead of it, that control is ours.
+      // Every request has to be sent twice: the first is answered "again" (protocol, 6.1). Telemetry may show that
+      // control is ours before the answer does, or instead of it.
       AuthorityRow{S::kObtaining | S::kSpacing, kDeviceOurs, kNone, S::kConfirming, A::kNone, R::kGranted},
       AuthorityRow{S::kObtaining, kDone, kNone, S::kConfirming, A::kNone, R::kGranted},
       AuthorityRow{S::kObtaining, kAgain | kTriesLeft, kNone, S::kSpacing, A::kNone, R::kStarting},
@@ -122,8 +122,8 @@ inline constexpr std::size_t kMostRowsOfStage = [] {
   return most;
 }();
 
-/// The rows of each stage by number, in the order of the table, and the table's size behind them: one pass over all of
-/// them in every tick costs more than all that is found there.
+/// The rows of each stage by number, in the order of the table, followed by the table's size. A pass over the whole
+/// table in every tick would cost more than everything else here.
 inline constexpr auto kRowsOfStage = [] {
   std::array<std::array<std::uint8_t, kMostRowsOfStage + 1>, kStageCount> rows{};
   for (std::size_t stage = 0; stage < kStageCount; ++stage) {
@@ -139,7 +139,7 @@ inline constexpr auto kRowsOfStage = [] {
 }();
 static_assert(kAuthorityTable.size() < 256);
 
-/// Number of the row that matches, the first from the top; the table's size where none does.
+/// Number of the first row that matches; the table's size if none does.
 constexpr std::size_t match_number(Stage stage, AuthoritySign signs) {
   for (const std::uint8_t number : kRowsOfStage[static_cast<std::size_t>(stage)]) {
     if (number == kAuthorityTable.size()) {
@@ -202,7 +202,7 @@ static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain) == 
 static_assert(next(Stage::kObtaining, except(kFlying, kDeviceOurs) | kAgain | kTriesLeft) == Stage::kSpacing);
 static_assert(next(Stage::kObtaining, kFlying | kNoAnswer) == Stage::kConfirming, "telemetry says that it is granted");
 
-/// Commands may leave only from a stage that one cannot enter without the proof in telemetry.
+/// Every row that leads to a stage in which commands may leave requires the proof in telemetry.
 constexpr bool control_needs_proof() {
   for (const AuthorityRow& row : kAuthorityTable) {
     if (may_command(row.to) && !any(row.with, kDeviceOurs | kVirtualRcOn)) {
@@ -213,7 +213,7 @@ constexpr bool control_needs_proof() {
 }
 static_assert(control_needs_proof());
 
-/// Every request for control stands behind the two-second sign.
+/// Every row that requests control, or Virtual RC, tests the two-second sign.
 constexpr bool requests_are_spaced() {
   for (const AuthorityRow& row : kAuthorityTable) {
     const bool bad_request = row.action == Action::kRequestControl && !all(row.with, kSpaced);
@@ -226,8 +226,8 @@ constexpr bool requests_are_spaced() {
 }
 static_assert(requests_are_spaced());
 
-/// Only the operator leads out of silence, but that behind a port that came back the start-up begins anew: it ends at
-/// kReady, behind which the operator stands again.
+/// Only the operator leads out of silence, with one exception: after a port came back, start-up begins anew. It ends at
+/// kReady, which again waits for the operator.
 constexpr bool silence_ends_by_asking() {
   for (const AuthorityRow& row : kAuthorityTable) {
     const bool leaves = (row.from.has(Stage::kSilent) || row.from.has(Stage::kSilentCold)) &&

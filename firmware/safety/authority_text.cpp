@@ -29,12 +29,12 @@ constexpr std::array kReasons{
                "frames arrive but the autopilot does not answer: check the line towards it (TX), then ask again"},
     ReasonText{Reason::kAnswer, "answer", "see the remedy of the autopilot's answer"},
     ReasonText{Reason::kNotActivated, "not_activated",
-               "the autopilot does not know us (not activated): ask again to activate anew"},
+               "the autopilot says that this program is not activated: ask again to activate it"},
     ReasonText{
         Reason::kNoRcItem, "no_rc_item",
         "telemetry lacks the RC or the control item: switch the remote controller on, and set both items in DJI's "
         "assistant to 50 Hz or more"},
-    ReasonText{Reason::kNotModeF, "not_mode_f", "put the mode switch of the remote controller to F, then ask again"},
+    ReasonText{Reason::kNotModeF, "not_mode_f", "move the mode switch of the remote controller to F, then ask again"},
     ReasonText{Reason::kRcOff, "rc_off", "switch the remote controller on, then ask again"},
     ReasonText{Reason::kEndlessObtaining, "endless_obtaining",
                "someone else holds control: end missions and close the mobile app, wait ten seconds, then ask again"},
@@ -42,33 +42,31 @@ constexpr std::array kReasons{
                "the autopilot's answer and its telemetry disagree about who is in control; control is given back: ask "
                "again"},
     ReasonText{Reason::kVirtualRcRefused, "virtual_rc_refused",
-               "Virtual RC does not come on: move the mode switch out of F and back, then ask again"},
+               "Virtual RC cannot be switched on: move the mode switch out of F and back, then ask again"},
     ReasonText{Reason::kGranted, "granted", ""},
     ReasonText{Reason::kReleased, "released", ""},
-    ReasonText{Reason::kRestarted, "restarted", "the autopilot restarted: make sure that it is well, then ask again"},
+    ReasonText{Reason::kRestarted, "restarted", "the autopilot restarted: check that it works, then ask again"},
     ReasonText{Reason::kControlLost, "control_lost",
                "the autopilot took control away (mode switch, mobile app, or no transmitter): ask again when the pilot "
                "agrees"},
     ReasonText{Reason::kLinkSilent, "link_silent", "telemetry stopped: check the cable, then ask again"},
     ReasonText{Reason::kLeftModeF, "left_mode_f",
-               "the pilot moved the mode switch out of F: back to F, then ask again"},
+               "the pilot moved the mode switch out of F: move it back to F, then ask again"},
     ReasonText{Reason::kTaken, "taken",
-               "the remote controller or the mobile app is in control: ask again when the pilot "
-               "agrees"},
+               "the remote controller or the mobile app is in control: ask again when the pilot agrees"},
     ReasonText{
         Reason::kVirtualRcEnded, "virtual_rc_ended",
         "the autopilot ended Virtual RC (no data for a second, or the pilot's sticks); control is given back: ask "
         "again"},
     ReasonText{
         Reason::kOwnStall, "own_stall",
-        "our own program stood still for more than half a second; control is given back: find out what held it up "
-        "(m100 doctor), then ask again"},
+        "this program stalled for more than half a second; control is given back: find the cause (m100 doctor), then "
+        "ask again"},
     ReasonText{Reason::kUnheard, "unheard",
-               "the autopilot answers nothing any more: no byte of ours reaches it (check the line towards it, TX); "
-               "control is "
+               "the autopilot no longer answers: our bytes do not reach it (check the line towards it, TX); control is "
                "given back: ask again"},
     ReasonText{Reason::kPortBack, "port_back",
-               "the port is back and the autopilot is asked who it is: nothing but an ask takes control again"},
+               "the port is back and start-up begins anew: control is taken only after you ask again"},
 };
 
 constexpr bool in_order() {

@@ -11,17 +11,17 @@
 
 namespace m100::safety {
 
-/// The failsafe ladder, from the top down. What each state lets through:
+/// The failsafe ladder, from the top down, with the command that each rung lets through:
 ///   kNominal  the law's command
-///   kCoast    the law's command, computed from the model's prediction, for a stated time; where the predicted error
-///             reaches the fence, that of kLevel
+///   kCoast    the law's command, computed from the model's prediction, for a limited time; the command of kLevel once
+///             the predicted error reaches the fence
 ///   kLevel    a command that brakes, then holds trim and wind as last estimated; no climb, no turn: the autopilot
-///             holds the height. So it stands, too, while the autopilot takes off or lands by a task of its own
+///             holds the height. Also the rung while the autopilot takes off or lands by its own task
 ///   kRelease  level and trimmed, and control is about to be given back
-///   kSilent   nothing: not ours to command
+///   kSilent   nothing: control is not ours
 enum class Rung : std::uint8_t { kSilent, kNominal, kCoast, kLevel, kRelease };
 
-/// What the table looks at, each a sign of something; a set is a bit mask.
+/// Conditions that the table tests; a set of them is a bit mask.
 enum class LadderSign : std::uint32_t {
   kNone = 0,
   kCommandable = 1U << 0U,       ///< authority is ours and the mode switch stands at F
@@ -31,12 +31,12 @@ enum class LadderSign : std::uint32_t {
   kEstimateLost = 1U << 4U,      ///< gate shut for 0.3 s, or covariance beyond its limit
   kFresh = 1U << 5U,             ///< pose younger than fresh_limit() and telemetry than 100 ms
   kRecovered = 1U << 6U,         ///< fresh, and ten new poses in a row
-  kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms, and the place was not known again meanwhile
+  kCoastOver = 1U << 7U,         ///< in kCoast for 700 ms in which the error never fell back to its first value
   kLevelOver = 1U << 8U,         ///< in kLevel for 1 s, and slow enough for the pilot
   kNeutralOver = 1U << 9U,       ///< in kRelease for 0.5 s
   kOperatorEngages = 1U << 10U,  ///< asked to fly, by a person
-  // Told, not acted upon: no row of the table asks for these. They stand in the log's field `facts`.
-  kRollLeftModel = 1U << 11U,   ///< the axis answers unlike its model, by the residual monitor; likewise below
+  // Reported, not acted upon: no row of the table tests these. They are in the log's field `facts`.
+  kRollLeftModel = 1U << 11U,   ///< the axis no longer follows its model, by the residual monitor; likewise below
   kPitchLeftModel = 1U << 12U,  ///< in the order of sysid::MonitoredAxis
   kYawRateLeftModel = 1U << 13U,
   kClimbLeftModel = 1U << 14U,
@@ -45,15 +45,14 @@ enum class LadderSign : std::uint32_t {
   kReserveSpent = 1U << 16U,  ///< 500 ms in kCoast, and the predicted error of the position reached the fence
   kOutside = 1U << 17U,       ///< the aircraft is beyond a side of its fence
   kPlaceLost = 1U << 18U,     ///< for 3 s the wind has been stronger than the aircraft
-  kTaskFlies = 1U << 19U,     ///< the autopilot takes off or lands by a task of its own, by the operator's order
-  kSwings = 1U << 20U,        ///< told: the tilt swung by itself, and a calm law flies (ctl::SwingWatch)
-  kSwingsOn = 1U << 21U,      ///< acted upon: under the calm law it swings on
+  kTaskFlies = 1U << 19U,     ///< the autopilot takes off or lands by its own task, by the operator's order
+  kSwings = 1U << 20U,        ///< reported only: the tilt swung by itself, and the calm law flies (ctl::SwingWatch)
+  kSwingsOn = 1U << 21U,      ///< acted upon: the swing continues under the calm law
 };
 template <>
 inline constexpr bool kIsSign<LadderSign> = true;
 
-/// Why a step was made. A row names the cause that it knows; where a sign has several causes, the supervisor looks
-/// which.
+/// Why a step was made. A row names its cause; if a sign has several causes, the supervisor determines which one it is.
 enum class Cause : std::uint8_t {
   kNone,
   kControlGone,      ///< authority or mode F: the link says which
@@ -69,11 +68,11 @@ enum class Cause : std::uint8_t {
   kNeutralOver,
   kRecovered,
   kEngaged,       ///< by the operator
-  kReserveSpent,  ///< coasting on would not surely stay inside the fence
+  kReserveSpent,  ///< further coasting might leave the fence
   kFenceLeft,
   kPlaceLost,  ///< the wind is stronger than the aircraft
   kTask,       ///< the autopilot takes off or lands, by the operator's order
-  kSwinging,   ///< the tilt swings by itself, under the calm law too
+  kSwinging,   ///< the tilt swings by itself, even under the calm law
 };
 inline constexpr std::size_t kCauseCount = 19;
 
@@ -91,7 +90,7 @@ struct LadderRow {
 
 /// Read from the top, first match wins; no match: stay. Rows that take authority away come first in every state.
 inline constexpr std::array kLadder{
-    // The pilot, or whoever took control: stop at once, and never ask again by ourselves.
+    // The pilot, the app or a mission took control: stop at once, and never request it again without the operator.
     LadderRow{Rung::kNominal, LadderSign::kNone, LadderSign::kCommandable, Rung::kSilent, Cause::kControlGone},
     LadderRow{Rung::kCoast, LadderSign::kNone, LadderSign::kCommandable, Rung::kSilent, Cause::kControlGone},
     LadderRow{Rung::kLevel, LadderSign::kNone, LadderSign::kCommandable, Rung::kSilent, Cause::kControlGone},
@@ -104,12 +103,12 @@ inline constexpr std::array kLadder{
     LadderRow{Rung::kNominal, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
     LadderRow{Rung::kCoast, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
     LadderRow{Rung::kLevel, LadderSign::kTelemetryDead, LadderSign::kNone, Rung::kRelease, Cause::kTelemetrySilent},
-    // An order that can be obeyed is obeyed at the last moment, too; one that cannot does not keep the pilot waiting.
+    // An order to fly that can be obeyed is obeyed even at the last moment; one that cannot does not delay the pilot.
     LadderRow{Rung::kLevel, LadderSign::kOperatorEngages | LadderSign::kRecovered,
               LadderSign::kEstimateLost | LadderSign::kCommandUnsound | LadderSign::kOutside | LadderSign::kTaskFlies,
               Rung::kNominal, Cause::kEngaged},
     LadderRow{Rung::kLevel, LadderSign::kLevelOver, LadderSign::kNone, Rung::kRelease, Cause::kLevelOver},
-    // While the autopilot flies a task of its own the law is out, and the sticks are level: the task needs no pose.
+    // While the autopilot flies its own task the law is inactive and the sticks are level: the task needs no pose.
     LadderRow{Rung::kNominal, LadderSign::kTaskFlies, LadderSign::kNone, Rung::kLevel, Cause::kTask},
     LadderRow{Rung::kCoast, LadderSign::kTaskFlies, LadderSign::kNone, Rung::kLevel, Cause::kTask},
     LadderRow{Rung::kSilent, LadderSign::kTaskFlies | LadderSign::kCommandable,
@@ -134,20 +133,20 @@ inline constexpr std::array kLadder{
               Rung::kNominal, Cause::kEngaged},
 };
 
-/// Number of the row that matches; the table's size where none does.
+/// Number of the row that matches; the table's size if none does.
 constexpr std::size_t row_number(Rung state, LadderSign signs) {
   return first_row(kLadder, [state, signs](const LadderRow& row) {
     return row.from == state && all(signs, row.needs) && !any(signs, row.excludes);
   });
 }
 
-/// One look at the table.
+/// The rung after one look-up in the table.
 constexpr Rung next_rung(Rung state, LadderSign signs) {
   const std::size_t number = row_number(state, signs);
   return number < kLadder.size() ? kLadder[number].to : state;
 }
 
-/// The largest thing the law's command may reach in this state.
+/// Whether the law's command may leave in this state, and whether any control byte may.
 constexpr bool passes_law(Rung state) { return state == Rung::kNominal || state == Rung::kCoast; }
 constexpr bool may_transmit(Rung state) { return state != Rung::kSilent; }
 

@@ -7,22 +7,22 @@
 
 namespace m100::safety {
 
-/// What the observer has measured of the way of a pose, from its capture until it is here.
+/// Latency of the poses from capture to arrival, as the observer measured it.
 struct MeasuredLatency {
   core::Duration least{0};
-  core::Duration jitter{0};    ///< 99th percentile less the least
+  core::Duration jitter{0};    ///< 99th percentile minus the least
   core::Duration interval{0};  ///< of the source
 };
 
 /// The named timers and counts of the ladder.
 struct Limits {
   core::Duration pose_fresh = std::chrono::milliseconds(60);
-  /// A pose is fresh for pose_fresh and no longer, whatever its latency is: the flight file has said so.
+  /// The flight file sets pose_fresh, so the measured latency does not lengthen it.
   bool pose_fresh_is_said = false;
   core::Duration coast = std::chrono::milliseconds(700);
   core::Duration level = std::chrono::milliseconds(1000);
-  /// The pilot gets an aircraft that stands: LEVEL lasts on while it is faster than hand_over_m_s, at most so long by
-  /// prediction, and so long with a fresh pose.
+  /// LEVEL lasts longer while the aircraft is faster than hand_over_m_s, so that the pilot gets it at rest: at most
+  /// this long by prediction (level_moving), and this long with a fresh pose (level_moving_seen).
   core::Duration level_moving = std::chrono::milliseconds(2500);
   core::Duration level_moving_seen = std::chrono::milliseconds(10000);
   double hand_over_m_s = 0.9;
@@ -37,8 +37,8 @@ struct Limits {
 inline constexpr core::Duration kFreshMargin = std::chrono::milliseconds(10);
 inline constexpr core::Duration kFreshAtMost = std::chrono::milliseconds(250);
 
-/// How old a pose may be in normal flight (promise R3): the limit, or what the measured latency needs where that is
-/// more, at most 250 ms.
+/// Largest age of a pose in normal flight (promise R3): pose_fresh, or the limit that the measured latency requires if
+/// that is larger, at most 250 ms.
 constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency& measured) {
   const core::Duration needed = measured.least + 2 * measured.jitter + measured.interval + kFreshMargin;
   if (limits.pose_fresh_is_said || needed <= limits.pose_fresh) {
@@ -47,11 +47,11 @@ constexpr core::Duration fresh_limit(const Limits& limits, const MeasuredLatency
   return needed < kFreshAtMost ? needed : kFreshAtMost;
 }
 
-/// What each command may be, and how fast it may change.
+/// Range and slew limit of each command.
 template <typename T>
 struct EnvelopeIn {
   /// 30 deg, of both axes together, as the law's own limit: the MPC's box of 25 deg is along the axes of the world, and
-  /// what brakes in a wind needs the rest.
+  /// braking in a wind needs the rest.
   T tilt_rad = T(0.5235987755982988);
   T tilt_slew_rad_s = T(20.0);
   T climb_m_s = T(2.0);

@@ -9,7 +9,7 @@
 
 namespace m100::safety {
 
-/// What the supervisor is told in a tick: plain numbers. Which signs they are is decided by Limits.
+/// Inputs of the supervisor in one tick: plain numbers. The supervisor turns them into signs by its Limits.
 struct Observation {
   core::TimePoint now{};
   core::Duration pose_age{core::Duration::max()};       ///< of the newest pose that the estimate used
@@ -17,23 +17,23 @@ struct Observation {
   MeasuredLatency pose_latency{};                       ///< as measured in flight; decides what counts as fresh
   std::uint32_t refused_poses = 0;                      ///< by the innovation gate, in a row
   core::Duration refused_for{0};                        ///< from the first to the last that agree with each other
-  double refused_by_m = 0.0;  ///< the last of them, from where it had to be; and what was allowed
-  double refused_allowed_m = 0.0;
-  double error_m = 0.0;     ///< three sigmas of the predicted position, on the axis that is worse
-  double reserve_m = 1e6;   ///< between where the aircraft can stop and the nearest side of its fence
+  double refused_by_m = 0.0;                            ///< distance of the last refused pose from its expected place
+  double refused_allowed_m = 0.0;                       ///< distance that was allowed
+  double error_m = 0.0;                                 ///< three sigmas of the predicted position, on the worse axis
+  double reserve_m = 1e6;   ///< from the point where the aircraft can stop to the nearest side of its fence
   double outside_m = -1e6;  ///< how far the estimated place is beyond the nearest side of the fence; negative: inside
-  double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 where it is worth nothing
-  /// What it will be when the sticks are the pilot's, if they go back now and what makes it grow goes on; not less.
+  double speed_m_s = 0.0;   ///< horizontal, by the estimate; 0 if the estimate is useless
+  /// Predicted speed when the pilot has the sticks, if they go back now and the acceleration continues; >= speed_m_s.
   double speed_then_m_s = 0.0;
-  core::Duration place_lost_for{0};  ///< since when the wind has kept the aircraft from its place
+  core::Duration place_lost_for{0};  ///< how long the wind has kept the aircraft from its place
   double push_m_s2 = 0.0;            ///< of that wind, averaged over 2 s
-  double swing_rad = 0.0;            ///< of the tilt by itself, from trough to crest, when it was last noticed
+  double swing_rad = 0.0;            ///< the aircraft's own tilt oscillation, trough to crest, when last noticed
   double swing_hz = 0.0;             ///< its frequency
-  bool swings = false;               ///< it was noticed in this flight, and a calm law flies since
-  bool swings_on = false;            ///< under the calm law, too
-  double refused_turn_rad = 0.0;     ///< from the heading that it had to have
+  bool swings = false;               ///< it was noticed in this flight, and the calm law flies since then
+  bool swings_on = false;            ///< it continues under the calm law
+  double refused_turn_rad = 0.0;     ///< of the last refused pose, from its expected heading
   /// The check (est::Check; 0: none) by which the autopilot's telemetry contradicts the poses, which are then refused:
-  /// refused_for is at least Limits::gate_shut. By how much, and what is allowed, in its own unit.
+  /// refused_for is at least Limits::gate_shut. The next two are the contradiction and its limit, in the check's unit.
   std::uint8_t contradicted_by = 0;
   double contradicted_with = 0.0;
   double contradicted_allowed = 0.0;
@@ -43,8 +43,8 @@ struct Observation {
   bool operator_engages = false;     ///< the operator's order to fly stands: for FlightConfig::order_lasts at most
   bool operator_releases = false;    ///< the operator gives control back, this tick
   bool task_flies = false;           ///< the autopilot takes off or lands by its own task, by the operator's order
-  std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: reality left the model
-  bool trim_drifted = false;         ///< a balancing point is not where the vehicle file has it
+  std::array<bool, 4> left_model{};  ///< roll, pitch, yaw rate, climb: the axis no longer follows its model
+  bool trim_drifted = false;         ///< a balancing point differs from the vehicle file
 };
 
 }  // namespace m100::safety

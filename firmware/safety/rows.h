@@ -11,8 +11,8 @@
 namespace m100::safety {
 
 #ifdef M100_ROWS_CAN_BE_SWITCHED_OFF
-/// A test of the tests, in a build of its own (host_tests/unit/safety/rows_main.cpp): the row of a table that run-time
-/// lookups pass over. What flies is compiled without it.
+/// For a test of the tests, in a separate build (host_tests/unit/safety/rows_main.cpp): the row that run-time lookups
+/// skip. Flight builds are compiled without it.
 template <typename Row>
 inline std::size_t switched_off_row = SIZE_MAX;
 
@@ -27,8 +27,8 @@ constexpr bool is_on(std::size_t) {
 }
 #endif
 
-/// The ladder is read like this: from the top, the first row that matches wins. The authority table is too, by stage.
-/// @returns its number; the table's size where none matches.
+/// Reads a table from the top; the first row that matches wins. (The authority table is read the same way, by stage.)
+/// @returns the number of the row; the table's size if none matches.
 template <typename Row, std::size_t kRows, typename Matches>
 constexpr std::size_t first_row(const std::array<Row, kRows>& table, const Matches& matches) {
   std::size_t number = 0;

@@ -5,8 +5,8 @@
 
 namespace m100::safety {
 
-/// A sign is one thing that a table looks at; a value of the enumeration is a set of them, one bit each. The ladder and
-/// the authority table have an enumeration each and share these words.
+/// A sign is one condition that a table tests; a value of the enumeration is a set of them, one bit each. The ladder
+/// and the authority table each have their own enumeration and share these functions.
 template <typename S>
 inline constexpr bool kIsSign = false;
 template <typename S>
@@ -32,7 +32,7 @@ template <SignSet S>
 constexpr S& operator|=(S& a, S b) {
   return a = a | b;
 }
-/// The sign if the condition holds, else none.
+/// The sign if the condition is true, otherwise none.
 template <SignSet S>
 constexpr S when(bool condition, S sign) {
   return condition ? sign : S::kNone;

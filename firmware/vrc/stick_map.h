@@ -7,9 +7,9 @@
 
 namespace m100::vrc {
 
-/// One stick: what the autopilot makes of it, and the way back.
+/// One stick: the autopilot's mapping from counts to a command, and its inverse.
 ///   u = counts - neutral;  dead zone (half width w): continuous u -> sign(u)(|u| - w), jump: u inside w -> 0
-///   curve u -> sign(u) 660 (|u| / 660)^exponent;  value = sign * scale * u, scale by side where it is asymmetric
+///   curve u -> sign(u) 660 (|u| / 660)^exponent;  value = sign * scale * u, scale per side if it is asymmetric
 /// In SI of the axis: rad (roll, pitch), m/s (throttle), rad/s (yaw).
 struct StickMap {
   float scale_si_per_vrc = 1.F;
@@ -20,11 +20,11 @@ struct StickMap {
   float gain_asymmetry = 1.F;  ///< positive over negative
   float sign = 1.F;            ///< -1 where the larger stick is the smaller command (yaw)
 
-  /// The stick that gives a command, rounded to a count. Dead zone recovery (paper, III-B.5): continuous, half the
-  /// width is added; jump, a command inside is pushed to the edge, except zero, which is neutral. Saturates at the
+  /// The stick that gives a command, rounded to a count. Dead zone compensation (paper, III-B.5): continuous, half the
+  /// width is added; jump, a command inside is moved to the edge, except zero, which is neutral. Saturates at the
   /// travel. kOutOfRange: the command is not finite.
   core::Expected<Stick> to_stick(float command_si) const;
-  /// What the autopilot makes of a stick: the command that is really in force.
+  /// The command that the autopilot derives from a stick, which is the one in force.
   float to_command(Stick stick) const;
 };
 

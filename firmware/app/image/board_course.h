@@ -10,12 +10,12 @@
 
 namespace m100::app {
 
-/// The box of a board without files, in the world of the pose, around the courses below, and the class of its wind; the
-/// example of a flight file has the same.
+/// The fence of a board without files, in the world of the pose, around the courses below, with its wind class; the
+/// example flight file has the same.
 inline constexpr core::Fence kBoardFence{
     .side = {core::Fence::Side{-5.0, 5.0}, core::Fence::Side{-5.0, 5.0}, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 5.0};
 
-/// How far from a course's begin an order to fly is obeyed: as the companion's program has it.
+/// Largest distance from a course's beginning at which an order to fly is obeyed; the companion uses the same value.
 inline constexpr double kBoardReach_m = 1.5;
 
 /// The courses that a board without files can fly, by name: "hover" at 1.5 m, "step" (a metre in x and y, 0.2 m up, and

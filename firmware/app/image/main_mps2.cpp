@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The flight program on QEMU's mps2-an500: autopilot on UART1, pose and the operator's switch on UART2, time from
-// SysTick, a watchdog beside them; or, with "lockstep" on the emulator's command line, time and further orders from a
+// SysTick, and a watchdog. With "lockstep" on the emulator's command line, time and further orders come from a
 // simulation on UART0 (hal/cortex_m/lockstep_*.h). Control is taken on an order only.
 #include <cstdint>
 
@@ -30,7 +30,7 @@ using Course = ref::Trajectory<float>;
 constexpr mpc::GainTables<float> kTables{mpc::generated::kX<float>, mpc::generated::kY<float>};
 constexpr std::uint32_t kBaud = 230400;
 constexpr std::uint32_t kClockPeriod_us = 10000;
-/// A program that hangs has said its last words after this, and has been started anew after twice this (R15: 1.5 s).
+/// If the program hangs, its farewell leaves after this time, and the board resets after twice this time (R15: 1.5 s).
 constexpr core::Duration kPatience = std::chrono::milliseconds(500);
 
 hal::CmsdkUart autopilot_uart(hal::mps2::uart(1), hal::mps2::set_pending(), hal::mps2::transmit_mask(1));
@@ -52,7 +52,7 @@ void say_last_words() {
   }
 }
 
-/// A broken invariant.
+/// A failed assertion.
 [[noreturn]] void say_farewell(const char* file, int line) {
   say_last_words();
   hal::fail_assertion(file, line);
@@ -94,12 +94,12 @@ void fly_in_lockstep(Controller& controller) {
     }
     obey(pose_line.take(), controller);
     const std::uint64_t before = system_clock.cycles();
-    static_cast<void>(controller.tick(clock.now()));  // what became of the command is in the supervisor's state
+    static_cast<void>(controller.tick(clock.now()));  // the result of the command is in the supervisor's state
     clock.report(static_cast<std::uint32_t>(system_clock.cycles() - before), hal::deepest_stack_bytes());
   }
 }
 
-/// For ever, by the board's own clock. The watchdog is fed where a tick has ended, and nowhere else.
+/// Ticks for ever, by the board's own clock. The watchdog is fed at the end of a tick and nowhere else.
 [[noreturn]] void fly_by_own_clock(Controller& controller) {
   watchdog.start(kPatience);
   core::TimePoint next = system_clock.now();
@@ -116,7 +116,7 @@ void fly_in_lockstep(Controller& controller) {
 }  // namespace
 
 extern "C" {
-/// The watchdog's: the program hangs. It goes on counting, and resets the board if this hangs too.
+/// The watchdog's interrupt: the program hangs. The watchdog keeps counting, and resets the board if this hangs, too.
 void NMI_Handler() {
   say_last_words();
   hal::print("watchdog: the program hung\n");
@@ -135,7 +135,7 @@ int main() {
   core::set_assertion_handler(&say_farewell);
   const bool lockstep = hal::argument(1) == "lockstep";
   if (app::lay_board_course(lockstep ? hal::argument(2) : "hover", course) != core::Status::kOk) {
-    hal::print("no such course; there are hover, step, trajectory\n");
+    hal::print("unknown course; choose hover, step, trajectory\n");
     return 2;
   }
   app::FlightConfig config = app::kDefaultFlight;

@@ -11,15 +11,15 @@
 
 namespace m100::app {
 
-/// What the operator of a board asks for.
+/// An order of a board's operator.
 enum class Order : std::uint8_t { kNone, kEngage, kRelease };
 
 /// Turns the position of a switch, wired to a pin or sent in messages, into orders. Only its movement is an order: a
-/// board that starts, or starts again, with the switch already on does nothing until it has seen it off.
+/// board that starts or restarts with the switch already on does nothing until the switch has been off.
 class OrderSwitch {
  public:
-  /// @returns kEngage: it has been turned on, after it was seen off. kRelease: it is off. kNone: it is as it was, or on
-  ///   from the start.
+  /// @returns kEngage: it was turned on after it had been off. kRelease: it was turned off. kNone: it did not move, or
+  ///   was on from the start.
   Order set(bool program_flies) {
     const Order order = program_flies == on_ ? Order::kNone : (program_flies ? Order::kEngage : Order::kRelease);
     on_ = program_flies;
@@ -30,8 +30,8 @@ class OrderSwitch {
   bool on_ = true;  ///< until seen off, so that "on" is no movement
 };
 
-/// The pose's UART with an ear for the operator's switch: passes everything through, and notes the orders on the way.
-/// Line is the UART's own type, so that one interface does not call through itself where the depth of calls is counted.
+/// The pose's UART, which also carries the operator's switch: passes all bytes through and records the orders in them.
+/// Line is the UART's own type: a call through the interface to itself would look like recursion in the stack analysis.
 template <typename Line>
 class OrderLine final : public hal::Uart {
  public:
@@ -50,8 +50,8 @@ class OrderLine final : public hal::Uart {
   core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
   core::Expected<hal::LineErrors> line_errors() const override { return line_.line_errors(); }
 
-  /// @returns the movements of the switch that were not taken yet, the earliest first. To stop is never lost: behind it
-  ///   there may be an order to fly, and in front of it none any more.
+  /// @returns the orders that were not taken yet, the earliest first. An order to stop is never lost: an order to fly
+  ///   may follow it, but earlier ones are dropped.
   Order take() {
     if (std::exchange(releases_, false)) {
       return Order::kRelease;
