@@ -5,13 +5,13 @@
 
 namespace m100::hal {
 
-/// A line whose bytes come in packets of a network: each whole or not at all, from anybody, doubled or overtaken. What
-/// is written in one call leaves in one packet.
+/// A line whose bytes arrive in network packets. A packet arrives whole or not at all; it may come from any sender, and
+/// may be duplicated or overtaken. Each call of write() sends one packet.
 class PacketUart : public Uart {
  public:
-  /// Whether the bytes that read() gave last are the first of a packet.
+  /// Whether the bytes that read() returned last are the first of a packet.
   virtual bool begins_packet() const = 0;
-  /// What is written from now on goes to whoever sent the packet that was read last. The caller knows whom to believe.
+  /// Sends all further writes to the sender of the packet that was read last. The caller has accepted that sender.
   virtual void answer_last() = 0;
 
  protected:

@@ -8,8 +8,8 @@
 
 namespace m100::hal {
 
-/// Where a flight log goes: bytes are appended and never read back. May block for as long as the medium likes, so the
-/// tick writes into a ring and something else empties the ring into here.
+/// The medium of a flight log: bytes are appended and never read back. A call may block for as long as the medium
+/// takes, so the tick writes into a ring, and another thread empties the ring into the storage.
 class Storage {
  public:
   Storage(const Storage&) = delete;
@@ -17,7 +17,7 @@ class Storage {
 
   /// @returns how many bytes from the front of source were taken; fewer than source.size(): try the rest later.
   ///   kResourceExhausted: the medium is full.
-  ///   kUnavailable: the medium is gone or failed.
+  ///   kUnavailable: the medium was removed or failed.
   virtual core::Expected<std::size_t> append(std::span<const std::byte> source) = 0;
 
   /// Makes everything appended so far survive a loss of power.

@@ -5,19 +5,19 @@
 
 namespace m100::hal {
 
-/// Ends a program that hangs. It counts by itself, beside the processor, and nothing that the program does stops it.
+/// Ends a program that hangs. It counts independently of the processor, and the program cannot stop it.
 ///
-/// Twice the patience without a feed() in all: after the first the machine interrupts whatever runs, interrupt handlers
-/// included, and the program says its last words; after the second the machine resets. What starts again does not take
-/// control by itself.
+/// It acts in two stages. After one patience without a feed() the machine interrupts all running code, interrupt
+/// handlers included, and the program sends its last words. After a second patience the machine resets. The restarted
+/// program does not take control by itself.
 class Watchdog {
  public:
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Begins to count. @param patience positive, at most 100 s.
+  /// Starts to count. @param patience time-out of each stage, positive, at most 100 s.
   virtual void start(core::Duration patience) = 0;
-  /// Begins to count anew. Call it once in each period, where it shows that the period's work was done.
+  /// Restarts the count. Call it once in each period, at a place that shows that the period's work was done.
   virtual void feed() = 0;
 
  protected:

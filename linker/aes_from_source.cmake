@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# AES for the machines that Debian has no mbedTLS library for: aes.c and its helpers from Debian's source package, once
+# AES for machines without a Debian library of mbedTLS: aes.c and its helpers from Debian's source package, once
 # linker/fetch_mbedtls has fetched it. Without it the cross builds have no target m100::aes, and the commands that
 # need it are refused by name.
 set(M100_MBEDTLS_SOURCE ${PROJECT_SOURCE_DIR}/build/mbedtls CACHE PATH "Unpacked mbedTLS 2.28 source")

@@ -11,5 +11,5 @@ set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
 set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
 set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE BOTH)
-# GCC tells each time that a span is passed otherwise than before its version 7.1, with which nothing here was compiled.
+# GCC notes each time that a span is passed differently since its version 7.1; nothing here was compiled with an older one.
 set(CMAKE_CXX_FLAGS_INIT "-Wno-psabi")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Bare metal, any Cortex-M with an FPU. The file of the processor sets M100_PROCESSOR_FLAGS and includes this.
-# No --specs=nosys.specs: its _sbrk would let a heap link (promise R1).
+# Bare metal, any Cortex-M with an FPU. The file of the processor sets M100_PROCESSOR_FLAGS and includes this file.
+# Without --specs=nosys.specs, because with its _sbrk a heap would link (promise R1).
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_C_COMPILER arm-none-eabi-gcc)
 set(CMAKE_CXX_COMPILER arm-none-eabi-g++)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# How an image for a bare board is linked, sized and checked. Only the bare-metal build comes here; what is the board's own
-# comes from its toolchain file.
+# Links, measures and checks an image for a bare board. Only the bare-metal build includes this file; the settings of the
+# board come from its toolchain file.
 foreach(name M100_BOARD M100_BOARD_SCRIPT M100_BOARD_HEADER M100_BOARD_BUDGET M100_BOARD_MAIN)
   if(NOT DEFINED ${name})
-    message(FATAL_ERROR "The toolchain file ${CMAKE_TOOLCHAIN_FILE} does not say ${name}: see linker/PORTING.md")
+    message(FATAL_ERROR "The toolchain file ${CMAKE_TOOLCHAIN_FILE} does not set ${name}: see linker/PORTING.md")
   endif()
 endforeach()
 
@@ -16,8 +16,8 @@ string(REGEX MATCH "[0-9]+" M100_STACK_BYTES "${stack_line}")
 
 # m100_image(name SOURCES main.cpp DEPS m100::app [FLIGHT])
 #
-# Makes <name>.elf with start-up code and memory map. Each build prints its size by module; FLIGHT images are held to
-# the board's budget, in flash, RAM and stack.
+# Makes <name>.elf with start-up code and memory map. Each build prints its size by module. FLIGHT images are checked
+# against the board's budget of flash, RAM and stack.
 function(m100_image name)
   cmake_parse_arguments(arg "FLIGHT" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${arg_SOURCES} $<TARGET_OBJECTS:m100_startup>)

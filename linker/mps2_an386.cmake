@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Arm's MPS2 board with the AN386 image (Cortex-M4F), as QEMU emulates it: the memory and the devices of the AN500 image
-# (mps2_an500.cmake), another processor.
+# Arm's MPS2 board with the AN386 image (Cortex-M4F), as QEMU emulates it: memory and devices as in the AN500 image
+# (mps2_an500.cmake), but another processor.
 include(${CMAKE_CURRENT_LIST_DIR}/cortex_m4f.cmake)
 set(M100_BOARD mps2)
 set(M100_BOARD_SCRIPT ${CMAKE_CURRENT_LIST_DIR}/mps2_an500.ld)

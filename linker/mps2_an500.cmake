@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board is another file like this one,
-# with a preset that names it (PORTING.md).
+# Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board needs a file like this one, and
+# a preset that names it (PORTING.md).
 include(${CMAKE_CURRENT_LIST_DIR}/cortex_m7.cmake)
 set(M100_BOARD mps2)                                              # images are called m100_<board>.elf
 set(M100_BOARD_SCRIPT ${CMAKE_CURRENT_LIST_DIR}/mps2_an500.ld)    # memory map

@@ -16,7 +16,7 @@ PARTS = [("mpc", "m100::mpc::"), ("est", "m100::est::"), ("protocol", "m100::pro
 
 
 def part_of(name):
-    own = re.sub(r"^.*?(?=m100::)", "", name.split("(")[0] or name)  # not the namespaces of its arguments
+    own = re.sub(r"^.*?(?=m100::)", "", name.split("(")[0] or name)  # without the namespaces of its arguments
     return next((part for part, space in PARTS if own.startswith(space)), "library")
 
 

@@ -80,7 +80,7 @@ def aliases(image):
 
 
 def address_taken(image, by_address):
-    """Functions whose address, with the Thumb bit, stands in a constant: vtables, tables of pointers, literals."""
+    """Functions whose address, with the Thumb bit, occurs in a constant: vtables, tables of pointers, literals."""
     taken = set()
     for section in (".text", ".rodata", ".data", ".init_array"):
         dump = subprocess.run([OBJDUMP, "-s", "-j", section, image], capture_output=True, text=True).stdout
@@ -172,7 +172,7 @@ def analyse(image, build):
         return name
 
     def is_common(name):
-        """May any indirect call reach it? Not interrupt handlers, and not what INDIRECT gives to one caller."""
+        """Whether any indirect call may reach it: not interrupt handlers, nor callees that INDIRECT reserves."""
         return not (name.endswith("_Handler") or name == "main" or any(re.search(c, name) for _, c in INDIRECT))
 
     def resolve(name):
@@ -222,7 +222,7 @@ def main():
 
 
 def self_test():
-    """Recursion is found, and the deeper of two ways is taken."""
+    """Tests that recursion is found, and that the deeper of two paths is taken."""
     graph = Graph()
     graph.stack = {"a": 8, "b": 16, "c": 100, "d": 4}
     graph.edges.update({"a": {"b", "c"}, "b": {"d"}, "c": {"d"}})

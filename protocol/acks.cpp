@@ -96,7 +96,7 @@ int take_number(std::string_view& text) {
   return digits == 0 || number > 255 ? -1 : number;
 }
 
-/// Four numbers A.B.C.D that fill the text. @returns false if they do not.
+/// Reads four numbers A.B.C.D. @returns false if the text has another form.
 bool take_numbers(std::string_view text, std::array<int, 4>& numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (i > 0) {
@@ -177,7 +177,7 @@ core::Expected<std::uint32_t> sdk_version(const VersionAnswer& answer) {
   const std::string_view before(name.begin(), name.begin() + dash);
   const bool is_m100 = before.ends_with("M100");
   if (is_m100) {
-    // Firmware 2.3 already wrote the tens out (02.03.10.00).
+    // Firmware 2.3 writes the third number in full (02.03.10.00).
     numbers[2] = numbers[0] >= 3 ? numbers[2] * 10 : numbers[2];
   }
   if (numbers[2] > 255) {

@@ -60,13 +60,13 @@ inline constexpr std::uint16_t kSucceeded = 5;
 }  // namespace task_query_ack
 
 enum class AckVerdict : std::uint8_t {
-  kDone,       ///< the command is through
-  kSendAgain,  ///< the protocol wants the same request once more
-  kRetry,      ///< a person or another device must act first, then ask again
-  kRefused,    ///< asking again will not help
+  kDone,       ///< the command has been executed
+  kSendAgain,  ///< the protocol requires the same request once more
+  kRetry,      ///< a person or another device must act first; then repeat the request
+  kRefused,    ///< a repetition will not help
 };
 
-/// What an answer means, and the remedy in words for whoever stands beside the aircraft.
+/// The meaning of an answer, and the remedy as a sentence for the operator.
 struct AckMeaning {
   std::uint16_t code = 0;
   std::string_view name;
@@ -89,7 +89,7 @@ struct VersionAnswer {
   static constexpr std::size_t kBytes = 49;
   static constexpr std::size_t kOldBytes = 38;
   std::uint16_t code = 0;            ///< 0 activated, 0xFF01 not activated
-  std::uint32_t version_crc = 0;     ///< of the version text; must have no zero byte, SDK 3.2.1 loses its place there
+  std::uint32_t version_crc = 0;     ///< of the version text; must have no zero byte, or SDK 3.2.1 misreads the answer
   std::array<char, 11> device_id{};  ///< ten characters and a zero; empty from firmware 2.3
   std::array<char, 32> version_name{};  ///< e.g. "SDK-v1.0 BETA M100-03.01.01.00", zero padded
   bool activated() const { return code == kAckSuccess; }

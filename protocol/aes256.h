@@ -22,7 +22,7 @@ class Aes256 final : public Cipher {
   struct alignas(std::max_align_t) Schedule {
     std::array<std::byte, 320> bytes{};
   };
-  mutable Schedule encryption_;  // mbedTLS takes a pointer to non-const and writes nothing
+  mutable Schedule encryption_;  // mbedTLS takes a pointer to non-const, but writes nothing
   mutable Schedule decryption_;
 };
 

@@ -22,8 +22,8 @@ T load(const std::byte* bytes) {
   return value;
 }
 
-/// Reads packed little-endian numbers in order. Reading past the end gives zeros and turns ok() false for good, so a
-/// decoder reads everything first and asks once.
+/// Reads packed little-endian numbers in order. Reading past the end gives zeros and makes ok() false permanently, so a
+/// decoder reads all fields first and checks once.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : rest_(bytes) {}
@@ -49,7 +49,7 @@ class ByteReader {
 
   std::span<const std::byte> rest() const { return rest_; }
   bool ok() const { return ok_; }
-  /// Nothing was missing and nothing is left.
+  /// Whether all bytes that were read existed, and none is left.
   bool complete() const { return ok_ && rest_.empty(); }
 
  private:
@@ -57,7 +57,7 @@ class ByteReader {
   bool ok_ = true;
 };
 
-/// Writes packed little-endian numbers in order. What does not fit is not written, and ok() turns false for good.
+/// Writes packed little-endian numbers in order. If one does not fit, it is not written, and ok() stays false.
 class ByteWriter {
  public:
   explicit ByteWriter(std::span<std::byte> space) : space_(space) {}

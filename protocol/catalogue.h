@@ -39,13 +39,13 @@ inline constexpr MessageId kVirtualRcData{0x05, 0x01};
 
 enum class Direction : std::uint8_t { kToController, kFromController };
 
-/// How a message travels.
+/// How a message is transmitted.
 enum class Delivery : std::uint8_t {
   kUnanswered,  ///< session 0: sent once, no acknowledgement
-  kReliable,    ///< sessions 2..31: the identical bytes again until acknowledged
+  kReliable,    ///< sessions 2..31: the identical bytes are sent again until acknowledged
 };
 
-/// What is fixed about a message.
+/// The fixed properties of a message.
 struct MessageInfo {
   MessageId id;
   std::string_view name;  ///< as it appears in logs and in `m100-lab frames`

@@ -13,7 +13,7 @@ using CipherBlock = std::span<std::byte, kCipherBlockBytes>;
 using CipherKey = std::array<std::uint8_t, 32>;
 
 /// A block cipher with its key; the protocol uses AES-256 block by block without chaining (ECB).
-/// A machine without AES simply has none: every function that takes a cipher takes a null pointer too.
+/// A machine without AES has no cipher: every function that takes a cipher also accepts a null pointer.
 class Cipher {
  public:
   Cipher() = default;

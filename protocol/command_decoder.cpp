@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the flight controller's end makes of the bytes of a command: sizes and enumerators are checked, ranges are not.
+// Decodes commands at the flight controller's end: sizes and enumerators are checked, ranges are not.
 #include <algorithm>
 
 #include "protocol/commands.h"
@@ -9,7 +9,7 @@ namespace {
 
 core::Expected<Command> reject() { return core::Status::kInvalidArgument; }
 
-/// What every decoder ends with: the value if all bytes were there and none is left.
+/// The last step of every decoder: the value, if the size of the message fitted exactly.
 template <typename T>
 core::Expected<Command> finish(const ByteReader& reader, const T& command) {
   return reader.complete() ? core::Expected<Command>(Command(command)) : reject();
@@ -85,7 +85,7 @@ core::Expected<Command> decode_vrc_data(ByteReader reader, bool under_switch_id)
 }
 
 core::Expected<Command> decode_to_mobile(std::span<const std::byte> value) {
-  static_assert(find(ids::kToMobile)->max_value_bytes == MobileData::kMaxBytes);  // no longer one comes so far
+  static_assert(find(ids::kToMobile)->max_value_bytes == MobileData::kMaxBytes);  // the size was checked before
   ToMobile command;
   std::copy(value.begin(), value.end(), command.data.bytes.begin());
   command.data.size = static_cast<std::uint8_t>(value.size());

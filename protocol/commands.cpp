@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What may leave: each command as bytes, once every number in it is finite and inside its range.
+// Encodes commands, after a check that every number is finite and inside its range.
 #include "protocol/commands.h"
 
 #include <algorithm>

@@ -13,7 +13,7 @@
 
 namespace m100::protocol {
 
-// Everything the onboard computer says to the flight controller, with units and ranges of DJI's documents. encode()
+// All commands of the onboard computer to the flight controller, with units and ranges of DJI's documents. encode()
 // refuses (kOutOfRange) any number that is not finite or outside its range, so none can reach the wire.
 
 struct VersionQuery {
@@ -23,7 +23,7 @@ struct VersionQuery {
 struct Activation {
   static constexpr std::size_t kBundleBytes = 32;
   std::uint32_t app_id = 0;
-  std::uint32_t api_level = 2;  ///< reserved in firmware 3.1; DJI's SDK always says 2
+  std::uint32_t api_level = 2;  ///< reserved in firmware 3.1; DJI's SDK always sends 2
   std::uint32_t version = 0;    ///< 0xAABBCCDD for A.B.C.D, see sdk_version() in acks.h
   std::array<char, kBundleBytes> bundle_id{};
 };
@@ -54,7 +54,7 @@ struct ControlRequest {
 enum class Task : std::uint8_t { kGoHome = 1, kTakeOff = 4, kLand = 6 };
 
 struct TaskRequest {
-  std::uint8_t sequence = 0;  ///< chosen by the client, asked for by TaskQuery
+  std::uint8_t sequence = 0;  ///< number chosen by the client; TaskQuery names it
   Task task = Task::kTakeOff;
 };
 
@@ -76,7 +76,7 @@ struct MovementMode {
   VerticalMode vertical = VerticalMode::kVelocity;
   YawMode yaw = YawMode::kRate;
   HorizontalFrame frame = HorizontalFrame::kBody;
-  bool stable = false;  ///< the autopilot holds its place when the horizontal command is zero
+  bool stable = false;  ///< the autopilot holds its position while the horizontal command is zero
   friend constexpr bool operator==(const MovementMode&, const MovementMode&) = default;
 };
 
@@ -91,7 +91,7 @@ core::Expected<MovementMode> movement_mode(std::uint8_t flag);
 
 /// One set-point, executed only under control authority. Units and ranges depend on the mode:
 ///   x, y  angle: deg, +-30, x roll right, y pitch nose up | velocity: m/s, +-10, north/forward and east/right
-///         position: m of offset from the present place
+///         position: offset from the present position in m
 ///   z     velocity: m/s, +-4, up | position: m above take-off, not negative | thrust: percent, 10..100
 ///   yaw   angle: deg, +-180 from north, clockwise | rate: deg/s, +-100, clockwise
 struct Movement {
@@ -130,8 +130,8 @@ struct SyncPulse {
 
 struct VirtualRcSwitch {
   bool on = false;
-  bool fall_back_to_rc = true;  ///< when virtual data stop: the real transmitter, else the RC-lost fail-safe
-  std::uint8_t reserved = 0;    ///< bits 2..7 as received; DJI's SDK never initialises them. Sent as they are here.
+  bool fall_back_to_rc = true;  ///< when virtual data stop: use the real transmitter, otherwise the RC-lost fail-safe
+  std::uint8_t reserved = 0;    ///< bits 2..7 as received; DJI's SDK never initialises them. Sent unchanged.
 };
 
 namespace vrc_channel {
@@ -155,7 +155,7 @@ inline constexpr std::uint32_t kModeF_counts = 496;
 /// Sixteen channels in stick counts, 364..1684 each.
 struct VirtualRcData {
   std::array<std::uint32_t, 16> channels{};
-  /// Received only: came under the id of VirtualRcSwitch, a fault of DJI's SDK 3.3.0 to 4.1.0.
+  /// Received only: arrived under the id of VirtualRcSwitch, a fault of DJI's SDK 3.3.0 to 4.1.0.
   bool under_switch_id = false;
 };
 
@@ -199,8 +199,8 @@ core::Expected<Value> encode(const SyncPulse& command);
 core::Expected<Value> encode(const VirtualRcSwitch& command);
 core::Expected<Value> encode(const VirtualRcData& command);
 
-/// Reads a command as the flight controller receives it. Sizes must fit exactly; numbers are taken as they come (a
-/// receiver decides what it does about a NaN), but never an enumerator that does not exist.
+/// Decodes a command as the flight controller receives it. Sizes must fit exactly and enumerators must exist. Numbers
+/// are not checked: the receiver handles a NaN.
 /// @returns kInvalidArgument: unknown id, wrong size or an impossible code.
 core::Expected<Command> decode_command(MessageId id, std::span<const std::byte> value);
 

@@ -15,7 +15,7 @@
 
 namespace m100::protocol {
 
-/// Register contents before the first byte; both checksums start from the same odd number (DJI's choice).
+/// Register contents before the first byte; both checksums start from the same unusual number (DJI's choice).
 inline constexpr std::uint16_t kCrc16Start = 0x3AA3;
 inline constexpr std::uint32_t kCrc32Start = 0x00003AA3;
 
@@ -23,26 +23,26 @@ inline constexpr std::uint32_t kCrc32Start = 0x00003AA3;
 /// Cost: 1 table look-up per byte.
 std::uint16_t crc16(std::span<const std::byte> bytes, std::uint16_t state = kCrc16Start);
 
-/// crc16 over the 10 bytes that start at header: with slicing tables the look-ups do not wait for each other.
+/// crc16 over the 10 bytes that start at header: with slicing tables the look-ups are independent of each other.
 std::uint16_t crc16_of_header(const std::byte* header);
 
 /// CRC-32, polynomial 0x04C11DB7 reflected (0xEDB88320), no final XOR. A frame with its own CRC gives 0.
 /// Cost: 1 table look-up per byte.
 std::uint32_t crc32(std::span<const std::byte> bytes, std::uint32_t state = kCrc32Start);
 
-/// Bytes between two kept values of a running CRC32.
+/// Bytes between two stored values of a running CRC32.
 inline constexpr std::size_t kCrc32BlockBytes = M100_CRC_SLICES == 1 ? 16 : 8;
 
 /// Continues a running CRC32 block by block: running[i + 1] is running[i] after the i-th block of bytes.
-/// @param running has one entry more than there are blocks; the first is given.
+/// @param running has one entry more than there are blocks; the first is an input.
 void crc32_running(const std::byte* bytes, std::span<std::uint32_t> running);
 
-/// What the register would hold after `zeros` bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
+/// The register after `zeros` more bytes of value zero, zeros <= 1023: state * x^(8 zeros) mod P.
 ///
 /// The register is linear over GF(2): feeding bytes D to the sum of two states is the sum of feeding D to one and zeros
 /// to the other. With prefix(i) = register after the first i bytes of a stream, started from anything,
 ///   crc32(bytes a..b, start) = prefix(b) ^ crc32_advance(prefix(a) ^ start, b - a),
-/// so the checksum of any stretch costs a constant. Cost, whatever `zeros` is: 12 look-ups, or with small tables 32
+/// so the checksum of any range of bytes costs a constant. Cost, for any `zeros`: 12 look-ups, or with small tables 32
 /// multiplications and 16 look-ups.
 std::uint32_t crc32_advance(std::uint32_t state, std::size_t zeros);
 

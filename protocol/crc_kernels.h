@@ -9,8 +9,7 @@
 #include "protocol/bytes.h"
 #include "protocol/crc.h"
 
-// The tables behind crc.h, and its inner steps for inlining: crc.cpp, the parser and MAVLink's checksum include this,
-// nobody else should.
+// The tables of crc.h, and its inner steps for inlining. Only crc.cpp, the parser and MAVLink's checksum include it.
 namespace m100::protocol::crc_kernels {
 
 inline constexpr std::size_t kSlices = M100_CRC_SLICES;
@@ -46,14 +45,14 @@ constexpr std::uint32_t step(std::uint32_t state, std::uint32_t byte) {
   return kTables32[0][(state ^ byte) & 0xFFU] ^ (state >> 8U);
 }
 
-/// Four bytes at once: what they add to the register is added before the first step, as bytes that are yet to come.
+/// Four bytes at once: they are added to the register before the first step.
 inline std::uint32_t step_four(std::uint32_t state, const std::byte* bytes) {
   state ^= load<std::uint32_t>(bytes);
   return step(step(step(step(state, 0), 0), 0), 0);
 }
 
-/// The register after eight bytes, started from 0; a start is added to the first four bytes. Two bytes a turn: both
-/// halves of a 16-bit register can be had without a shift on some machines.
+/// The register after eight bytes, started from 0; add another start value to the first four bytes. Each turn takes two
+/// bytes, because some machines can address both halves of a 16-bit register without a shift.
 constexpr std::uint32_t after_eight(std::uint64_t bytes) {
   std::uint32_t state = 0;
   for (std::size_t i = 0; i < 8; i += 2) {
@@ -74,7 +73,7 @@ inline std::uint32_t step_block(std::uint32_t state, const std::byte* bytes) {
   }
 }
 
-/// crc32 byte by byte, or where there are no slicing tables four at a time.
+/// crc32 byte by byte, or four bytes at a time where there are no slicing tables.
 inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, std::size_t count) {
   if constexpr (!kLarge) {
     for (; count >= 4; next += 4, count -= 4) {
@@ -87,8 +86,8 @@ inline std::uint32_t step_rest(std::uint32_t state, const std::byte* next, std::
   return state;
 }
 
-/// Product without carries of two 32-bit numbers. Each factor is cut into four with one bit in four, so that a sum of
-/// at most eight products stays inside its four bits and never disturbs the lowest of them.
+/// Carry-less product of two 32-bit numbers. Each factor is split into four numbers that use every fourth bit, so that
+/// a sum of at most eight products stays inside its four bits, and the lowest of them is correct.
 constexpr std::uint64_t multiply_without_carries(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint32_t kMask = 0x11111111U;
   constexpr std::uint64_t kWideMask = 0x1111111111111111U;
@@ -172,11 +171,11 @@ inline std::uint32_t advance_blocks(std::uint32_t state, std::size_t blocks) {
   }
 }
 
-/// What the first one to eight bytes of a header make of the register, the bytes 1 to 4 apart.
+/// The register after the first one to eight bytes of a header; bytes 1 to 4 are looked up separately.
 struct HeaderStarts {
   /// constants[c]: after c bytes, if bytes 1 to 4 were zero.
   std::array<std::uint32_t, 9> constants{};
-  /// slices[8 + k] is kTables32[k]; those below are zero: a byte that has not come yet does nothing.
+  /// slices[8 + k] is kTables32[k]; those below are zero, so that a byte beyond the count has no effect.
   std::array<std::array<std::uint32_t, 256>, kLarge ? 16 : 1> slices{};
 };
 
@@ -196,8 +195,8 @@ constexpr HeaderStarts make_header_starts(std::uint32_t start_byte) {
 template <unsigned kStart>
 inline constexpr HeaderStarts kHeaderStarts = make_header_starts(kStart);
 
-/// crc32 over the first bytes of a header, 1 to kCrc32BlockBytes of them. Its byte 0 is kStart and its bytes 5 to 7 are
-/// zero: of the first eight, four have to be looked up.
+/// crc32 over the first 1 to kCrc32BlockBytes bytes of a header. Its byte 0 is kStart and its bytes 5 to 7 are zero, so
+/// only four of the first eight have to be looked up.
 template <unsigned kStart>
 inline std::uint32_t after_header_start(const std::byte* header, std::size_t count) {
   if constexpr (kLarge) {
@@ -211,8 +210,8 @@ inline std::uint32_t after_header_start(const std::byte* header, std::size_t cou
   }
 }
 
-/// Whether a frame ends well that has `left` bytes to go, 1 to kCrc32BlockBytes: the last four are its checksum, which
-/// is what the register holds before them; from then on the register holds those of them that are to come.
+/// Whether the checksum of a frame is right when `left` of its bytes remain, 1 to kCrc32BlockBytes. The last four are
+/// the checksum. The register equals it before them, and then equals its remaining bytes.
 inline bool ends_well(std::uint32_t state, const std::byte* bytes, std::size_t left) {
   constexpr std::size_t kChecksumBytes = 4;
   if (left < kChecksumBytes) {
@@ -247,7 +246,7 @@ inline std::uint16_t header_crc16(const std::byte* header) {
   }
 }
 
-/// header_crc16 where byte 0 is `start` and bytes 5 to 7 are zero: those cost nothing.
+/// header_crc16 for a header whose byte 0 is `start` and whose bytes 5 to 7 are zero: these bytes cost nothing.
 template <unsigned kStart>
 inline std::uint16_t usual_header_crc16(const std::byte* header) {
   if constexpr (kLarge) {

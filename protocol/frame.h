@@ -22,7 +22,7 @@ inline constexpr std::size_t kMaxEncryptedDataBytes = 992;  ///< 62 cipher block
 inline constexpr std::size_t kMessageIdBytes = 2;
 inline constexpr std::uint8_t kSessionCount = 32;
 
-/// What a command or a push is: the first two bytes of its DATA. An acknowledgement carries none.
+/// The type of a command or push: the first two bytes of its DATA. An acknowledgement carries none.
 struct MessageId {
   std::uint8_t set = 0;
   std::uint8_t id = 0;
@@ -40,7 +40,7 @@ struct FrameHeader {
   bool encrypted() const { return encryption != 0; }
 };
 
-/// A frame as it stood on the wire, both checksums good. Views someone else's buffer.
+/// A frame as received, both checksums good. Views the buffer of the parser.
 struct FrameView {
   FrameHeader header;
   std::span<const std::byte> bytes;  ///< the whole frame
@@ -48,7 +48,7 @@ struct FrameView {
   std::uint64_t offset = 0;          ///< stream position of its start byte
 };
 
-/// A frame after decryption: who it is for and what it says. Views the frame or the scratch space given to open().
+/// A frame after decryption: its header, id and value. Views the frame or the scratch space given to open().
 struct Message {
   FrameHeader header;
   bool has_id = false;  ///< false for acknowledgements and for DATA shorter than an id
@@ -59,10 +59,9 @@ struct Message {
 
 using CipherScratch = std::array<std::byte, kMaxEncryptedDataBytes>;
 
-/// Decrypts (if need be) and splits a frame. There is no check that the plain text makes sense: another key gives
-/// another message.
+/// Decrypts (if needed) and splits a frame. The plain text is not checked: a wrong key gives a wrong message.
 /// @param cipher may be null while there is no key.
-/// @returns kUnavailable: encrypted, and there is no cipher. kInvalidArgument: DATA is no whole number of blocks.
+/// @returns kUnavailable: encrypted, and there is no cipher. kInvalidArgument: DATA is not a whole number of blocks.
 core::Expected<Message> open(const FrameView& frame, const Cipher* cipher, CipherScratch& scratch);
 
 }  // namespace m100::protocol

@@ -31,11 +31,11 @@ constexpr std::size_t frame_bytes(std::size_t data_bytes, bool encrypted) {
 ///
 /// @param id null for an acknowledgement, which carries none.
 /// @param cipher may be null if the envelope is not encrypted.
-/// @param filler content of the encryption filler; zeros where it is too short. Nobody may read it; a test that wants
-///   the bytes of a recorded frame gives it.
+/// @param filler content of the encryption filler; zeros where it is too short. No receiver may read it; a test passes
+///   it to reproduce the bytes of a recorded frame.
 /// @returns the written part of space.
 ///   kInvalidArgument: session above 31, an acknowledgement with an id, or an encrypted frame without DATA.
-///   kOutOfRange: longer than LEN can say. kResourceExhausted: space is too small. kUnavailable: no cipher.
+///   kOutOfRange: too long for LEN. kResourceExhausted: space is too small. kUnavailable: no cipher.
 core::Expected<std::span<const std::byte>> encode_frame(const Envelope& envelope, const MessageId* id,
                                                         std::span<const std::byte> value, std::span<std::byte> space,
                                                         const Cipher* cipher = nullptr,

@@ -15,7 +15,7 @@ namespace {
 
 using namespace header_places;
 
-constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // a header needs one byte more than is kept of a delivered frame
+constexpr std::size_t kTailBytes = kHeaderBytes - 1;  // kept of a delivered frame: one byte less than a header
 
 std::size_t length_of(const std::byte* at) { return load<std::uint16_t>(at + 1) & kMaxFrameBytes; }
 
@@ -30,9 +30,9 @@ FrameHeader read_header(const std::byte* at) {
           .sequence = load<std::uint16_t>(at + 8)};
 }
 
-/// Two good headers a byte apart: the second has the bytes of the first without its start byte, so its CRC16 is the
-/// upper byte of the first one's plus this. Its lower byte would have to be zero, since the first one's upper byte is
-/// where the second's CRC16 begins.
+/// Shows that two good headers cannot lie a byte apart. The second would have the bytes of the first without its start
+/// byte, so its CRC16 would be the upper byte of the first one's plus this constant. The lower byte of the constant
+/// would have to be zero, since the upper byte of the first one's CRC16 is the first byte of the second's.
 constexpr std::uint16_t kCrc16OfNeighbour = [] {
   const auto step16 = [](std::uint32_t state, std::uint32_t byte) {
     state ^= byte;
@@ -49,12 +49,12 @@ constexpr std::uint16_t kCrc16OfNeighbour = [] {
 }();
 static_assert((kCrc16OfNeighbour & 0xFFU) != 0, "two good headers a byte apart would be possible");
 
-/// A header whose checksum holds, but VER, RES0 or RES1 is not zero.
+/// Whether VER, RES0 or RES1 of a header is not zero, although its checksum holds.
 bool is_of_another_version(const std::byte* at) {
   return crc_kernels::header_crc16(at) == load<std::uint16_t>(at + kHeaderBytes - 2);
 }
 
-/// Filler fits into DATA, and encrypted DATA is whole cipher blocks.
+/// Whether the filler fits into DATA, and encrypted DATA is whole cipher blocks.
 bool padding_makes_sense(const std::byte* at, std::size_t length) {
   const auto cipher = load<std::uint8_t>(at + 4);
   const std::size_t data_bytes = length > kHeaderBytes ? length - kFrameOverheadBytes : 0;
@@ -62,7 +62,7 @@ bool padding_makes_sense(const std::byte* at, std::size_t length) {
   return cipher == 0 || ((cipher & 0x1FU) <= data_bytes && (!encrypted || data_bytes % kCipherBlockBytes == 0));
 }
 
-/// Judges 12 bytes whose fixed bits hold. @returns the length of the frame; 0 if they are no header, which is counted.
+/// Judges 12 bytes whose fixed bits hold. @returns the length of the frame; 0 and a counted error: not a header.
 std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t weight) {
   if (crc_kernels::usual_header_crc16<kStartNumber>(at) != load<std::uint16_t>(at + kHeaderBytes - 2)) {
     stats.crc16_errors += weight;
@@ -81,11 +81,12 @@ std::size_t judge_header(const std::byte* at, ParserStats& stats, std::uint64_t 
 }
 
 /// Whether the CRC32 of the frame at buffer[begin] is right.
-/// @param running as FrameParser::running_; @param known its last entry that is known.
+/// @param running as FrameParser::running_; @param known its last computed entry.
 ///
-/// The register of a frame that begins here differs from the running one by something that depends on the distance
-/// only. Known at the first block border inside the frame, it is carried to the last one. Where the running one begins
-/// inside this frame, as it does while every frame is whole, it begins as the frame's own, and they do not differ.
+/// The register of a frame that begins here differs from the running one by a value that depends on the distance only.
+/// This difference is computed at the first block border inside the frame and carried to the last one. If the running
+/// register starts inside this frame, as it does while every frame is whole, it starts as the frame's own register, and
+/// the difference is zero.
 bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::size_t& known, std::size_t begin,
                           std::size_t length) {
   const std::size_t first = begin / kCrc32BlockBytes + 1;
@@ -95,7 +96,7 @@ bool frame_checksum_holds(const std::byte* buffer, std::uint32_t* running, std::
   }
   const std::uint32_t own =
       crc_kernels::after_header_start<kStartNumber>(buffer + begin, first * kCrc32BlockBytes - begin);
-  if (known < first) {  // bytes in between belong to no candidate: start afresh behind them
+  if (known < first) {  // the bytes in between belong to no candidate: restart after them
     known = first;
     running[first] = own;
   }
@@ -141,7 +142,7 @@ core::Expected<FrameView> FrameParser::poll() {
 bool FrameParser::search(const std::byte* at) {
   const std::byte* const last = buffer_.data() + end_;
   std::size_t length = needed_ > kHeaderBytes ? needed_ : 0;  // of the header at `at`, if there is one
-  for (;;) {                                                  // each turn ends the search or goes on a byte at least
+  for (;;) {                                                  // each turn ends the search or advances at least one byte
     if (length == 0) {
       length = find_header(at, last);
     }
@@ -159,7 +160,7 @@ bool FrameParser::search(const std::byte* at) {
 }
 
 inline std::size_t FrameParser::find_header(const std::byte*& at, const std::byte* last) {
-  for (;;) {  // each turn ends the search or goes on a byte at least
+  for (;;) {  // each turn ends the search or advances at least one byte
     if (last - at < kHeader || !fixed_bits_hold(at)) {
       at = next_candidate(at, last);
     }
@@ -201,7 +202,7 @@ inline const std::byte* FrameParser::after_word(const std::byte* at, const std::
     const bool next_too = last - at >= kRoomForWord && zero_bytes(load<std::uint64_t>(at) ^ kStartBytes) == 0;
     return next_too ? find_start_byte(at + kWord, last) : at;
   }
-  // The place itself has been judged; of the others, those can be headers whose last zero is in its place.
+  // The first place has been judged. Of the others, those can begin a header where its last zero byte matches.
   const std::uint64_t possible = starts & zero_bytes(load<std::uint64_t>(at + kLastZero)) & kNotFirst;
   const std::uint64_t refused = possible != 0 ? starts & (possible - 1) & ~possible : starts;
   if (refused != 0) {
@@ -217,8 +218,8 @@ void FrameParser::refuse_start(const std::byte* at) {
 }
 
 const std::byte* FrameParser::refuse_frame(const std::byte* at) {
-  // No good header begins in the first eight bytes of another. Bytes 2 and 3 (VER, RES0) and 5 to 7 (zero) are no start
-  // bytes. One at byte 1 fails its CRC16 (see kCrc16OfNeighbour), one at byte 4 has LEN 0. So both are only counted.
+  // No good header begins in the first eight bytes of another. Bytes 2 and 3 (VER, RES0) and 5 to 7 (zero) are not
+  // start bytes. One at byte 1 fails its CRC16 (see kCrc16OfNeighbour), one at byte 4 has LEN 0. Both are only counted.
   constexpr std::ptrdiff_t kSkipped = 8;
   const bool may_have_length_zero = at[4] == kStartByte && (load<std::uint32_t>(at + 8) & 0xFFFFFF00U) == 0;
   if (at < buffer_.data() + delivered_ || may_have_length_zero) {

@@ -8,8 +8,7 @@
 #include "protocol/bytes.h"
 #include "protocol/frame.h"
 
-// At which places of a stream a header may begin, as far as bytes that are always the same tell; frame_parser.cpp alone
-// includes it.
+// Finds the places of a stream where a header may begin, by its constant bytes. Only frame_parser.cpp includes it.
 namespace m100::protocol::header_places {
 
 inline constexpr std::ptrdiff_t kHeader = kHeaderBytes;
@@ -22,7 +21,7 @@ inline constexpr std::uint64_t kOnes = 0x0101010101010101U;
 inline constexpr std::uint64_t kNotFirst = ~std::uint64_t{0xFF};
 inline constexpr std::uint64_t kStartBytes = kOnes * std::to_integer<std::uint64_t>(kStartByte);
 inline constexpr std::ptrdiff_t kWord = 8;
-/// Where a word of places is judged, the last of them must leave room for a header.
+/// Bytes needed to judge a word of places: the last of them must have room for a header.
 inline constexpr std::ptrdiff_t kRoomForWord = kWord - 1 + kHeader;
 /// The last of the three bytes of a header that are always zero.
 inline constexpr std::ptrdiff_t kLastZero = 7;

@@ -10,9 +10,9 @@
 
 namespace m100::protocol {
 
-// Our own message, between pose messages on their UART: the position of the operator's switch, for a board that has
-// neither a keyboard nor files. It is a position and no event, so that a lost one is made good by the next; a sender
-// repeats it, ten times a second say.
+// Our own message, sent between pose messages on their UART: the position of the operator's switch, for a board that
+// has neither a keyboard nor files. It carries a position, not an event, so that the next message replaces a lost one.
+// The sender repeats it, for example ten times a second.
 //
 //   offset size
 //        0   2  magic, 'P' 'O'
@@ -20,7 +20,7 @@ namespace m100::protocol {
 //        3   1  0: the pilot flies; 1: the program shall fly
 //        4   4  u32: CRC32 of bytes 0..3
 //
-// Little-endian; the CRC32 is that of the link frame (README). The parser of pose messages passes over it.
+// Little-endian; the CRC32 is that of the link frame (README). The parser of pose messages skips it.
 
 inline constexpr std::size_t kOrderMessageBytes = 8;
 using OrderBytes = std::array<std::byte, kOrderMessageBytes>;
@@ -28,12 +28,12 @@ using OrderBytes = std::array<std::byte, kOrderMessageBytes>;
 OrderBytes encode_order(bool program_flies);
 
 /// Finds orders in a byte stream that may start anywhere and may be damaged anywhere. Cost: O(1) per byte, plus one CRC
-/// over four bytes for each place that looks like a beginning.
+/// over four bytes for each place that looks like the beginning of a message.
 class OrderParser {
  public:
   /// Feeds one byte.
-  /// @returns the switch's position, when this byte completes a message. kNotReady: none is complete. kDataLoss: one
-  ///   is, but its checksum is wrong.
+  /// @returns the switch's position, if this byte completes a message. kNotReady: no message is complete. kDataLoss: a
+  ///   message is complete, but its checksum is wrong.
   core::Expected<bool> push(std::byte value);
 
  private:

@@ -11,9 +11,9 @@
 
 namespace m100::protocol {
 
-// What the flight controller says unasked, telemetry apart (telemetry.h).
+// Messages that the flight controller sends without a request, except telemetry (telemetry.h).
 
-/// Control authority is gone: mode switch left F, the mobile app took over, ...
+/// Control authority was lost: mode switch left F, the mobile app took over, ...
 struct ControlLost {
   static constexpr std::uint8_t kValue = 0x04;
   std::uint8_t value = kValue;

@@ -48,7 +48,7 @@ core::Expected<Outgoing> RequestSessions::open_slot(std::uint8_t session, Messag
   Slot& into = slot(session);
   std::uint16_t sequence = next_sequence_;
   if (into.used && sequence == into.sequence) {
-    ++sequence;  // after 65536 frames: the other side would take the number for the one it has answered
+    ++sequence;  // after 65536 frames: the other side would take it for the number that it has already answered
   }
   const Envelope envelope{.session = session, .encrypted = options.cipher != nullptr, .sequence = sequence};
   const auto bytes = encode_frame(envelope, &id, value, into.bytes, options.cipher);

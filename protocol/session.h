@@ -16,10 +16,10 @@
 
 namespace m100::protocol {
 
-// Sessions 2..31 make commands arrive: the asking side repeats the identical bytes until it is answered, the answering
-// side executes a number once and repeats its stored answer. Session 0 is never answered; session 1 is sent once, and
-// answers to it are ignored. Either side of the wire may play either part: an onboard computer asks, and answers the
-// control-lost push; a flight controller answers, and may push in a session.
+// Sessions 2..31 are reliable: the requesting side repeats the identical bytes until it is answered; the answering side
+// executes a sequence number once and repeats its stored answer. Session 0 is never answered; session 1 is sent once,
+// and answers to it are ignored. Both ends of the wire may play both parts: an onboard computer requests, and answers
+// the control-lost push; a flight controller answers, and may push in a session.
 
 inline constexpr std::uint8_t kUnansweredSession = 0;
 inline constexpr std::uint8_t kTolerantSession = 1;
@@ -30,10 +30,10 @@ inline constexpr std::size_t kReliableSessions = 6;  ///< requests that may be o
 inline constexpr std::size_t kReliableSessions = kSessionCount - kFirstReliableSession;
 #endif
 inline constexpr std::uint8_t kPastReliableSessions = kFirstReliableSession + kReliableSessions;
-/// No answer can be expected sooner (DJI's SDK waits as long).
+/// Shortest time-out: no answer arrives sooner (DJI's SDK waits as long).
 inline constexpr core::Duration kShortestTimeout = std::chrono::milliseconds(20);
 
-/// A frame to be written to the line, and by which numbers its answer will be known.
+/// A frame to be written to the line, and the numbers that identify its answer.
 struct Outgoing {
   std::span<const std::byte> bytes;  ///< valid until the next call of the object that made it
   std::uint8_t session = 0;
@@ -42,7 +42,7 @@ struct Outgoing {
 
 struct RequestOptions {
   core::Duration timeout{};        ///< before the bytes are sent again; at least kShortestTimeout counts
-  std::uint8_t transmissions = 1;  ///< at most, the first one included; 0 counts as 1 (nothing is repeated for ever)
+  std::uint8_t transmissions = 1;  ///< at most, the first one included; 0 counts as 1 (no request repeats for ever)
   const Cipher* cipher = nullptr;  ///< the frame is encrypted with it if there is one
 };
 
@@ -54,12 +54,12 @@ struct Answer {
   MessageId command;
   std::uint8_t session = 0;
   std::uint16_t sequence = 0;
-  std::uint8_t transmissions = 0;    ///< it took
-  core::Duration round_trip{};       ///< since the last of them
-  std::span<const std::byte> value;  ///< of the message given to accept()
+  std::uint8_t transmissions = 0;    ///< until the answer
+  core::Duration round_trip{};       ///< since the last transmission
+  std::span<const std::byte> value;  ///< of the message passed to accept()
 };
 
-/// What poll() found to be due.
+/// A repetition or a failure that poll() found due.
 struct Due {
   enum class Kind : std::uint8_t { kRepeat, kFailed };
   Kind kind = Kind::kRepeat;
@@ -73,10 +73,10 @@ struct RequestStats {
   std::uint32_t repeats = 0;
   std::uint32_t answers = 0;
   std::uint32_t failures = 0;       ///< all transmissions used, no answer
-  std::uint32_t stray_answers = 0;  ///< doubled, late, or to nobody's request
+  std::uint32_t stray_answers = 0;  ///< duplicated, late, or without a request
 };
 
-/// The asking side. Fixed capacity: 30 requests open at a time. Time is an argument.
+/// The requesting side. Fixed capacity: kReliableSessions requests open at a time. Time is an argument.
 class RequestSessions {
  public:
   /// Longest frame that can be repeated: 100 bytes to the mobile app, encrypted, are 128.
@@ -84,27 +84,27 @@ class RequestSessions {
 
   explicit RequestSessions(std::uint16_t first_sequence = 0) : next_sequence_(first_sequence) {}
 
-  /// Opens the lowest free session. The bytes are to be written now; poll() repeats them.
-  /// @returns kResourceExhausted: 30 are open, or the frame is too long to keep. Other codes: encode_frame.
+  /// Opens the lowest free session. The caller writes the bytes now; poll() repeats them.
+  /// @returns kResourceExhausted: all sessions are open, or the frame is too long to store. Other codes: encode_frame.
   core::Expected<Outgoing> request(MessageId id, std::span<const std::byte> value, const RequestOptions& options,
                                    core::TimePoint now);
 
-  /// Session 1: sent once; the session is held for the time-out and then freed without a word.
+  /// Session 1: sent once; the session is held for the time-out and then freed without a report.
   /// @returns kResourceExhausted: the session is still held.
   core::Expected<Outgoing> request_tolerant(MessageId id, std::span<const std::byte> value,
                                             const RequestOptions& options, core::TimePoint now);
 
-  /// Session 0: no answer, nothing kept.
+  /// Session 0: no answer, nothing is stored.
   core::Expected<Outgoing> send(MessageId id, std::span<const std::byte> value, const Cipher* cipher = nullptr);
 
   /// Takes an acknowledgement; its session is free afterwards.
-  /// @returns kRefused: it is no acknowledgement, or it answers no open request (doubled, late, session 0 or 1).
+  /// @returns kRefused: not an acknowledgement, or it answers no open request (duplicated, late, session 0 or 1).
   core::Expected<Answer> accept(const Message& message, core::TimePoint now);
 
-  /// One repetition or one failure that is due; call until kNotReady. A failed request is gone, and is reported once.
+  /// One repetition or one failure that is due; call until kNotReady. A failed request is closed and reported once.
   core::Expected<Due> poll(core::TimePoint now);
 
-  /// Drops open requests without a report: a command that no longer holds must not be repeated.
+  /// Drops open requests without a report: a command that is no longer valid must not be repeated.
   void cancel(MessageId id);
   void cancel_all();
 
@@ -115,7 +115,7 @@ class RequestSessions {
  private:
   struct Slot {
     bool open = false;
-    bool used = false;  ///< sequence is one that was sent in this session before
+    bool used = false;  ///< `sequence` was sent in this session before
     MessageId id;
     std::uint16_t sequence = 0;
     std::uint8_t sent = 0;
@@ -142,10 +142,10 @@ class RequestSessions {
 struct AnswerStats {
   std::uint32_t executed = 0;
   std::uint32_t repeated = 0;    ///< stored answers sent again
-  std::uint32_t unfinished = 0;  ///< asked again before the first answer was given
+  std::uint32_t unfinished = 0;  ///< repeated before the first answer was given
 };
 
-/// The answering side: for each session the last number and the answer that was given to it. Fixed capacity.
+/// The answering side: stores the last sequence number of each session and its answer. Fixed capacity.
 class AnswerSessions {
  public:
   /// Longest answer: the version text, encrypted, is 80 bytes.
@@ -161,13 +161,13 @@ class AnswerSessions {
     std::span<const std::byte> bytes;
   };
 
-  /// Judges a command (or a push) by its header alone, so an undecipherable one can be judged too.
+  /// Judges a command (or a push) by its header alone, so that it works for undecipherable ones too.
   Reception accept(const FrameHeader& header);
 
-  /// Makes the acknowledgement to a command that accept() wanted executed, and stores it (sessions 2..31).
+  /// Makes the acknowledgement of a command for which accept() returned kExecute, and stores it (sessions 2..31).
   /// @param cipher encrypts the answer if the command was encrypted; null answers plain.
-  /// @returns kInvalidArgument: session 0, which is never answered. kRefused: the session has gone on to another
-  ///   number. kResourceExhausted: too long to store.
+  /// @returns kInvalidArgument: session 0, which is never answered. kRefused: the session already has another
+  ///   sequence number. kResourceExhausted: too long to store.
   core::Expected<Outgoing> answer(const FrameHeader& to, std::span<const std::byte> value,
                                   const Cipher* cipher = nullptr);
 

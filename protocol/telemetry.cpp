@@ -6,7 +6,7 @@
 namespace m100::protocol {
 namespace {
 
-/// Sizes of all 4096 combinations would be 4 KiB; those of the upper and lower six bits are 128 bytes.
+/// Value sizes by the lower and the upper six bits: 128 bytes, where all 4096 combinations would take 4 KiB.
 constexpr std::array<std::array<std::uint8_t, 64>, 2> make_sizes() {
   std::array<std::array<std::uint8_t, 64>, 2> sizes{};
   for (unsigned bits = 0; bits < 64; ++bits) {
@@ -22,7 +22,7 @@ constexpr std::array<std::array<std::uint8_t, 64>, 2> make_sizes() {
 
 constexpr auto kSizes = make_sizes();
 
-/// Moves over bytes whose number was checked before.
+/// Reads bytes in order; the caller has checked their number.
 class Cursor {
  public:
   explicit Cursor(const std::byte* at) : at_(at) {}

@@ -59,8 +59,8 @@ inline constexpr std::int16_t kRcModeP = -8000;
 inline constexpr std::int16_t kRcModeA = 0;
 inline constexpr std::int16_t kRcModeF = 8000;
 
-/// What the flight controller last said about itself, in DJI's own units and frames: ground frame NED (north, east,
-/// down), body frame FRD (forward, right, down). Conversion to ours is the application's.
+/// The last telemetry of the flight controller, in DJI's own units and frames: ground frame NED (north, east, down),
+/// body frame FRD (forward, right, down). The application converts it to ours.
 struct Telemetry {
   /// Of the 400 Hz clock of the flight controller.
   struct Time {
@@ -98,7 +98,7 @@ struct Telemetry {
     bool virtual_rc_on() const { return (bits & 16U) != 0; }
   };
 
-  std::uint16_t items = 0;  ///< flag word of the last package: which of the members below it brought
+  std::uint16_t items = 0;  ///< flag word of the last package: the members that it contained
   Time time;
   std::array<float, 4> attitude{1.F, 0.F, 0.F, 0.F};  ///< unit quaternion, scalar first: v_ned = q v_frd q*
   std::array<float, 3> acceleration{};                ///< m/s^2 or g, NED or FRD: as set in DJI's assistant
@@ -116,8 +116,8 @@ struct Telemetry {
   bool has(TelemetryItem item) const { return (items & static_cast<std::uint16_t>(item)) != 0; }
 };
 
-/// Reads a package into telemetry: members of items it does not carry keep their values; `items` tells which it did.
-/// Numbers are taken as they come: a NaN is the reader's to refuse.
+/// Decodes a package into telemetry. Members of items that it lacks keep their values; `items` names those that it has.
+/// Numbers are not checked: the reader has to refuse a NaN.
 /// @returns kInvalidArgument: the size does not fit the flag word exactly; telemetry is unchanged then.
 core::Status decode_telemetry(std::span<const std::byte> value, Telemetry& telemetry);
 

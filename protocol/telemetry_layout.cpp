@@ -46,7 +46,7 @@ Rtk take_rtk(ByteReader& reader) {
   return rtk;
 }
 
-/// The word in front of the last dash, without what is in front of it.
+/// The word before the last dash.
 std::string_view hardware(std::string_view version) {
   std::string_view word = version.substr(0, version.rfind('-'));
   const std::size_t space = word.rfind(' ');
@@ -86,13 +86,13 @@ std::string_view remedy(TelemetryLayout layout) {
     case TelemetryLayout::kFamily:
       return "";
     case TelemetryLayout::kOldM100:
-      return "an M100 with firmware 2.3 packs its telemetry otherwise: update the aircraft to 3.1 or later";
+      return "an M100 with firmware 2.3 uses another telemetry layout: update the aircraft to 3.1 or later";
     case TelemetryLayout::kLaterFamily:
-      return "an A3, N3 or M600 with firmware 3.3 or later packs its telemetry otherwise: not supported";
+      return "the telemetry layout of an A3, N3 or M600 with firmware 3.3 or later is not supported";
     case TelemetryLayout::kUnknown:
       break;
   }
-  return "this flight controller is none whose telemetry is known (M100 3.x; A3, N3, M600 3.1 and 3.2)";
+  return "unknown telemetry layout of this flight controller (known: M100 3.x; A3, N3, M600 3.1, 3.2)";
 }
 
 core::Status decode_family_telemetry(std::span<const std::byte> value, Telemetry& telemetry, FamilyItems& more) {
@@ -108,7 +108,7 @@ core::Status decode_family_telemetry(std::span<const std::byte> value, Telemetry
   if (value.size() != telemetry_value_bytes(items) + gps_detail + rtk) {
     return core::Status::kInvalidArgument;
   }
-  // As an M100 would have sent it: its own flag word, and nothing between position and magnetometer.
+  // Rebuild the package of an M100: its own flag word, and no items between position and magnetometer.
   std::array<std::byte, telemetry_value_bytes(kAllTelemetryItems)> plain{};
   std::memcpy(plain.data(), &items, kFlag);
   std::copy(value.begin() + kFlag, value.begin() + static_cast<std::ptrdiff_t>(before), plain.begin() + kFlag);

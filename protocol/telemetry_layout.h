@@ -12,28 +12,28 @@
 
 namespace m100::protocol {
 
-/// How a flight controller packs its telemetry. It does not say so in the package: its version answer tells.
+/// The telemetry layout of a flight controller. The package does not identify it; the version answer does.
 enum class TelemetryLayout : std::uint8_t {
   kM100,    ///< firmware 3.x of the M100 (telemetry.h)
   kFamily,  ///< A3, N3, M600 with firmware 3.1 or 3.2: two more items in the middle
   // Layouts that are known to be different and are not decoded.
   kOldM100,      ///< firmware 2.3: a 600 Hz clock, no limit byte of the gimbal, no control mode
   kLaterFamily,  ///< A3, N3, M600 from firmware 3.3 on: other sizes of five items
-  kUnknown,      ///< another controller, or a text that says neither
+  kUnknown,      ///< another controller, or an unreadable text
 };
 
-/// By the text of the version answer, "... HARDWARE-AA.BB.CC.DD".
+/// Decides by the text of the version answer, "... HARDWARE-AA.BB.CC.DD".
 TelemetryLayout telemetry_layout(const VersionAnswer& answer);
 
 constexpr bool is_decoded(TelemetryLayout layout) {
   return layout == TelemetryLayout::kM100 || layout == TelemetryLayout::kFamily;
 }
 std::string_view name(TelemetryLayout layout);
-/// What to tell whoever connected it; empty where the layout is decoded.
+/// The remedy as a sentence for the operator; empty if the layout is decoded.
 std::string_view remedy(TelemetryLayout layout);
 
-// The two items of the family that an M100 never sends (protocol, section 8). Everything from the magnetometer on has
-// moved up by two bits.
+// The two items of the family that an M100 never sends (protocol, section 8). They move the bits of the magnetometer
+// and of all later items up by two.
 
 /// 32 bytes.
 struct GpsDetail {
@@ -67,7 +67,7 @@ struct FamilyItems {
 /// @returns kInvalidArgument: the size does not fit the flag word exactly; nothing is changed then.
 core::Status decode_family_telemetry(std::span<const std::byte> value, Telemetry& telemetry, FamilyItems& more);
 
-/// For each item of the M100, at which place of the telemetry frequencies its rate stands; past the last: nowhere.
+/// The place of each M100 item's rate in the telemetry frequencies; a place past the last: none.
 std::array<std::uint8_t, 16> rate_places(TelemetryLayout layout);
 
 }  // namespace m100::protocol

@@ -10,14 +10,14 @@
 
 namespace m100::protocol {
 
-/// The value bytes of one message: what follows set and id, or the whole DATA of an acknowledgement.
-/// Roomy enough for every message this project sends (longest: telemetry, 124).
+/// The value bytes of one message: the bytes after set and id, or the whole DATA of an acknowledgement.
+/// Large enough for every message that this project sends (longest: telemetry, 124).
 class Value {
  public:
   static constexpr std::size_t kCapacity = 128;
 
   Value() = default;
-  /// Packs what `write` puts into the ByteWriter it is given. M100_ASSERT guards the capacity.
+  /// Takes the bytes that `write` puts into the ByteWriter it receives. M100_ASSERT checks the capacity.
   template <typename Write>
   static Value of(Write&& write) {
     Value value;

@@ -64,7 +64,7 @@ void CmsdkUart::write_without_interrupts(std::span<const std::byte> source) {
 }
 
 void CmsdkUart::on_receive() {
-  registers_.interrupt = kReceiveInterrupt;  // before the read: a byte that follows at once asks again
+  registers_.interrupt = kReceiveInterrupt;  // before the read: a byte that follows at once interrupts again
   const std::uint32_t state = registers_.state;
   if ((state & kReceiverOverran) != 0U) {
     registers_.state = kReceiverOverran;

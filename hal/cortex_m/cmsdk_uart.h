@@ -19,38 +19,39 @@ struct CmsdkUartRegisters {
   volatile std::uint32_t divider;    ///< peripheral clock over baud rate, at least 16
 };
 
-/// A UART that works in its two interrupts: each byte that comes goes into the receive ring, each byte to send comes
-/// out of the transmit ring. The loop never touches the data register, so neither ring has two ends on one side.
+/// A UART driven by its two interrupts: the receive handler pushes each byte into the receive ring, the transmit
+/// handler pops each byte from the transmit ring. The loop never touches the data register, so each ring has one writer
+/// and one reader.
 class CmsdkUart final : public Uart {
  public:
   static constexpr std::size_t kReceiveBytes = 512;  ///< 22 ms of 230400 baud: two periods of the loop
   static constexpr std::size_t kTransmitBytes = 256;
 
-  /// pend: the NVIC's "set pending" register that holds this UART's transmit interrupt, mask its bit: writing it makes
-  /// the machine run on_transmit() as if the transmitter had asked.
+  /// @param pend the NVIC's "set pending" register of this UART's transmit interrupt.
+  /// @param mask its bit there: writing it makes the machine run on_transmit() as if the transmitter had interrupted.
   CmsdkUart(CmsdkUartRegisters& registers, volatile std::uint32_t& pend, std::uint32_t mask)
       : registers_(registers), pend_(pend), mask_(mask) {}
 
-  /// Switches both directions and their interrupts on; enabling them in the NVIC is the machine's.
+  /// Switches both directions and their interrupts on. The caller enables them in the NVIC.
   void start(std::uint32_t clock_hz, std::uint32_t baud);
 
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
-  /// Overruns only, of the data register and of the ring: this device notices neither a wrong stop bit nor a break.
+  /// Only overruns, of the data register and of the ring: this device detects neither a wrong stop bit nor a break.
   core::Expected<LineErrors> line_errors() const override;
 
-  /// Sends what waits, then these bytes, without interrupts (which must be off): for last words. Gives up on a line
-  /// that takes nothing for about a second.
+  /// Sends the waiting bytes, then `source`, without interrupts (which must be off): for last words. Gives up if the
+  /// line accepts nothing for about a second.
   void write_without_interrupts(std::span<const std::byte> source);
 
   /// Interrupt handlers.
   void on_receive();
   void on_transmit();
 
-  /// Bytes since the start, lost ones included; wraps.
+  /// Bytes received since the start, lost ones included; wraps.
   std::uint32_t received() const { return received_.load(std::memory_order_acquire); }
-  /// Bytes that came while the ring was full; wraps.
+  /// Bytes that arrived while the ring was full; wraps.
   std::uint32_t lost() const { return incoming_.dropped(); }
   /// Bytes accepted by write() since the start; wraps.
   std::uint32_t accepted() const { return accepted_; }

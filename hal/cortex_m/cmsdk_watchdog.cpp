@@ -13,7 +13,7 @@ constexpr std::uint64_t kMicrosPerSecond = 1000000;
 
 }  // namespace
 
-// Between two visits the registers are locked: a program that writes where it should not does not stop its watchdog.
+// The registers are locked between accesses, so that a stray write of the program does not stop its watchdog.
 void CmsdkWatchdog::start(core::Duration patience) {
   const auto cycles = static_cast<std::uint64_t>(patience.count()) * clock_hz_ / kMicrosPerSecond;
   M100_ASSERT(patience > core::Duration{0} && cycles > 0 && cycles <= UINT32_MAX);

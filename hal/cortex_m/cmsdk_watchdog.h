@@ -7,12 +7,12 @@
 
 namespace m100::hal {
 
-/// Registers of the Arm CMSDK APB watchdog; its lock register lies apart from them.
+/// Registers of the Arm CMSDK APB watchdog, without its lock register, which has a separate address.
 struct CmsdkWatchdogRegisters {
   volatile std::uint32_t load;             ///< counts down from here, in cycles of the peripheral clock
-  volatile std::uint32_t value;            ///< what is left
+  volatile std::uint32_t value;            ///< the remaining cycles
   volatile std::uint32_t control;          ///< bit 0: count, and interrupt at 0; bit 1: reset at the second 0
-  volatile std::uint32_t interrupt_clear;  ///< any value: takes the interrupt back and counts from load again
+  volatile std::uint32_t interrupt_clear;  ///< any value: clears the interrupt and counts from load again
 };
 
 /// The watchdog of an MPS2 board. Its interrupt is the NMI, which nothing masks.

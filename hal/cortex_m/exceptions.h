@@ -3,16 +3,16 @@
 
 namespace m100::hal {
 
-/// Exit status of the emulator after a fault, a trap (M100_ASSERT without a handler) or an interrupt nobody handles.
+/// Exit status of the emulator after a fault, a trap (M100_ASSERT without a handler) or an interrupt without a handler.
 inline constexpr int kExitOfFault = 70;
-/// After a failed M100_ASSERT that the program has answered (fail_assertion or a handler of its own).
+/// After a failed M100_ASSERT with a handler (fail_assertion or the program's own).
 inline constexpr int kExitOfAssertion = 71;
 /// After abort() or a pure virtual call.
 inline constexpr int kExitOfAbort = 72;
-/// After the watchdog's interrupt, when the program has said its last words.
+/// After the watchdog's interrupt, when the program has sent its last words.
 inline constexpr int kExitOfWatchdog = 73;
 
-/// For core::set_assertion_handler: says which assertion failed and ends the emulation.
+/// For core::set_assertion_handler: prints which assertion failed and ends the emulation.
 [[noreturn]] void fail_assertion(const char* file, int line);
 
 }  // namespace m100::hal

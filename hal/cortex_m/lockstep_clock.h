@@ -7,14 +7,14 @@
 
 namespace m100::hal {
 
-/// The clock of an emulated board: time is what the peer says (lockstep_message.h).
+/// The clock of an emulated board: the peer sends the time (lockstep_message.h).
 class LockstepClock final : public Clock {
  public:
   LockstepClock(CmsdkUart& control, const CmsdkUart& autopilot, const CmsdkUart& pose)
       : control_(control), autopilot_(autopilot), pose_(pose) {}
 
   core::TimePoint now() override { return now_; }
-  /// Waits for the peer's next step, whatever the deadline, and for the bytes it speaks of.
+  /// Waits for the peer's next step, whatever the deadline, and for the bytes that the step announces.
   void sleep_until(core::TimePoint deadline) override;
 
   LockstepOrder order() const { return order_; }

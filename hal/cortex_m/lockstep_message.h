@@ -5,12 +5,12 @@
 
 namespace m100::hal {
 
-// How a simulation leads an emulated board through time. Emulation is slower than life and not evenly so; a board that
-// read its own clock would miss its periods. So the peer says over UART0 what time it is and how much it has sent, the
-// board waits for those bytes, runs one tick and says how much it has sent. Little-endian words, no padding.
+// The messages by which a simulation drives the time of an emulated board. Emulation is slower than real time, at an
+// uneven rate; a board that read its own clock would miss its periods. So the peer sends the time and its byte counts
+// over UART0. The board waits for those bytes, runs one tick and reports its own byte counts. Little-endian, unpadded.
 
-/// kBreak: an assertion fails; kHang: the watchdog is started and the program hangs. Both are for the test of what
-/// comes then, and no report comes after them.
+/// kBreak: an assertion fails; kHang: the watchdog is started and the program hangs. Both serve to test the reaction;
+/// no report follows them.
 enum class LockstepOrder : std::uint32_t { kNone = 0, kEngage = 1, kRelease = 2, kEnd = 3, kBreak = 4, kHang = 5 };
 
 /// Peer to board, before each tick.
@@ -27,7 +27,7 @@ struct LockstepReport {
   std::uint32_t pose_bytes;       ///< sent from UART2 since the start
   std::uint32_t tick_cycles;      ///< of the processor, interrupts included
   std::uint32_t stack_bytes;      ///< deepest since reset
-  std::uint32_t lost_bytes;       ///< that came while a ring was full
+  std::uint32_t lost_bytes;       ///< that arrived while a ring was full
 };
 
 static_assert(sizeof(LockstepStep) == 16 && sizeof(LockstepReport) == 20);

@@ -7,7 +7,7 @@
 #include "hal/cortex_m/cmsdk_watchdog.h"
 #include "hal/cortex_m/systick_clock.h"
 
-// Addresses of Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board is another header
+// Addresses of Arm's MPS2 board with the AN500 image (Cortex-M7), as QEMU emulates it. Another board needs a header
 // like this one (linker/PORTING.md).
 namespace m100::hal::mps2 {
 
@@ -39,7 +39,7 @@ inline void enable_uart_interrupts() { set_enabled() = 0x3FU; }
 }  // namespace m100::hal::mps2
 
 namespace m100::hal {
-// For what is built for any board: it includes M100_BOARD_HEADER and says board::
-// NOLINTNEXTLINE(misc-unused-alias-decls): used by who includes this header
+// For code that is built for any board: it includes M100_BOARD_HEADER and uses board::
+// NOLINTNEXTLINE(misc-unused-alias-decls): used by the files that include this header
 namespace board = mps2;
 }  // namespace m100::hal

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vector table of the MPS2 board: which interrupt is whose. Another board has another file like this one.
+// The vector table of the MPS2 board: the handler of each interrupt. Another board needs a file like this one.
 #include <array>
 #include <cstdint>
 
-// A program defines the handlers it needs; the others end in Default_Handler, with the stack as the interrupt left it.
+// A program defines the handlers that it needs. The others jump to Default_Handler, with the stack unchanged.
 #define M100_UNHANDLED(name) \
   [[gnu::weak, gnu::naked]] void name() { asm volatile("b Default_Handler"); }
 

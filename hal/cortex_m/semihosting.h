@@ -26,7 +26,7 @@ std::string_view argument(std::size_t n);
 /// A file of the host, read from its beginning.
 class HostFile {
  public:
-  /// path must end with a zero behind its last character, as a literal does.
+  /// @param path must be followed by a zero byte, as a literal is.
   explicit HostFile(std::string_view path);
   ~HostFile();
   HostFile(const HostFile&) = delete;

@@ -5,10 +5,10 @@
 
 namespace m100::hal {
 
-/// Start-up fills the stack with this word; what is no longer it has been used (promise R8).
+/// Start-up fills the stack with this word; words that differ from it later have been used (promise R8).
 inline constexpr std::uint32_t kStackPaint = 0xC5C5C5C5U;
 
-/// Deepest use of the stack since reset, interrupts included, in bytes. Walks the unused part: not for the tick.
+/// Deepest use of the stack since reset, interrupts included, in bytes. Scans the unused part: not for the tick.
 std::uint32_t deepest_stack_bytes();
 std::uint32_t reserved_stack_bytes();
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From reset to main(), on any Cortex-M7. The symbols in __lower come from the board's linker script, and the board's
-// vector table names what is called here.
+// From reset to main(), on any Cortex-M with an FPU. The symbols named __* come from the board's linker script; the
+// board's vector table names the handlers defined here.
 #include <array>
 #include <cstdint>
 
@@ -41,7 +41,7 @@ void enable_fpu() {
   asm volatile("dsb\n isb");
 }
 
-/// Nobody may touch the 64 KiB below the stack, which lies lowest in RAM: not every bus faults there by itself.
+/// Makes the MPU forbid the 64 KiB below the stack, which lies lowest in RAM: not every bus faults there by itself.
 void guard_stack() {
   constexpr std::uint32_t kNoAccessNoExecute64K = (1U << 28U) | (15U << 1U) | 1U;
   constexpr std::uint32_t kOnBesideTheDefaultMap = 0x5U;
@@ -81,8 +81,8 @@ std::uint32_t reserved_stack_bytes() { return static_cast<std::uint32_t>((&__sta
 
 extern "C" {
 
-/// First instruction of the program. Order matters: no floating point before the FPU is on, no static object before
-/// its memory is set.
+/// The program begins here. The order matters: no floating point before the FPU is on, no static object before its
+/// memory is initialised.
 void Reset_Handler() {
   using namespace m100::hal;
   enable_fpu();
@@ -102,7 +102,7 @@ void Reset_Handler() {
   exit_emulator(image_main());
 }
 
-/// @param frame what the processor pushed: r0 to r3, r12, lr, pc, xpsr; meaningless if the stack itself is the fault.
+/// @param frame the processor's exception frame: r0 to r3, r12, lr, pc, xpsr; meaningless if the stack itself faulted.
 [[noreturn, gnu::used]] void m100_unhandled(const std::uint32_t* frame) {
   using namespace m100::hal;
   std::uint32_t exception = 0;
@@ -126,7 +126,7 @@ void Reset_Handler() {
   exit_emulator(kExitOfFault);
 }
 
-/// The report runs on a stack made new: the old one may be what is broken.
+/// Reports on an empty stack, because the old one may be the cause of the fault.
 [[gnu::naked]] void Default_Handler() {
   asm volatile(
       "mov r0, sp\n"
@@ -136,7 +136,7 @@ void Reset_Handler() {
       ".ltorg");
 }
 
-// What the C++ run time asks of a machine, without a heap and without an end of the program.
+// Functions that the C++ run time needs, for a program without a heap that never ends.
 void* __dso_handle = nullptr;
 int __aeabi_atexit(void*, void (*)(void*), void*) { return 0; }
 [[noreturn]] void __cxa_pure_virtual() {

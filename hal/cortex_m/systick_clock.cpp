@@ -14,7 +14,7 @@ void SysTickClock::start() {
 }
 
 std::uint64_t SysTickClock::cycles() const {
-  // A period may end between the two reads of periods_: then the counter has just restarted and is read again.
+  // A period may end between the two reads of periods_; then the counter has just restarted, and is read again.
   std::uint32_t before = periods_.load(std::memory_order_acquire);
   std::uint32_t value = registers_.value;
   const std::uint32_t after = periods_.load(std::memory_order_acquire);

@@ -8,11 +8,11 @@
 
 namespace m100::hal {
 
-/// Registers of the Cortex-M system timer, which counts down from `reload` to 0 and starts again.
+/// Registers of the Cortex-M system timer, which counts down from `reload` to 0 and restarts.
 struct SysTickRegisters {
   volatile std::uint32_t control;  ///< bit 0: on, bit 1: interrupt, bit 2: processor clock
   volatile std::uint32_t reload;
-  volatile std::uint32_t value;  ///< writing anything makes it 0
+  volatile std::uint32_t value;  ///< any write sets it to 0
   volatile std::uint32_t calibration;
 };
 
@@ -23,11 +23,11 @@ class SysTickClock final : public Clock {
 
   void start();
   core::TimePoint now() override;
-  /// Polls: an emulator that sleeps in wfi receives fifty times slower, and a board has nothing else to do.
+  /// Polls, because an emulator that sleeps in wfi receives fifty times slower, and a board has nothing else to do.
   void sleep_until(core::TimePoint deadline) override;
 
-  /// Processor cycles since start(); with one instruction per cycle (QEMU's -icount shift=0 at 25 MHz counts forty)
-  /// the unit in which promise R7 is measured.
+  /// Processor cycles since start(), the unit of promise R7 where one cycle is one instruction (QEMU's -icount shift=0
+  /// at 25 MHz counts forty instructions per cycle).
   std::uint64_t cycles() const;
 
   /// Interrupt handler.

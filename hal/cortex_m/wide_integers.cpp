@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// 64-bit integers as floating-point numbers, on a core that adds and multiplies doubles itself. The compiler's library
-// does it with its software addition (1.5 kB, some sixty instructions each): these are a few, with the same roundings.
-// And back from float on every core, which the library does in double.
+// Converts 64-bit integers to floating point on a core with double-precision instructions. The compiler's library uses
+// its software addition for that (1.5 kB, some sixty instructions each); these functions take a few instructions and
+// round in the same way. The conversion from float to integer is for every core, because the library does it in double.
 #include <bit>
 #include <cstdint>
 
@@ -17,8 +17,8 @@ template <typename High>
   return static_cast<double>(high) * kPerHigh + static_cast<double>(low);
 }
 
-/// Through a double, which must be exact for that: of more than 53 bits the last twelve become one that says whether
-/// any of them was set. A float has 24, so its rounding is the same.
+/// Converts through a double, which must be exact: if there are more than 53 bits, the last twelve are reduced to one
+/// sticky bit that tells whether any of them was set. A float has 24 bits, so its rounding does not change.
 template <typename Wide>
 [[gnu::always_inline]] inline float as_float(Wide value) {
   constexpr Wide kExact = Wide{1} << 53U;
@@ -36,7 +36,7 @@ template <typename Wide>
 
 }  // namespace
 
-// By the names, and with the calling convention, of the run-time ABI for the Arm architecture, 4.1.2.
+// Names and calling convention are those of the run-time ABI for the Arm architecture, 4.1.2.
 extern "C" {
 [[gnu::pcs("aapcs"), gnu::used]] double __aeabi_l2d(std::int64_t value) {
   const auto bits = static_cast<std::uint64_t>(value);
@@ -52,13 +52,13 @@ extern "C" {
 #endif
 
 extern "C" {
-/// Towards zero; what does not fit is the language's undefined behaviour, and here the nearest that fits.
+/// Rounds towards zero. A value out of range is undefined behaviour in the language; here it gives the nearest limit.
 [[gnu::pcs("aapcs"), gnu::used]] std::int64_t __aeabi_f2lz(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::int32_t exponent = static_cast<std::int32_t>((bits >> 23U) & 0xFFU) - 127;
   const bool negative = (bits >> 31U) != 0;
   if (exponent < 31) {
-    return static_cast<std::int32_t>(value);  // the processor's own
+    return static_cast<std::int32_t>(value);  // one instruction of the processor
   }
   if (exponent > 62) {
     return negative ? INT64_MIN : INT64_MAX;

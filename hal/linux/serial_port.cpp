@@ -33,7 +33,7 @@ const Speed* find_speed(std::uint32_t baud) {
   return nullptr;
 }
 
-/// An interrupted call is tried again; one that is interrupted this often is left for the next tick.
+/// An interrupted call is retried this often, then left for the next tick.
 constexpr int kInterruptions = 8;
 
 template <typename Call>
@@ -48,8 +48,8 @@ ssize_t uninterrupted(const Call& call) {
   return result;
 }
 
-/// A serial line forgets TIOCEXCL when its last holder is gone. A pseudo-terminal does not while its other side is
-/// open: marked by a program that was killed, it would be refused to everybody but root.
+/// Whether the device keeps TIOCEXCL after its last holder has closed it. A serial line does not. A pseudo-terminal
+/// does while its other side is open: after its holder was killed, only root could open it again.
 bool keeps_its_mark(int descriptor) {
   constexpr unsigned kFirstPseudoTerminal = 136;  // Linux, Documentation/admin-guide/devices.txt: 136 to 143
   constexpr unsigned kLastPseudoTerminal = 143;
@@ -106,13 +106,13 @@ bool SerialPort::configure() {
       tcsetattr(descriptor_, TCSANOW, &settings) != 0) {
     return false;
   }
-  // tcsetattr succeeds when it could do any of what was asked (POSIX), so look.
+  // tcsetattr succeeds when it could apply any of the settings (POSIX), so read them back.
   termios granted{};
   if (tcgetattr(descriptor_, &granted) != 0 || cfgetospeed(&granted) != code || (granted.c_cflag & CSIZE) != CS8) {
     return false;
   }
   if (!keeps_its_mark(descriptor_)) {
-    ioctl(descriptor_, TIOCEXCL);  // a second program on this port would eat half of the telemetry
+    ioctl(descriptor_, TIOCEXCL);  // a second program on this port would take half of the telemetry
   }
   tcflush(descriptor_, TCIOFLUSH);
   return true;
@@ -168,7 +168,7 @@ bool SerialPort::hung_up() const {
 }
 
 core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
-  // Whoever reads must hear of every loss: behind the same name another device may answer now.
+  // The reader must learn of every loss, because another device may now answer under the same name.
   if (std::exchange(loss_untold_, false) || !ensure_open()) {
     return core::Status::kUnavailable;
   }
@@ -180,7 +180,7 @@ core::Expected<std::size_t> SerialPort::read(std::span<std::byte> destination) {
   if (count > 0) {
     return static_cast<std::size_t>(count);
   }
-  // With VMIN = 0 a quiet line also reads as 0; only poll tells it from a port that is gone.
+  // With VMIN = 0 a quiet line also reads as 0; only poll distinguishes it from a port that was unplugged.
   const bool quiet = count == 0 ? !hung_up() : means_later(errno);
   if (quiet) {
     return std::size_t{0};

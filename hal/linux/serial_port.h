@@ -13,15 +13,15 @@ namespace m100::hal {
 
 /// A serial port of the operating system (also a pseudo-terminal): raw, 8N1, no flow control, non-blocking.
 ///
-/// The port may vanish and come back, also as another device under the same name: read() and write() then report
+/// The port may be unplugged and come back, also as another device under the same name: read() and write() then report
 /// kUnavailable and try to open the name again, at most every kReopenInterval. Input that was waiting in the driver
-/// when the port is opened is thrown away: it is older than the program. Allocates in the constructor only.
+/// when the port is opened is discarded, because it is older than the program. Allocates in the constructor only.
 /// A name that begins with "sim:" is a simulated port (simulated_port.h).
 class SerialPort final : public Uart {
  public:
   static constexpr core::Duration kReopenInterval = std::chrono::milliseconds(200);
 
-  /// Does not open yet; the first read() or write() does, or open() where the reason of a failure matters.
+  /// Does not open the port. The first read() or write() does; call open() if the reason of a failure matters.
   /// @param baud 115200, 230400, 460800 or 921600; others are refused by open().
   SerialPort(std::string path, std::uint32_t baud, const SystemCalls& calls = real_system_calls());
   ~SerialPort();
@@ -36,11 +36,11 @@ class SerialPort final : public Uart {
   core::Expected<std::size_t> read(std::span<std::byte> destination) override;
   core::Expected<std::size_t> write(std::span<const std::byte> source) override;
 
-  /// The driver's counts, less what stood in them when the port was opened. What a device counted before it vanished is
-  /// lost with it. kUnavailable as well where the driver counts nothing: a pseudo-terminal, some USB adapters.
+  /// The driver's counts since the port was opened. The counts of a device that was unplugged are lost with it.
+  /// kUnavailable also where the driver counts nothing: a pseudo-terminal, some USB adapters.
   core::Expected<LineErrors> line_errors() const override;
 
-  /// How often the name has been opened with success: more than 1 means that the port was gone in between.
+  /// How often the port was opened successfully: more than 1 means that it was missing in between.
   std::uint32_t openings() const { return openings_; }
   const std::string& path() const { return path_; }
 
@@ -55,7 +55,7 @@ class SerialPort final : public Uart {
   const SystemCalls* calls_;
   int descriptor_ = -1;
   std::uint32_t openings_ = 0;
-  bool loss_untold_ = false;  ///< write() found the port gone, and read() has not said so yet
+  bool loss_untold_ = false;  ///< write() found the port missing, and read() has not reported it yet
   LineErrors before_;         ///< of earlier openings
   LineErrors at_opening_;     ///< the driver's counts when the port was opened
   PortClock clock_;

@@ -39,7 +39,7 @@ ServiceWatchdog::~ServiceWatchdog() {
 }
 
 void ServiceWatchdog::tell(const char* words) const {
-  if (socket_ >= 0) {  // a manager that does not listen now is asked again in 0.1 s
+  if (socket_ >= 0) {  // if the manager does not listen now, the next heartbeat follows in 0.1 s
     (void)::sendto(socket_, words, std::strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&manager_), length_);
   }

@@ -8,18 +8,18 @@
 
 namespace m100::hal {
 
-/// The service manager as a watchdog: what it set in $NOTIFY_SOCKET hears that the program is ready and that it lives
-/// (sd_notify(3)); where there is none, every call does nothing. feed() costs a datagram every tenth call, never waits
-/// and takes no memory.
+/// The service manager as a watchdog: the socket named by $NOTIFY_SOCKET receives "ready" and the heartbeats
+/// (sd_notify(3)). Without that variable every call does nothing. feed() sends a datagram every tenth call, never waits
+/// and allocates nothing.
 class ServiceWatchdog final : public Watchdog {
  public:
   ServiceWatchdog();
   ~ServiceWatchdog();
 
-  /// Says "ready", and for how long silence may last.
+  /// Reports "ready" and the longest permitted time between heartbeats.
   void start(core::Duration patience) override;
   void feed() override;
-  /// Says that the program is ending: what it still has to write and to say may take longer than the patience.
+  /// Reports that the program is ending: its last output may take longer than the patience.
   void stop();
 
  private:

@@ -39,7 +39,7 @@ int connect_to(const std::string& port, SimulatedPurpose purpose, std::uint32_t 
   return descriptor;
 }
 
-/// @returns false: the far end is gone.
+/// @returns false: the peer has disconnected.
 bool receive(int descriptor, void* destination, std::size_t size) {
   ssize_t count = -1;
   do {
@@ -48,7 +48,7 @@ bool receive(int descriptor, void* destination, std::size_t size) {
   return count == static_cast<ssize_t>(size);
 }
 
-/// This process in the host's time. One per process: two would each wait for the other.
+/// The connection of this process to the host's time. One per process: two would wait for each other.
 struct Attendance {
   int descriptor = -1;
   pid_t process = -1;
@@ -57,7 +57,7 @@ struct Attendance {
   void join(const std::string& host) {
     const pid_t self = ::getpid();
     if (process == self) {
-      return;  // also where the host has gone: time then goes on by itself
+      return;  // also if the host has disconnected: time then continues by itself
     }
     if (descriptor >= 0) {
       ::close(descriptor);  // the parent's; while we hold it, the host does not see the parent end

@@ -10,14 +10,14 @@
 
 namespace m100::hal {
 
-// A simulated port is named "sim:SOCKET". Its bytes come over a Unix socket, and it carries time with it: the process
-// that opens one lives in the time of the host behind the socket, which lets it pass as soon as every process in it
-// sleeps. A flight then takes as long as its arithmetic does. A port of any other name has no clock but the machine's.
+// A simulated port is named "sim:SOCKET". Its bytes come over a Unix socket, and it carries simulated time: a process
+// that opens one uses the clock of the host behind the socket. The host advances time as soon as every attached process
+// sleeps, so a flight takes only as long as its computation. A port of any other name uses the machine's clock.
 //
-// Who connects says what for: eight bytes, {u32 purpose, u32 value} in the machine's byte order.
-//   a port   kPort, baud   answered by one byte, 1 or 0 (somebody holds it); then bytes both ways
-//   a clock  kClock, pid   answered by {i64 now}; then {i64 deadline} asks to sleep and {i64 now} ends it, microseconds
-// The host hands bytes over before the {i64 now} that they belong to, and takes them before it lets time pass.
+// A connection begins with its purpose: eight bytes, {u32 purpose, u32 value} in the machine's byte order.
+//   a port   kPort, baud   answered by one byte, 1 or 0 (already in use); then bytes in both directions
+//   a clock  kClock, pid   answered by {i64 now}; then {i64 deadline} requests a sleep, {i64 now} ends it, microseconds
+// The host delivers bytes before the {i64 now} that they belong to, and collects them before it advances time.
 
 enum class SimulatedPurpose : std::uint32_t { kPort = 0x504D3031, kClock = 0x434D3031 };
 struct SimulatedHello {
@@ -27,13 +27,13 @@ struct SimulatedHello {
 
 constexpr bool is_simulated(std::string_view port) { return port.substr(0, 4) == "sim:"; }
 
-/// Opens a simulated port, non-blocking. @returns its descriptor; -1 with errno: EBUSY where another program holds it,
-/// else why the host cannot be reached.
+/// Opens a simulated port, non-blocking. @returns its descriptor; -1 with errno: EBUSY if another program holds it,
+/// otherwise the reason why the host cannot be reached.
 int open_simulated(const std::string& port, std::uint32_t baud);
 
-/// The clock that goes with a port: the host's time for a simulated port, CLOCK_MONOTONIC for any other. Either counts
-/// from the construction of the object. All clocks of a process share one connection to the host; a process that was
-/// forked makes its own. Where the host is gone, simulated time goes on at the pace of the machine's clock.
+/// The clock of a port: the host's time for a simulated port, CLOCK_MONOTONIC for any other. Both count from the
+/// construction of the object. All clocks of a process share one connection to the host; a forked process makes its
+/// own. If the host disconnects, simulated time continues at the rate of the machine's clock.
 class PortClock final : public Clock {
  public:
   explicit PortClock(const std::string& port);

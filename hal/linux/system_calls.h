@@ -10,14 +10,14 @@
 
 namespace m100::hal {
 
-/// Opens a device for reading and writing without blocking. @returns the descriptor; -1: errno says why.
+/// Opens a device for reading and writing without blocking. @returns the descriptor; -1: errno has the reason.
 int open_device(const char* path);
 
-/// The driver's counts of the line (TIOCGICOUNT). @returns 0; -1: errno says why.
+/// The driver's counts of the line (TIOCGICOUNT). @returns 0; -1: errno has the reason.
 int read_line_counters(int descriptor, serial_icounter_struct* counters);
 
-/// The calls whose rare answers (EINTR, EIO, short counts, broken lines) a test wants to choose, and those that a test
-/// wants to see asked. Everything else is called directly.
+/// The system calls that a test replaces, to choose rare results (EINTR, EIO, short counts, broken lines) or to observe
+/// the call. All others are called directly.
 struct SystemCalls {
   ssize_t (*read)(int descriptor, void* destination, std::size_t size) = &::read;
   ssize_t (*write)(int descriptor, const void* source, std::size_t size) = &::write;

@@ -12,7 +12,7 @@
 namespace m100::hal {
 namespace {
 
-/// Empty and overlong packets, and interruptions, that one call passes over.
+/// Empty and overlong packets, and interruptions, that one call skips.
 constexpr int kPassedOver = 16;
 
 }  // namespace
@@ -102,7 +102,7 @@ core::Expected<std::size_t> UdpPort::write(std::span<const std::byte> source) {
   if (descriptor_ < 0) {
     return core::Status::kUnavailable;
   }
-  (void)send(source);  // what does not leave is lost, as in the air
+  (void)send(source);  // a packet that does not leave is lost, as on a network
   return source.size();
 }
 

@@ -14,16 +14,15 @@
 
 namespace m100::hal {
 
-/// The port in "udp:PORT", 1 to 65535. @returns nothing: the name begins so and goes on otherwise, or does not.
+/// The port in "udp:PORT", 1 to 65535. @returns nothing: the name does not have this form.
 std::optional<std::uint16_t> udp_port_of(std::string_view name);
 constexpr bool is_udp(std::string_view name) { return name.substr(0, 4) == "udp:"; }
 
-/// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in the order in
-/// which they came; a packet that is longer than kMostPacketBytes, or empty, is passed over.
+/// A UDP port of this machine, IPv4, all interfaces, non-blocking. Its bytes are those of the packets in their order of
+/// arrival; a packet that is longer than kMostPacketBytes, or empty, is skipped.
 ///
-/// What waits unread is bounded by kWaitingBytes of the kernel's memory: a flood loses packets, and what is read is not
-/// much older than when it came. Nothing is written before answer_last(): until then nobody is there, and bytes
-/// vanish as they do at the end of a wire. Allocates nothing.
+/// Unread packets are limited to kWaitingBytes of the kernel's memory: a flood loses packets, and the bytes that are
+/// read are never old. Before answer_last() there is no peer, and written bytes are lost. Allocates nothing.
 class UdpPort final : public PacketUart {
  public:
   static constexpr std::size_t kMostPacketBytes = 1500;
@@ -40,11 +39,11 @@ class UdpPort final : public PacketUart {
   bool begins_packet() const override { return at_begin_; }
   void answer_last() override;
 
-  /// To the peer, from any thread: one packet. @returns false: nobody is there, or it did not leave.
+  /// Sends one packet to the peer, from any thread. @returns false: there is no peer, or the packet did not leave.
   bool send(std::span<const std::byte> packet) const;
 
  private:
-  /// The next packet that is worth reading. @returns false: none waits, or too many in a row were passed over.
+  /// Receives the next usable packet. @returns false: none waits, or too many in a row were skipped.
   bool receive();
 
   std::uint16_t port_;
@@ -53,7 +52,7 @@ class UdpPort final : public PacketUart {
   std::span<const std::byte> rest_;
   bool at_begin_ = false;
   sockaddr_in last_{};
-  std::atomic<std::uint64_t> peer_{0};  ///< address and port in the network's order; 0: nobody
+  std::atomic<std::uint64_t> peer_{0};  ///< address and port in network byte order; 0: no peer
 };
 
 }  // namespace m100::hal

@@ -5,18 +5,18 @@
 
 namespace m100::hal {
 
-/// A clock that moves only when a test, or a sleeper, moves it.
+/// A clock that advances only when a test, or a call of sleep_until(), advances it.
 class ManualClock final : public Clock {
  public:
   core::TimePoint now() override { return now_; }
-  /// Moves the time to the deadline, plus the stall that was asked for.
+  /// Advances the time to the deadline, plus the requested stall.
   void sleep_until(core::TimePoint deadline) override {
     now_ = (deadline > now_ ? deadline : now_) + stall_;
     stall_ = core::Duration{0};
   }
 
   void advance(core::Duration step) { now_ += step; }
-  /// Makes the next sleep that much too long, as a busy machine does.
+  /// Makes the next sleep too long by `stall`, as a busy machine does.
   void stall_next_sleep(core::Duration stall) { stall_ = stall; }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace m100::hal {
 
-/// A watchdog that counts by a clock which a test moves.
+/// A watchdog that counts by a clock which a test advances.
 class ManualWatchdog final : public Watchdog {
  public:
   explicit ManualWatchdog(Clock& clock) : clock_(clock) {}
@@ -23,9 +23,9 @@ class ManualWatchdog final : public Watchdog {
     fed_ = clock_.now();
   }
 
-  /// How often the program was interrupted (once per hunger, not once per patience).
+  /// How often the program was interrupted (once per run of missed feeds, not once per patience).
   std::uint32_t bites() { return bites_ + static_cast<std::uint32_t>(std::min<std::int64_t>(hungers(), 1)); }
-  /// Whether the machine has been reset: twice the patience went by unfed.
+  /// Whether the machine has been reset: twice the patience passed without a feed().
   bool has_reset() { return hungers() >= 2; }
 
  private:

@@ -12,7 +12,7 @@ constexpr std::int64_t kNanosPerMicro = 1000;
 
 std::int64_t nanos(core::TimePoint time) { return time.time_since_epoch().count() * kNanosPerMicro; }
 
-/// The first microsecond at which all of it has happened.
+/// The first whole microsecond that is not before at_ns.
 core::TimePoint time_of(std::int64_t at_ns) {
   return core::TimePoint{core::Duration{(at_ns + kNanosPerMicro - 1) / kNanosPerMicro}};
 }
@@ -37,7 +37,7 @@ const LineFaults& Line::faults() const {
   return always_;
 }
 
-// xorshift64* (Vigna, 2016): small, and the same everywhere.
+// xorshift64* (Vigna, 2016): small, and the same on every machine.
 std::uint64_t Line::random() {
   random_ ^= random_ >> 12U;
   random_ ^= random_ << 25U;
@@ -56,7 +56,7 @@ void Line::settle() {
       ++arrived_;
       continue;
     }
-    // The receiver is full: this byte is lost, and those behind it move up.
+    // The receiver is full: this byte is lost, and the bytes after it move up.
     for (std::size_t i = arrived_; i + 1 < size_; ++i) {
       queue_[(head_ + i) % queue_.size()] = queue_[(head_ + i + 1) % queue_.size()];
     }

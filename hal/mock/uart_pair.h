@@ -10,25 +10,25 @@
 
 namespace m100::hal {
 
-/// What a line does to the bytes written while it is in force. Probabilities in [0, 1]. "Write" is one call of write():
-/// senders here hand over one frame per call, so these are the faults of whole frames.
+/// Faults that a line applies to the bytes written while they are in force. Probabilities in [0, 1]. "Write" is one
+/// call of write(): senders here write one frame per call, so these are faults of whole frames.
 struct LineFaults {
   double drop_per_byte = 0.0;
   double flip_per_bit = 0.0;
-  double framing_error_per_byte = 0.0;  ///< its stop bit is missing: it arrives as any byte, and the receiver counts it
-  double parity_error_per_byte = 0.0;   ///< arrives as it is, and the receiver counts it
-  double break_per_write = 0.0;         ///< the line goes low in front of the write: a zero byte arrives and is counted
+  double framing_error_per_byte = 0.0;  ///< the stop bit is missing: the byte arrives, and the receiver counts an error
+  double parity_error_per_byte = 0.0;   ///< the byte arrives, and the receiver counts an error
+  double break_per_write = 0.0;         ///< the line goes low before the write: a zero byte arrives and is counted
   double duplicate_per_byte = 0.0;
   double drop_per_write = 0.0;
   double duplicate_per_write = 0.0;
   double swap_per_write = 0.0;       ///< this write arrives after the next one
-  double burst_per_write = 0.0;      ///< noise in front of the write
+  double burst_per_write = 0.0;      ///< noise before the write
   std::size_t burst_bytes = 0;       ///< length of a burst of noise
   core::Duration delay{0};           ///< added to the arrival of each byte
   core::Duration chunk{0};           ///< bytes arrive at the next multiple of this, as from an adapter's latency timer
   std::size_t longest_read = 4096;   ///< 1: one-byte reads
   std::size_t longest_write = 4096;  ///< small: short writes
-  bool unplugged = false;            ///< reads and writes report kUnavailable; what was on the line is lost
+  bool unplugged = false;            ///< reads and writes report kUnavailable; bytes on the line are lost
 };
 
 /// Faults in force from `from` (included) to `until` (not included).
@@ -38,8 +38,8 @@ struct ScriptedFaults {
   LineFaults faults;
 };
 
-/// One direction of a line. A byte takes ten bit times and arrives, not before its predecessor, when it is complete.
-/// Allocates in the constructor and in script() only.
+/// One direction of a line. A byte takes ten bit times; it arrives when it is complete, and never before its
+/// predecessor. Allocates in the constructor and in script() only.
 class Line {
  public:
   static constexpr std::size_t kSenderBytes = 4096;    ///< waiting to leave; beyond it a write is short
@@ -48,11 +48,11 @@ class Line {
   /// @param baud 0: no pacing, bytes arrive at once.
   Line(Clock& clock, std::uint32_t baud, std::uint64_t seed);
 
-  /// Faults of always, where no scripted ones are in force.
+  /// Faults that apply when no scripted ones are in force.
   void set_faults(const LineFaults& faults) { always_ = faults; }
-  /// Windows may overlap: the first that fits counts.
+  /// Windows may overlap: the first match counts.
   void script(std::vector<ScriptedFaults> windows) { script_ = std::move(windows); }
-  /// Cable out or in; out is the same as the fault `unplugged`.
+  /// Plugs or unplugs the cable; unplugged is the same as the fault `unplugged`.
   void set_plugged(bool plugged) { plugged_ = plugged; }
 
   core::Expected<std::size_t> write(std::span<const std::byte> source);
@@ -68,7 +68,7 @@ class Line {
     std::uint64_t writes_dropped = 0;
   };
   const Stats& stats() const { return stats_; }
-  /// What the receiver at its end has noticed: bytes count when they are sent, overruns when they are lost.
+  /// The errors that the receiver has detected: errors of bytes count when they are sent, overruns when they are lost.
   LineErrors errors() const { return errors_; }
 
  private:
@@ -103,7 +103,7 @@ class Line {
   LineErrors errors_;
 };
 
-/// Two ends of a serial cable, for one thread. What a writes b reads, and the other way round.
+/// Two ends of a serial cable, for one thread: bytes written to one end are read at the other.
 class UartPair {
  public:
   UartPair(Clock& clock, std::uint32_t baud, std::uint64_t seed = 1);
@@ -112,7 +112,7 @@ class UartPair {
   Uart& b() { return b_; }
   Line& a_to_b() { return a_to_b_; }
   Line& b_to_a() { return b_to_a_; }
-  /// Takes the cable away or puts it back.
+  /// Unplugs the cable or plugs it in again.
   void set_plugged(bool plugged) {
     a_to_b_.set_plugged(plugged);
     b_to_a_.set_plugged(plugged);

@@ -26,7 +26,7 @@ std::vector<std::byte> received_at(std::span<const std::byte> sent, std::uint32_
   const double bits_per_sample = static_cast<double>(sender_baud) / receiver_baud;  // sender's bits per receiver's bit
   const auto end = static_cast<double>(sent.size() * kBitsPerByte);
   const auto sample = [&](double at) { return level(sent, static_cast<std::size_t>(at)); };
-  constexpr double kEdgeSearch = 1.0 / 16.0;  // a UART looks for the edge sixteen times per bit
+  constexpr double kEdgeSearch = 1.0 / 16.0;  // a UART samples for the edge sixteen times per bit
   double at = 0.0;
   while (at < end) {
     if (sample(at)) {

@@ -10,8 +10,7 @@
 namespace m100::mavlink {
 namespace {
 
-/// Messages that others send and that nobody here reads: with their checksums known, their frames are passed over
-/// whole.
+/// Messages of other systems that are not read here: because their checksums are known, their frames are skipped whole.
 constexpr std::array kOnlyPassedOver{
     MessageInfo{.id = 1, .crc_extra = 124, .least_bytes = 31, .full_bytes = 43},    // SYS_STATUS
     MessageInfo{.id = 2, .crc_extra = 137, .least_bytes = 12, .full_bytes = 12},    // SYSTEM_TIME
@@ -49,7 +48,7 @@ std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state) {
   unsigned crc = state;
   const std::byte* next = bytes.data();
   std::size_t left = bytes.size();
-  for (; left >= 2; next += 2, left -= 2) {  // what the second byte adds is added before the first one's step
+  for (; left >= 2; next += 2, left -= 2) {  // the second byte is added before the step of the first
     crc ^= protocol::load<std::uint16_t>(next);
     crc = (crc >> 8U) ^ kChecksumTable[crc & 0xFFU];
     crc = (crc >> 8U) ^ kChecksumTable[crc & 0xFFU];

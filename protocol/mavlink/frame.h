@@ -14,7 +14,7 @@ namespace m100::mavlink {
 // MAVLink 2:  FD len incompat compat seq sys comp id(3) payload crc(2) [link id, time stamp(6), signature(6)]
 // MAVLink 1:  FE len seq sys comp id payload crc(2)
 // Little-endian. The checksum is CRC-16/MCRF4XX over everything between start byte and checksum, then the crc_extra of
-// the message. Trailing zeros of a payload are left out in MAVLink 2, but for one byte.
+// the message. MAVLink 2 leaves out trailing zeros of a payload, except for its first byte.
 
 inline constexpr std::byte kStart2{0xFD};
 inline constexpr std::byte kStart1{0xFE};
@@ -26,7 +26,7 @@ inline constexpr std::size_t kMostPayloadBytes = 255;
 inline constexpr std::size_t kMostFrameBytes = kHeader2Bytes + kMostPayloadBytes + kCrcBytes + kSignatureBytes;
 inline constexpr std::uint8_t kSignedFlag = 0x01;  ///< of the incompatibility flags, the only one that is defined
 
-/// Who speaks. 0 as a target is everybody.
+/// System and component of a sender or a target. 0 as a target means all.
 struct Address {
   std::uint8_t system = 0;
   std::uint8_t component = 0;
@@ -39,7 +39,7 @@ struct FrameView {
   Address from;
   std::uint8_t sequence = 0;
   std::uint8_t version = 2;  ///< of MAVLink
-  bool is_signed = false;    ///< carries a signature, which nobody has looked at yet (signature.h)
+  bool is_signed = false;    ///< carries a signature that has not been verified yet (signature.h)
   std::span<const std::byte> bytes;
   std::span<const std::byte> payload;
   std::uint64_t offset = 0;  ///< of its first byte in the stream
@@ -55,10 +55,10 @@ struct Frame {
 /// CRC-16/MCRF4XX over the bytes, continued from state. Cost: one look-up a byte.
 std::uint16_t checksum(std::span<const std::byte> bytes, std::uint16_t state = 0xFFFF);
 
-/// What is known about a type of message. @returns null: nothing, so its checksum cannot be told from noise.
+/// The constants of a type of message. @returns null: unknown type, whose checksum cannot be verified.
 const MessageInfo* find_message(std::uint32_t id);
 
-/// Makes a frame of MAVLink 2, unsigned. @param payload all fields, the extensions too.
+/// Makes an unsigned frame of MAVLink 2. @param payload all fields, extensions included.
 Frame make_frame(const MessageInfo& info, std::span<const std::byte> payload, Address from, std::uint8_t sequence);
 
 template <typename Message>
@@ -72,7 +72,7 @@ bool is(const FrameView& frame) {
   return frame.id == Message::kInfo.id;
 }
 
-/// Fields that the sender left out are zero. @param frame is<Message>() it.
+/// Fields that the sender left out are zero. @param frame must satisfy is<Message>().
 template <typename Message>
 Message decode(const FrameView& frame) {
   M100_ASSERT(is<Message>(frame));

@@ -15,10 +15,10 @@
 
 namespace m100::mavlink {
 
-/// What a frame of one type of message looks like from outside.
+/// The constants of one type of message: id, checksum seed and sizes.
 struct MessageInfo {
   std::uint32_t id = 0;
-  std::uint8_t crc_extra = 0;    ///< enters the frame's checksum: both sides mean the same layout
+  std::uint8_t crc_extra = 0;    ///< part of the frame's checksum: ensures that both sides use the same layout
   std::uint8_t least_bytes = 0;  ///< payload without extension fields: that of MAVLink 1
   std::uint8_t full_bytes = 0;   ///< payload with them
 };
@@ -52,7 +52,7 @@ constexpr std::size_t wire_bytes() {
   return bytes;
 }
 
-/// Writes all fields, the extensions too: full_bytes bytes. @returns what was written.
+/// Writes all fields, extensions included: full_bytes bytes. @returns the written bytes.
 template <typename Message>
 std::span<std::byte> encode_payload(const Message& message, std::span<std::byte> space) {
   static_assert(wire_bytes<Message>() == Message::kInfo.full_bytes, "the fields are not those of the definition");

@@ -8,11 +8,11 @@
 
 namespace m100::mavlink {
 
-// The mission protocol: a list of waypoints, carried over item by item.
-// Members are called as in the message definitions, so that whoever knows those knows these.
+// The mission protocol: a list of waypoints, transferred item by item.
+// Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: so they lack units; the comment of each structure gives them.
 
-/// MISSION_REQUEST_LIST: asks for the number of items.
+/// MISSION_REQUEST_LIST: requests the number of items.
 struct MissionRequestList {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
@@ -42,7 +42,7 @@ inline constexpr auto kFields<MissionCount> =
                field("target_component", &MissionCount::target_component),
                field("mission_type", &MissionCount::mission_type), field("opaque_id", &MissionCount::opaque_id)};
 
-/// MISSION_REQUEST_INT: asks for one item.
+/// MISSION_REQUEST_INT: requests one item.
 struct MissionRequestInt {
   std::uint16_t seq{};
   std::uint8_t target_system{};
@@ -57,7 +57,7 @@ inline constexpr auto kFields<MissionRequestInt> =
                field("target_component", &MissionRequestInt::target_component),
                field("mission_type", &MissionRequestInt::mission_type)};
 
-/// MISSION_REQUEST: asks for one item, as older senders do; to be answered as MISSION_REQUEST_INT is.
+/// MISSION_REQUEST: requests one item, as older senders do; answered like MISSION_REQUEST_INT.
 struct MissionRequest {
   std::uint16_t seq{};
   std::uint8_t target_system{};
@@ -71,7 +71,7 @@ inline constexpr auto kFields<MissionRequest> = std::tuple{
     field("seq", &MissionRequest::seq), field("target_system", &MissionRequest::target_system),
     field("target_component", &MissionRequest::target_component), field("mission_type", &MissionRequest::mission_type)};
 
-/// MISSION_ITEM: one item, as older senders have it; x and y of a local frame in m.
+/// MISSION_ITEM: one item, as older senders send it; x and y of a local frame in m.
 struct MissionItem {
   float param1{};
   float param2{};

@@ -9,11 +9,11 @@
 
 namespace m100::mavlink {
 
-// What an operator or a planner says, and what he is answered.
-// Members are called as in the message definitions, so that whoever knows those knows these.
+// Messages of an operator or a planner, and the answers to them.
+// Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: so they lack units; the comment of each structure gives them.
 
-/// SET_POSITION_TARGET_LOCAL_NED: a goal; a set bit of type_mask says that the field is to be ignored.
+/// SET_POSITION_TARGET_LOCAL_NED: a goal; a set bit of type_mask means that the field is ignored.
 struct SetPositionTargetLocalNed {
   std::uint32_t time_boot_ms{};
   float x{};
@@ -82,7 +82,7 @@ inline constexpr auto kFields<CommandLong> = std::tuple{field("param1", &Command
                                                         field("target_component", &CommandLong::target_component),
                                                         field("confirmation", &CommandLong::confirmation)};
 
-/// COMMAND_ACK: what became of an order.
+/// COMMAND_ACK: the result of an order.
 struct CommandAck {
   std::uint16_t command{};
   std::uint8_t result{};
@@ -101,7 +101,7 @@ inline constexpr auto kFields<CommandAck> = std::tuple{field("command", &Command
                                                        field("target_system", &CommandAck::target_system),
                                                        field("target_component", &CommandAck::target_component)};
 
-/// PARAM_REQUEST_READ: asks for one parameter, by index, or by name where the index is -1.
+/// PARAM_REQUEST_READ: requests one parameter, by index, or by name if the index is -1.
 struct ParamRequestRead {
   std::int16_t param_index{};
   std::uint8_t target_system{};
@@ -115,7 +115,7 @@ inline constexpr auto kFields<ParamRequestRead> = std::tuple{
     field("param_index", &ParamRequestRead::param_index), field("target_system", &ParamRequestRead::target_system),
     field("target_component", &ParamRequestRead::target_component), field("param_id", &ParamRequestRead::param_id)};
 
-/// PARAM_REQUEST_LIST: asks for all parameters.
+/// PARAM_REQUEST_LIST: requests all parameters.
 struct ParamRequestList {
   std::uint8_t target_system{};
   std::uint8_t target_component{};
@@ -127,7 +127,7 @@ inline constexpr auto kFields<ParamRequestList> =
     std::tuple{field("target_system", &ParamRequestList::target_system),
                field("target_component", &ParamRequestList::target_component)};
 
-/// PARAM_SET: would change one parameter; to be answered with PARAM_VALUE, which says what it is then.
+/// PARAM_SET: a request to change one parameter; answered by PARAM_VALUE with the value then in force.
 struct ParamSet {
   float param_value{};
   std::uint8_t target_system{};

@@ -11,32 +11,32 @@
 
 namespace m100::mavlink {
 
-/// What the parser has met.
+/// Counters of the parser.
 struct ParserStats {
-  std::uint64_t bytes = 0;         ///< taken
-  std::uint64_t frames = 0;        ///< delivered
-  std::uint64_t crc_errors = 0;    ///< a header of a known message, but the checksum fails
-  std::uint64_t unknown = 0;       ///< where a frame was due: a message whose checksum we do not know
-  std::uint64_t incompatible = 0;  ///< where a frame was due: a flag that we do not know, so the frame must not be read
+  std::uint64_t bytes = 0;          ///< taken
+  std::uint64_t frames = 0;         ///< delivered
+  std::uint64_t crc_errors = 0;     ///< a header of a known message, but the checksum fails
+  std::uint64_t unknown = 0;        ///< where a frame was due: a message whose checksum cannot be verified
+  std::uint64_t incompatible = 0;   ///< where a frame was due: an unknown flag, so the frame must not be read
   std::uint64_t bytes_dropped = 0;  ///< belong to no delivered frame
 };
 
 /// Finds frames of MAVLink 1 and 2 in a byte stream that may start anywhere and may be damaged anywhere.
 ///
 /// Invariants, whatever the bytes are: at most kBufferBytes are stored; no frame is reported unless its checksum holds;
-/// a stretch that proves to be no frame is searched again from its second byte, so that a good frame inside it, or
-/// right behind it, is found. A message that we do not know has a checksum that we cannot check: it is not believed to
-/// be a frame, and its bytes are searched like any others.
+/// the bytes of a false frame are searched again from the second one, so that a good frame inside them, or directly
+/// after them, is found. The checksum of an unknown message cannot be verified: it does not count as a frame, and its
+/// bytes are searched like any others.
 ///
-/// Cost: each start byte whose header is one of a known message costs one checksum of what the header claims, 270 bytes
-/// at most; every other byte a comparison.
+/// Cost: each start byte with the header of a known message costs one checksum over the claimed length, at most 270
+/// bytes; every other byte costs a comparison.
 class Parser {
  public:
   static constexpr std::size_t kBufferBytes = 512;
   static_assert(kBufferBytes > kMostFrameBytes, "there must be room for a byte whenever no frame is complete");
 
-  /// Takes bytes, as many as there is room for, at least one after poll() said kNotReady. Views of earlier frames end
-  /// here. @returns the number of bytes taken.
+  /// Takes as many bytes as there is room for, at least one after poll() returned kNotReady. Invalidates the views of
+  /// earlier frames. @returns the number of bytes taken.
   [[nodiscard]] std::size_t push(std::span<const std::byte> bytes);
 
   /// The next frame. It views the parser's buffer until the next push(). @returns kNotReady: none is complete yet.
@@ -53,13 +53,13 @@ class Parser {
     }
   }
 
-  /// Forgets what has begun: the next byte begins a packet of a network, not the rest of the one before.
+  /// Forgets a frame that has begun: the next byte begins a network packet, not the rest of the previous one.
   void begin_packet();
 
   const ParserStats& stats() const { return stats_; }
 
  private:
-  /// What the bytes at the window's begin are.
+  /// The result of judging the bytes at the begin of the window.
   enum class Verdict : std::uint8_t { kNoFrame, kTooShort, kFrame };
   struct Judgement {
     Verdict verdict = Verdict::kNoFrame;

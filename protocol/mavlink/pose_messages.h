@@ -9,8 +9,8 @@
 
 namespace m100::mavlink {
 
-// What comes from whoever measures the pose.
-// Members are called as in the message definitions, so that whoever knows those knows these.
+// Messages of the pose source.
+// Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: so they lack units; the comment of each structure gives them.
 
 /// ATT_POS_MOCAP: body FRD in NED, w x y z, and m; covariance is the upper right of 6x6, row by row.
@@ -101,8 +101,8 @@ inline constexpr auto kFields<Odometry> = std::tuple{field("time_usec", &Odometr
                                                      field("estimator_type", &Odometry::estimator_type),
                                                      field("quality", &Odometry::quality)};
 
-/// TIMESYNC: a question has tc1 zero and the time of the asker in ts1; the answer sends ts1 back, with the time of the
-/// answering side in tc1 [ns].
+/// TIMESYNC: a request has tc1 zero and the time of the requesting side in ts1; the answer returns ts1, with the time
+/// of the answering side in tc1 [ns].
 struct Timesync {
   std::int64_t tc1{};
   std::int64_t ts1{};

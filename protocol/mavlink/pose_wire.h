@@ -10,7 +10,7 @@
 
 namespace m100::mavlink {
 
-/// What a pose takes on a serial line, unsigned.
+/// The bytes of an unsigned pose message on a serial line.
 struct PoseWire {
   std::string_view name;
   std::size_t bytes;
@@ -27,7 +27,7 @@ inline constexpr std::array kPoseWires{
 };
 static_assert(kPoseWires[0].bytes <= 80 && kPoseWires[1].bytes <= 80);
 
-/// Above this share of a line a pose of every tick has no room for TIMESYNC and for bursts.
+/// Above this share of a line, one pose per tick leaves no room for TIMESYNC and for bursts.
 inline constexpr double kMostPoseShare = 0.8;
 
 /// Share of a line of 8N1 that poses take.

@@ -20,8 +20,8 @@ inline constexpr SignatureTime kSignatureTimeMask = (SignatureTime{1} << 48U) - 
 /// Unix time of the origin.
 inline constexpr std::int64_t kSignatureEpoch_s = 1420070400;
 
-/// Signs a frame of make_frame(): sets its flag, repeats its checksum, and appends 13 bytes. @param time must be larger
-/// than that of every frame signed before, with this key on this link.
+/// Signs a frame of make_frame(): sets its flag, recomputes its checksum, and appends 13 bytes. @param time must be
+/// later than that of every earlier frame signed with this key on this link.
 void sign(Frame& frame, const Key& key, std::uint8_t link, SignatureTime time);
 
 struct SignatureView {
@@ -32,51 +32,51 @@ struct SignatureView {
 SignatureView signature_of(const FrameView& frame);
 
 /// Whether the signature was made with this key: the first 48 bits of SHA-256 over key, frame, link and time. Compares
-/// in constant time. false too where the frame carries none.
+/// in constant time. Also false if the frame carries no signature.
 bool is_signed_with(const FrameView& frame, const Key& key);
 
-/// The newest signature of one stream: who sends, over which of his links.
+/// The newest signature of one stream: a sender and one of its links.
 struct ReplayStream {
   Address from;
   std::uint8_t link = 0;
   SignatureTime last = 0;
 };
 
-/// What must outlive a restart, so that a recording of the flight before cannot be played back.
+/// The state that must survive a restart, so that a recording of an earlier flight cannot be replayed.
 struct ReplayMemory {
   static constexpr std::size_t kStreams = 16;
   std::array<ReplayStream, kStreams> streams{};
   std::size_t count = 0;
-  SignatureTime newest = 0;  ///< of all that was ever accepted, also of streams that were forgotten
+  SignatureTime newest = 0;  ///< the newest ever accepted, also of forgotten streams
 };
 
-/// Refuses what was sent before. A signed frame counts if its time is newer than the last of its stream, and the first
-/// of a stream in this life may lie no more than a minute behind the newest time that is known: whoever recorded an
-/// older flight cannot play it back. Constant memory: where all streams are taken, one that is more than a minute
-/// behind makes room (what it would still send is refused as old); where there is none, the new one is refused.
+/// Refuses replays. A signed frame is accepted if its time is newer than the last of its stream. The first frame of a
+/// stream since the start may lie at most a minute behind the newest known time, so that a recording of an older flight
+/// cannot be replayed. Constant memory: if all streams are in use, one that is more than a minute behind is dropped
+/// (its further frames are refused as old); if there is none, the new stream is refused.
 class ReplayGuard {
  public:
   static constexpr std::size_t kStreams = ReplayMemory::kStreams;
   static constexpr SignatureTime kLatestStart = 60 * kSignatureTicksPerSecond;
 
   ReplayGuard() = default;
-  /// @param memory of the program's life before.
+  /// @param memory of the program's previous run.
   explicit ReplayGuard(const ReplayMemory& memory) : memory_(memory), newest_(memory.newest) {
     M100_ASSERT(memory.count <= kStreams);
   }
 
-  /// @param now the time of the signature that we would give; moves the newest known time on.
-  /// @returns kOk: newer than all of its stream. kRefused: a replay, or overtaken on its way. kTimeout: a time stamp
+  /// @param now the time of our own signatures; it advances the newest known time.
+  /// @returns kOk: newer than all earlier ones of its stream. kRefused: a replay, or overtaken. kTimeout: a time stamp
   ///   too old for the first of a stream. kResourceExhausted: too many streams.
   core::Status accept(Address from, const SignatureView& signature, SignatureTime now);
 
-  /// The newest time that was accepted or handed in: ours must not lie behind it.
+  /// The newest time that was accepted or passed in: our own signatures must not be older.
   SignatureTime newest() const { return newest_; }
   const ReplayMemory& memory() const { return memory_; }
 
  private:
   ReplayMemory memory_{};
-  std::array<bool, kStreams> heard_{};  ///< in this life
+  std::array<bool, kStreams> heard_{};  ///< since the start of the program
   SignatureTime newest_ = 0;
 };
 

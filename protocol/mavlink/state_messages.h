@@ -9,11 +9,11 @@
 
 namespace m100::mavlink {
 
-// What the aircraft says about itself.
-// Members are called as in the message definitions, so that whoever knows those knows these.
+// Messages about the state of the aircraft.
+// Members have the names of the message definitions, so that engineers who know those find them.
 // Deviation: so they lack units; the comment of each structure gives them.
 
-/// HEARTBEAT: every component says once a second that it is there.
+/// HEARTBEAT: every component sends one per second.
 struct Heartbeat {
   std::uint32_t custom_mode{};
   std::uint8_t type{};
@@ -77,7 +77,7 @@ inline constexpr auto kFields<LocalPositionNed> = std::tuple{field("time_boot_ms
                                                              field("vy", &LocalPositionNed::vy),
                                                              field("vz", &LocalPositionNed::vz)};
 
-/// ESTIMATOR_STATUS: innovations over their gates, accuracies in m, and what is valid.
+/// ESTIMATOR_STATUS: innovations over their gates, accuracies in m, and the valid estimates.
 struct EstimatorStatus {
   std::uint64_t time_usec{};
   float vel_ratio{};
@@ -140,7 +140,7 @@ inline constexpr auto kFields<BatteryStatus> = std::tuple{field("current_consume
                                                           field("mode", &BatteryStatus::mode),
                                                           field("fault_bitmask", &BatteryStatus::fault_bitmask)};
 
-/// STATUSTEXT: a sentence, in pieces of 50 characters.
+/// STATUSTEXT: a text message, in pieces of 50 characters.
 struct StatusText {
   std::uint8_t severity{};
   std::array<char, 50> text{};

@@ -21,7 +21,7 @@ constexpr double kTickHz = 400.0;
 
 // The pose.
 
-/// About the place of the first sample.
+/// Transforms the displacement from the first sample.
 void about(PoseSample& sample, const Poses& memory, double xx, double xy, double yx, double yy) {
   const Place d = sample.position_w_m - memory.first->position_w_m;
   sample.position_w_m.x() = memory.first->position_w_m.x() + xx * d.x() + xy * d.y();
@@ -57,7 +57,7 @@ void sinks(PoseSample& sample, Poses& memory, double) {
   sample.position_w_m.z() = 2.0 * memory.first->position_w_m.z() - sample.position_w_m.z();
 }
 void turns_heading(PoseSample& sample, Poses&, double size) { sample.yaw_rad += size * kDegree; }
-/// The stamp runs ahead of the capture: the pose is said to be younger than it is; older: negative.
+/// The stamp is later than the capture, so the pose seems younger than it is; negative: older.
 void tells_younger(PoseSample& sample, Poses&, double size) {
   sample.stamp += core::Duration{std::llround(size * 1e3)};
 }
@@ -65,7 +65,7 @@ void freezes(PoseSample& sample, Poses& memory, double) {
   sample.position_w_m = memory.first->position_w_m;
   sample.yaw_rad = memory.first->yaw_rad;
 }
-/// Each place is sent again and again for `size` seconds, with running stamps and noise.
+/// Each place is repeated for `size` seconds, with running stamps and noise.
 void repeats(PoseSample& sample, Poses& memory, double size) {
   if (memory.kept.empty() || core::seconds<double>(sample.captured - memory.kept.front().captured) >= size) {
     memory.kept.assign(1, sample);
@@ -102,7 +102,7 @@ void set_euler(Telemetry& telemetry, const core::Euler<double>& euler) {
   telemetry.attitude = {static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y),
                         static_cast<float>(q.z)};
 }
-/// Changes the tilt and leaves the heading.
+/// Changes the tilt, but not the heading.
 template <typename Change>
 void tilts(Telemetry& telemetry, const Change& change) {
   core::Euler<double> euler = euler_of(telemetry);
@@ -118,7 +118,7 @@ void sticks_attitude(Telemetry& telemetry, Packages& memory, double) {
   euler.yaw_rad = euler_of(telemetry).yaw_rad;
   set_euler(telemetry, euler);
 }
-/// For `size` of each second.
+/// The attitude stands still for `size` of each second.
 void stutters_attitude(Telemetry& telemetry, Packages& memory, double size) {
   if (std::fmod(memory.t_s, 1.0) >= size || memory.kept.empty()) {
     memory.kept.assign(1, telemetry);
@@ -153,7 +153,7 @@ void swaps_tilt(Telemetry& telemetry, Packages&, double) {
 void swaps_tilt_and_rates(Telemetry& telemetry, Packages& memory, double size) {
   swaps_tilt(telemetry, memory, size);
   swaps_rates(telemetry, memory, size);
-  telemetry.angular_velocity_frd_rad_s[0] *= -1.F;  // FRD: the pitch of both families has the other sign
+  telemetry.angular_velocity_frd_rad_s[0] *= -1.F;  // FRD: pitch and its rate have the other sign
   telemetry.angular_velocity_frd_rad_s[1] *= -1.F;
 }
 void inverts_roll(Telemetry& telemetry, Packages&, double) {
@@ -163,7 +163,7 @@ void inverts_roll_and_rate(Telemetry& telemetry, Packages& memory, double size) 
   inverts_roll(telemetry, memory, size);
   inverts_rates(telemetry, memory, size);
 }
-/// Of a sensor that is mounted turned about the body's z axis, while the heading is told rightly.
+/// As from a sensor that is mounted turned about the body's z axis; the heading stays right.
 void turns_tilt_and_rates(Telemetry& telemetry, Packages&, double size) {
   const double c = std::cos(size * kDegree), s = std::sin(size * kDegree);
   tilts(telemetry, [c, s](double& roll, double& pitch) {
@@ -183,7 +183,7 @@ void multiplies_tilt_and_rates(Telemetry& telemetry, Packages& memory, double si
 void offsets_tilt(Telemetry& telemetry, Packages&, double size) {
   tilts(telemetry, [size](double& roll, double&) { roll += size * kDegree; });
 }
-/// The package of `size` milliseconds ago.
+/// Returns the package of `size` milliseconds ago.
 Telemetry earlier(const Telemetry& telemetry, Packages& memory, double size) {
   memory.kept.push_back(telemetry);
   const auto late = static_cast<std::size_t>(std::llround(size / 10.0));
@@ -198,7 +198,7 @@ void delays_attitude(Telemetry& telemetry, Packages& memory, double size) {
 void delays_rates(Telemetry& telemetry, Packages& memory, double size) {
   telemetry.angular_velocity_frd_rad_s = earlier(telemetry, memory, size).angular_velocity_frd_rad_s;
 }
-/// By `size` milliseconds, its own clock and everything in it.
+/// Delays attitude, rates and specific force by `size` milliseconds.
 void delays(Telemetry& telemetry, Packages& memory, double size) {
   const Telemetry old = earlier(telemetry, memory, size);
   telemetry.attitude = old.attitude;

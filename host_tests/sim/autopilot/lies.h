@@ -11,7 +11,7 @@
 
 namespace m100::sim {
 
-/// What a lie remembers: the first message that it struck, and what it keeps back or repeats.
+/// The state of a lie: the first message that it changed, and the messages that it delays or repeats.
 template <typename Message>
 struct LieMemory {
   std::optional<Message> first;
@@ -19,22 +19,22 @@ struct LieMemory {
   double t_s = 0.0;  ///< since the first one
 };
 
-/// A lie of one channel that a test or a script tells by name: every message is well formed, and wrong.
+/// A lie: false data of one channel, which a test or a script selects by name. Every message is well formed, but wrong.
 struct Lie {
   std::string_view name;
-  std::string_view words;  ///< what is wrong, in a table
-  double size = 0.0;       ///< of the lie as it is told without a number
-  std::string_view unit;   ///< of its size; empty: it has none
+  std::string_view words;  ///< description for a table
+  double size = 0.0;       ///< default size
+  std::string_view unit;   ///< unit of the size; empty: the lie has no size
   void (*pose)(PoseSample& sample, LieMemory<PoseSample>& memory, double size) = nullptr;
   void (*telemetry)(protocol::Telemetry& telemetry, LieMemory<protocol::Telemetry>& memory, double size) = nullptr;
 };
 
 std::span<const Lie> lies();
-/// By its name; null: there is none.
+/// Finds a lie by its name; null: unknown.
 const Lie* lie_of(std::string_view name);
 
-/// Tells one lie from its first message on. Noise of what stands still comes from the digits of what it hides, so that
-/// no two messages are the same bits and nothing is drawn at random.
+/// Applies one lie to all messages, from the first one. The noise of values that stand still is derived from the digits
+/// of the true values, so that no two messages have the same bits and no random numbers are drawn.
 class Liar {
  public:
   Liar(const Lie& lie, double size) : lie_(&lie), size_(size) {}

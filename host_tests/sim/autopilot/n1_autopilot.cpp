@@ -9,8 +9,8 @@
 #include "protocol/frame_encoder.h"
 #include "protocol/pushes.h"
 
-// The machine itself: time, line, happenings, what it does with the aircraft. What it says unasked is in n1_pushes.cpp,
-// what it is asked in n1_commands.cpp, what it is told without an answer in n1_channels.cpp.
+// The autopilot's core: time, line, scripted events, commands to the aircraft. Unrequested messages are in
+// n1_pushes.cpp, answered commands in n1_commands.cpp, commands without an answer in n1_channels.cpp.
 namespace m100::sim {
 namespace {
 
@@ -19,8 +19,8 @@ constexpr double kTakeOffHeight_m = 1.2;   // protocol, 6.3
 constexpr double kTakeOffClimb_m_s = 0.8;
 constexpr double kLandingSink_m_s = 0.5;
 
-/// Each word of a script leaves a line. Empty: the remote controller, a restart, the sticks and a mode that changes
-/// tell themselves, with what comes of it.
+/// The event name of a script word. Empty for the remote controller, a restart, the sticks and a mode that changes:
+/// these report themselves, with their effect.
 std::string_view word_of(N1Happening what, double value, N1Mode mode) {
   if (what == N1Happening::kRc || what == N1Happening::kRestart ||
       (what == N1Happening::kMode && static_cast<N1Mode>(static_cast<char>(value)) != mode)) {
@@ -90,7 +90,7 @@ void N1Autopilot::step(core::Duration passed) {
 }
 
 void N1Autopilot::receive() {
-  // The pieces of one visit are small when the line is paced, so a few visits take all there is.
+  // One read returns few bytes when the line is paced; eight reads take all that have arrived.
   for (int visit = 0; visit < 8; ++visit) {
     const std::span<const std::byte> bytes = line_.read(time_);
     if (bytes.empty()) {
@@ -174,7 +174,7 @@ void N1Autopilot::happen(N1Happening what, double value, N1Asked asked) {
       break;
     case N1Happening::kStick:
     case N1Happening::kLie:
-      break;  // which stick, and how, or which lie: a line of a script tells
+      break;  // these need the stick movement or the lie of a script line
   }
 }
 
@@ -267,7 +267,7 @@ void N1Autopilot::command_vehicle() {
   } else if (moving_) {
     vehicle_.command(movement_.input(vehicle_.state()));
   } else if (client_in_control()) {
-    vehicle_.command(MovementInput{});  // it hovers by its own attitude hold, which knows its trim
+    vehicle_.command(MovementInput{});  // hovers by its own attitude hold, which has the right trim
   } else {
     vehicle_.command(pilot_sticks_);
   }
@@ -292,7 +292,7 @@ MovementInput N1Autopilot::task_input() {
   const VehicleState& state = vehicle_.state();
   const bool climbing = task_ == protocol::Task::kTakeOff;
   task_done_ = climbing ? state.position_w_m.z() >= kTakeOffHeight_m : !state.in_air;
-  if (tasks_ == 3.0) {  // endless: begun, and it goes nowhere
+  if (tasks_ == 3.0) {  // endless: begun, but without effect
     task_done_ = false;
     return {};
   }

@@ -28,30 +28,30 @@
 namespace m100::sim {
 
 enum class N1Mode : char { kF = 'F', kA = 'A', kP = 'P' };
-std::int16_t rc_mode(N1Mode mode);  ///< as the RC item of telemetry has it
+std::int16_t rc_mode(N1Mode mode);  ///< value in the RC item of telemetry
 
 struct N1Config {
-  std::uint32_t baud = 0;  ///< to pace the line to; 0 where the UART paces itself
+  std::uint32_t baud = 0;  ///< rate to pace the line to; 0: the UART paces itself
   std::uint64_t seed = 1;
   N1Mode mode = N1Mode::kF;                  ///< of the real mode switch
   const protocol::Cipher* cipher = nullptr;  ///< the app's key, for encrypted commands
-  std::uint32_t app_id = 0;                  ///< the only one that activates; 0: any
+  std::uint32_t app_id = 0;                  ///< the only app id that is activated; 0: any
   N1Rates rates = kAssistantRates;
   N1SensorNoise noise{};
   double clock_drift_ppm = 0.0;  ///< of its clock against ours; positive: its clock runs fast
   /// While Virtual RC is on, the RC item of telemetry shows its channels instead of the real transmitter (protocol, 7:
   /// "as far as known").
   bool rc_item_shows_virtual = true;
-  /// Takes 64 bytes under the on/off id as Virtual RC data, as clients of SDK 3.3 to 4.1 need; else refuses them.
+  /// Accepts 64 bytes under the on/off id as Virtual RC data, as clients of SDK 3.3 to 4.1 send them.
   bool lenient_virtual_rc = false;
-  /// The pilot flies while the sticks are his: he brakes and holds the place. Else they rest where they are.
+  /// The pilot flies while he has control: he brakes and holds the place. Otherwise his sticks stay at rest.
   bool pilot_holds_place = false;
   core::Duration virtual_rc_timeout = std::chrono::seconds(1);       ///< protocol, 7
   core::Duration movement_timeout = std::chrono::milliseconds(500);  ///< undocumented; then the aircraft hovers
   std::vector<N1ScriptLine> script{};
 };
 
-/// One thing received or done. Names are those of the protocol's catalogue where there is one.
+/// One event. Names are those of the protocol's catalogue if there is one.
 struct N1Event {
   core::TimePoint at{};
   std::string_view
@@ -60,7 +60,7 @@ struct N1Event {
   double value = 0.0;
 };
 
-/// What a strict examiner notes down.
+/// Counters for a strict check of the client.
 struct N1Record {
   std::uint32_t obtain_requests = 0;
   core::Duration least_obtain_spacing = core::Duration::max();
@@ -72,21 +72,21 @@ struct N1Record {
   std::uint32_t virtual_rc_ignored = 0;
   std::uint32_t most_commands_per_s = 0;  ///< of one channel, in any second
   std::uint32_t losses = 0;               ///< of authority while the client had it
-  std::uint32_t control_after_loss = 0;   ///< control frames of a channel that came when authority was gone
-  core::Duration latest_after_loss{0};    ///< the longest after
+  std::uint32_t control_after_loss = 0;   ///< control frames of a channel that arrived after the loss of authority
+  core::Duration latest_after_loss{0};    ///< the longest time from the loss to such a frame
   std::uint32_t telemetry_packages = 0;
   std::uint32_t bad_commands = 0;  ///< wrong size, unknown, or a number that is not finite
 };
 
-/// An N1 autopilot as protocol, sections 4 to 8 and 11, has it, in front of a vehicle.
+/// An emulated N1 autopilot (protocol, sections 4 to 8 and 11) that controls a vehicle.
 ///
-/// Telemetry streams from the start in session 0, before activation. Acknowledgements are two bytes, stored per
-/// session, never executed twice. Control is asked for twice (3, then 2) and dropped when the switch leaves F, with a
-/// push in session 0. Virtual RC ends one second after its last data; its data are told from its switch by length.
-/// Movement without control is ignored. What the wire's reference (protocol, section 11) marks as inferred is stated at
-/// its place.
+/// Telemetry streams from the start in session 0, before activation. Acknowledgements have two bytes and are stored per
+/// session; no command is executed twice. Control has to be requested twice (3, then 2) and is dropped when the switch
+/// leaves F, with a push in session 0. Virtual RC ends one second after its last data; its data are distinguished from
+/// its switch by their length. Movement without control is ignored. Inferred behaviour is marked (protocol, section
+/// 11).
 ///
-/// advance() handles what has arrived by then, in steps of 2.5 ms; call it as often as arrival times shall count.
+/// advance() handles the bytes that have arrived by then, in steps of 2.5 ms; call it as often as arrival times matter.
 /// No heap after construction, if no event sink is set.
 class N1Autopilot {
  public:
@@ -99,18 +99,18 @@ class N1Autopilot {
   N1Autopilot(hal::Uart& uart, VehiclePort& vehicle, const N1Config& config);
 
   void advance(core::TimePoint now);
-  /// When its clock ticked last and ticks next: up to the one the aircraft has moved, at the other it moves on.
+  /// The last and the next tick of its clock: the aircraft has moved up to the last, and moves again at the next.
   core::TimePoint ticked_at() const { return time_; }
   core::TimePoint ticks_next() const { return tick_time(ticks_ + 1); }
   void on_event(std::function<void(const N1Event&)> sink) { sink_ = std::move(sink); }
-  /// What becomes of each package of telemetry before it is sent; none: nothing.
+  /// Sets a function that changes each package of telemetry before it is sent; empty: no change.
   void on_telemetry(std::function<void(protocol::Telemetry&)> lie) { lie_ = std::move(lie); }
 
-  /// The same as a line of the script, now.
+  /// Has the same effect as a line of the script, immediately.
   void happen(N1Happening what, double value = 0.0, N1Asked asked = N1Asked::kAny);
   void happen(const N1ScriptLine& line);
   void set_mode(N1Mode mode) { happen(N1Happening::kMode, static_cast<char>(mode)); }
-  /// Where the pilot's own sticks rest; flown when nobody else commands.
+  /// Resting position of the pilot's own sticks; flown while no other command is in force.
   void set_pilot_sticks(const StickInput& sticks) {
     pilot_.set_resting(sticks);
     pilot_sticks_ = sticks;
@@ -120,18 +120,18 @@ class N1Autopilot {
   bool activated() const { return activated_; }
   bool client_in_control() const { return device_ == protocol::ControlDevice::kOnboardComputer; }
   bool virtual_rc_on() const { return virtual_rc_on_; }
-  /// The pilot flies by his own sticks: the controlling device is the transmitter, and no virtual one replaces it.
+  /// Whether the pilot's own sticks fly: the controlling device is the transmitter, and Virtual RC does not replace it.
   bool transmitter_in_control() const {
     return device_ == protocol::ControlDevice::kRemoteController && !virtual_rc_on_;
   }
-  /// Since when that is so; the latest time of all while it is not.
+  /// Since when the transmitter has control; the latest possible time while it has not.
   core::TimePoint transmitter_since() const { return transmitter_since_; }
   const protocol::ParserStats& parser_stats() const { return parser_.stats(); }
-  /// The script's word about the room's poses, which are no part of an autopilot.
+  /// Whether the script lets the room send poses, which are not part of an autopilot.
   bool pose_on() const { return pose_on_; }
-  /// Its lie: whoever sends poses for the room lets it pass over them. Null: none is told.
+  /// The active lie, which the sender of the room's poses has to apply to them; null: none.
   Liar* liar() { return liar_ ? &*liar_ : nullptr; }
-  /// From now on telemetry, and the room's poses, lie in this way; what on_telemetry was told before is over.
+  /// Starts a lie in telemetry and in the room's poses; replaces the function set by on_telemetry().
   void set_lie(const Lie& lie, double size) {
     liar_.emplace(lie, size);
     on_telemetry([this](protocol::Telemetry& telemetry) { liar_->tell(telemetry); });
@@ -154,7 +154,7 @@ class N1Autopilot {
   void step(core::Duration passed);
   void receive();
   void handle(const protocol::FrameView& frame);
-  /// The code to answer with.
+  /// @returns the code of the answer.
   std::uint16_t execute(const protocol::Command& command);
   void execute_unanswered(const protocol::Command& command, protocol::MessageId id);
   void answer(const protocol::FrameHeader& to, std::span<const std::byte> value, const protocol::Cipher* cipher,
@@ -172,7 +172,7 @@ class N1Autopilot {
   void switch_virtual_rc(const protocol::VirtualRcSwitch& wanted);
   void take_virtual_rc(const protocol::VirtualRcData& data);
   void take_movement(const protocol::Movement& movement);
-  /// @param obeyed the channel is the client's. @returns how many came within the last second.
+  /// @param obeyed whether the channel is the client's. @returns the number of frames within the last second.
   std::uint32_t note_control_frame(RateWatch& watch, bool obeyed);
 
   void note_loss(bool client_commanded);
@@ -185,9 +185,9 @@ class N1Autopilot {
   bool rc_in_f() const { return rc_on_ && mode_ == N1Mode::kF; }
   void command_vehicle();
   void watch_transmitter();
-  /// A task flies level, by the autopilot's own attitude hold [inferred]: whose sticks they are does not matter to it.
+  /// A task flies level, by the autopilot's own attitude hold [inferred], whoever has control of the sticks.
   MovementInput task_input();
-  /// One that goes on ends where the pilot, or nobody, has control [inferred].
+  /// Ends a task in progress if the pilot, or no device, has control [inferred].
   void end_task();
   void send_telemetry();
   protocol::Telemetry::Rc rc_item() const;
@@ -210,7 +210,7 @@ class N1Autopilot {
   N1Senses senses_;
   std::size_t next_line_ = 0;  ///< of the script
 
-  // What a restart forgets.
+  // State that a restart resets.
   std::int64_t booted_at_tick_ = 0;
   bool activated_ = false;
   protocol::ControlDevice device_ = protocol::ControlDevice::kRemoteController;
@@ -227,14 +227,14 @@ class N1Autopilot {
   bool task_open_ = false;
   bool task_done_ = false;
   std::uint8_t task_number_ = 0;
-  core::TimePoint landed_at_{};  ///< by a task; the epoch: not
+  core::TimePoint landed_at_{};  ///< when a task landed; the epoch: never
   std::uint16_t push_sequence_ = 0;
 
   // The world around it.
   N1Mode mode_;
   bool rc_on_ = true;
   bool ioc_ = false;
-  double tasks_ = 1.0;  ///< as N1Happening::kTasks has it
+  double tasks_ = 1.0;  ///< value of N1Happening::kTasks
   bool pose_on_ = true;
   std::optional<Liar> liar_;
   bool mobile_wants_control_ = false;
@@ -248,7 +248,7 @@ class N1Autopilot {
   std::uint16_t forced_activation_ = 0;
   std::uint32_t acks_to_lose_ = 0;
   N1Asked acks_to_lose_of_ = N1Asked::kAny;
-  /// To which request each session was answered last, for the stored answers.
+  /// The request that each session's stored answer belongs to.
   std::array<N1Asked, protocol::kSessionCount> asked_in_session_{};
   std::uint32_t acks_to_double_ = 0;
   core::Duration ack_delay_{0};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the autopilot is told without an answer: the two command channels.
+// Commands without an answer: the two command channels.
 #include <algorithm>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
@@ -23,7 +23,7 @@ std::uint32_t N1Autopilot::RateWatch::note(core::TimePoint now) {
 }
 
 void N1Autopilot::execute_unanswered(const protocol::Command& command, protocol::MessageId id) {
-  // Sets 0x04 and 0x05 are ignored before activation [inferred]; session 0 has no way to say so.
+  // Sets 0x04 and 0x05 are ignored before activation [inferred]; session 0 cannot report that.
   if (!activated_) {
     tell("ignored", protocol::name(id));
     return;
@@ -52,7 +52,7 @@ std::uint32_t N1Autopilot::note_control_frame(RateWatch& watch, bool obeyed) {
 void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
   tell("received", "vrc_switch", wanted.on ? 1.0 : 0.0);
   if (!wanted.on) {
-    virtual_rc_on_ = false;  // asked for, so no loss
+    virtual_rc_on_ = false;  // requested, so not a loss
     return;
   }
   ++record_.virtual_rc_on_requests;
@@ -64,7 +64,7 @@ void N1Autopilot::switch_virtual_rc(const protocol::VirtualRcSwitch& wanted) {
     }
   }
   last_on_ = time_;
-  if (!rc_in_f()) {  // [inferred]: leaving F ends it, so it cannot begin outside of F
+  if (!rc_in_f()) {  // [inferred]: leaving F ends Virtual RC, so it cannot begin outside of F
     tell("ignored", "vrc_switch");
     return;
   }

@@ -8,7 +8,7 @@
 namespace m100::sim {
 namespace {
 
-/// Codes above 5; 200 and 400 Hz are for newer aircraft (protocol, 4.3). The decoder takes them for "leave as it is".
+/// Codes above 5; 200 and 400 Hz are for newer aircraft (protocol, 4.3). The decoder treats them as "keep the rate".
 bool has_unknown_rate(const protocol::Message& message) {
   const auto items = message.value.first(std::min(message.value.size(), protocol::kTelemetryItemCount));
   return message.id == protocol::ids::kTelemetryFrequency &&
@@ -31,7 +31,7 @@ N1Asked asked_of(const protocol::Command& command, protocol::MessageId id) {
 
 void N1Autopilot::handle(const protocol::FrameView& frame) {
   if (frame.header.is_ack) {
-    return;  // to a push in a session, of which this autopilot makes none
+    return;  // the acknowledgement of a push in a session; this autopilot sends none
   }
   const protocol::AnswerSessions::Reception reception = sessions_.accept(frame.header);
   if (reception.verdict == protocol::AnswerSessions::Verdict::kRepeat) {
@@ -68,7 +68,7 @@ void N1Autopilot::handle(const protocol::FrameView& frame) {
 
 void N1Autopilot::refuse(const protocol::FrameHeader& header, const core::Expected<protocol::Message>& message) {
   ++record_.bad_commands;
-  // A key that is not ours makes a command that does not exist of every command; one that exists was deciphered.
+  // With a wrong key every command deciphers into an unknown one; a known command was deciphered correctly.
   const bool undecipherable =
       header.encrypted() && (!message || !message->has_id || protocol::find(message->id) == nullptr);
   tell("ignored", undecipherable ? "undecipherable" : "bad_command", header.session);
@@ -76,7 +76,7 @@ void N1Autopilot::refuse(const protocol::FrameHeader& header, const core::Expect
     return;
   }
   if (undecipherable) {
-    // Plain: the client's key is not ours, so it could not read an encrypted answer.
+    // Plain, because the client has another key and could not read an encrypted answer.
     answer(header, protocol::encode_ack(protocol::kAckKeyError), nullptr, N1Asked::kAny);
   } else if (message && message->has_id && message->id == protocol::ids::kTelemetryFrequency) {
     answer(header, protocol::encode_ack(1), config_.cipher, N1Asked::kSetRates);  // a code above 5
@@ -176,9 +176,9 @@ std::uint16_t N1Autopilot::control(bool obtain) {
   if (!obtain) {
     tell("received", "release_control");
     if (!rc_in_f()) {
-      return ack::kNotInModeF;  // the switch was faster (protocol, section 11, state 8)
+      return ack::kNotInModeF;  // the switch has already left F (protocol, section 11, state 8)
     }
-    asked_once_ = false;  // who gives back has to ask twice again
+    asked_once_ = false;  // after a release, control has to be requested twice again
     if (!client_in_control()) {
       return ack::kReleased;
     }
@@ -210,7 +210,7 @@ std::uint16_t N1Autopilot::control(bool obtain) {
     return ack::kObtained;
   }
   if (mobile_wants_control_) {
-    return ack::kObtaining;  // for as long as somebody else holds it
+    return ack::kObtaining;  // for as long as the app has control
   }
   asked_once_ = !asked_once_;
   if (asked_once_) {

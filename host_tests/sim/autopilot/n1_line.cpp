@@ -66,7 +66,7 @@ void N1Line::pump(core::TimePoint now) {
     return;
   }
   const core::Expected<std::size_t> taken = uart_.write(std::span(queue_).first(count));
-  // A real line does not wait for its listener: what nobody takes is gone.
+  // A real line does not wait for its receiver: bytes that are not taken are lost.
   const std::size_t gone = bytes_per_s_ > 0.0 || !taken ? count : *taken;
   queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(gone));
   out_.allowance -= static_cast<double>(gone);

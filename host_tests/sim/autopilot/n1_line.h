@@ -12,16 +12,16 @@
 
 namespace m100::sim {
 
-/// The emulated autopilot's end of the cable: frames go out one after the other at the line's rate and may be lost,
-/// doubled, held back or drowned in noise on the way, as a script asks. Allocates in the constructor only.
+/// The emulated autopilot's end of the cable: frames leave one after the other at the line's rate. A script can make
+/// frames be lost, duplicated, delayed or disturbed by noise. Allocates in the constructor only.
 class N1Line {
  public:
-  /// Longest wait of a frame in the autopilot's own transmit buffer; what would wait longer is not sent at all.
+  /// Size of the autopilot's own transmit buffer; a frame that does not fit is not sent.
   static constexpr std::size_t kBufferBytes = 2048;
   static constexpr std::size_t kLateFrames = 8;
   static constexpr std::size_t kFrameBytes = 256;
 
-  /// @param baud rate to pace both directions to; 0: the UART paces itself (the mock does), or nothing shall.
+  /// @param baud rate to pace both directions to; 0: no pacing, or the UART paces itself (as the mock does).
   N1Line(hal::Uart& uart, std::uint32_t baud, std::uint64_t seed);
 
   /// Share of frames lost, each way, from now on.
@@ -39,7 +39,7 @@ class N1Line {
   void pump(core::TimePoint now);
   /// Reads what the line rate allows by now.
   std::span<const std::byte> read(core::TimePoint now);
-  /// Forgets what has not left.
+  /// Discards the bytes that have not left.
   void clear();
 
  private:
@@ -49,7 +49,7 @@ class N1Line {
     std::size_t size = 0;
     std::array<std::byte, kFrameBytes> bytes{};
   };
-  /// Bytes that a line of this rate carries since it was asked last; a quiet line saves up one byte time only.
+  /// The bytes that a line of this rate can carry since the last call; an idle line saves up one byte time only.
   struct Meter {
     core::TimePoint last{};
     double allowance = 0.0;

@@ -9,14 +9,13 @@
 
 namespace m100::sim {
 
-/// A movement of one stick, as an experimenter asks a pilot for it. The stick leaves its resting place by `counts` and
-/// is back there afterwards.
+/// A movement of one stick in an experiment. The stick leaves its resting position by `counts` and returns afterwards.
 struct N1StickMove {
   enum class Stick : std::uint8_t { kRoll, kPitch, kThrottle, kYaw };
   enum class Shape : std::uint8_t {
-    kStep,     ///< there for `seconds`
+    kStep,     ///< deflected for `seconds`
     kDoublet,  ///< `seconds` to one side, as long to the other
-    k3211,     ///< 3, 2, 1, 1 times `seconds`, to either side in turn
+    k3211,     ///< 3, 2, 1, 1 times `seconds`, to alternating sides
     kChirp,    ///< a sine from `from_hz` to `to_hz` within `seconds`
   };
   Stick stick = Stick::kRoll;
@@ -27,29 +26,29 @@ struct N1StickMove {
   double to_hz = 0.0;
 
   double length_s() const;
-  /// Off the resting place, `t_s` after it began.
+  /// Deflection from the resting position, `t_s` after the movement began.
   double offset_counts(double t_s) const;
 };
 
-/// The pilot with his transmitter. He looks at the aircraft, brakes it, and holds the place where it stopped:
+/// The pilot with his transmitter. He sees the aircraft, brakes it, and holds the place where it stopped:
 ///
 ///   a_cmd = -2.0 v - 1.2 (p - p_stop) - 0.2 integral - a_air,   tilt = a_cmd / g, at most 25 degrees
 ///   climb = 1.0 (z_stop - z)
 ///
-/// a_air is what he feels of the wind (the specific force across the thrust, with a time constant of 0.3 s). He learnt
-/// his sticks on the measured aircraft; a plant with other scales is flown with those gains all the same. A stick that
-/// he is asked to move does that and nothing else until the movement is over; then he flies back to his place.
+/// a_air is his estimate of the wind's force (the specific force across the thrust, with a time constant of 0.3 s). His
+/// gains fit the measured aircraft and stay the same on a plant with other scales. During a scripted movement a stick
+/// does nothing else; afterwards he flies back to his place.
 class N1Pilot {
  public:
-  /// @param resting where his sticks rest when he does not fly: the aircraft's balancing point.
+  /// @param resting position of his sticks while he does not fly: the aircraft's balancing point.
   void set_resting(const StickInput& resting) { resting_ = resting; }
   const StickInput& resting() const { return resting_; }
 
-  /// His sticks after `step` more of flying. Begins anew after stop().
+  /// His sticks after a further `step` of flying. Starts from the present place after stop().
   StickInput fly(const VehicleState& state, core::Duration step);
-  /// From the next fly() on; what the stick did before is over.
+  /// Starts a movement at the next fly(); it replaces an earlier movement of the stick.
   void move(const N1StickMove& move) { moves_[static_cast<std::size_t>(move.stick)] = {.move = move}; }
-  /// Somebody else flies.
+  /// Ends his flying: another command is in force.
   void stop();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the autopilot says unasked: telemetry and other pushes, all in session 0.
+// Messages that the autopilot sends without a request: telemetry and other pushes, all in session 0.
 #include <cmath>
 
 #include "host_tests/sim/autopilot/n1_autopilot.h"
@@ -61,7 +61,7 @@ protocol::Telemetry::Rc N1Autopilot::rc_item() const {
           .pitch = rc_value(pilot_sticks_.pitch_vrc),
           .yaw = rc_value(pilot_sticks_.yaw_vrc),
           .throttle = rc_value(pilot_sticks_.throttle_vrc),
-          .mode = rc_mode(wanted_mode_),  // where the switch is, whether the autopilot looks at it or not
+          .mode = rc_mode(wanted_mode_),  // position of the switch, even if the autopilot ignores it
           .gear = kGearDown};
 }
 

@@ -41,10 +41,10 @@ N1Asked read_command(const std::string& text, long line) {
       return word.asked;
     }
   }
-  throw N1ScriptError(line, "no command '" + text + "' is acknowledged");
+  throw N1ScriptError(line, "'" + text + "' is not an acknowledged command");
 }
 
-/// The rest of a line whose word moves a stick.
+/// Reads the rest of a line that moves a stick.
 N1StickMove read_move(N1StickMove::Shape shape, std::istringstream& words, long line) {
   N1StickMove move{.shape = shape};
   std::string stick, more;
@@ -65,18 +65,18 @@ N1StickMove read_move(N1StickMove::Shape shape, std::istringstream& words, long 
   return move;
 }
 
-/// The rest of a line whose word is a lie.
+/// Reads the rest of a line that starts a lie.
 N1ScriptLine read_lie(core::TimePoint at, std::istringstream& words, long line) {
   std::string name, more;
   words >> name;
   const Lie* const lie = lie_of(name);
   if (lie == nullptr) {
-    throw N1ScriptError(line, "no lie '" + name + "' is known");
+    throw N1ScriptError(line, "unknown lie '" + name + "'");
   }
   double size = lie->size;
   const bool has_size = static_cast<bool>(words >> size);
   if ((has_size && lie->unit.empty()) || (!has_size && !words.eof()) || words >> more || !(std::abs(size) <= 1e4)) {
-    throw N1ScriptError(line, "expected: lie NAME, and a number where the lie has a size");
+    throw N1ScriptError(line, "expected: lie NAME, and a number if the lie has a size");
   }
   return {.at = at, .what = N1Happening::kLie, .value = has_size ? size : lie->size, .lie = lie};
 }
@@ -100,7 +100,7 @@ N1ScriptLine read_line(const std::string& text, long number) {
   double at_s = 0.0;
   std::string name;
   if (!(words >> at_s) || !(at_s >= 0.0 && at_s <= 1e6) || !(words >> name)) {
-    throw N1ScriptError(number, "expected: seconds, what happens, value");
+    throw N1ScriptError(number, "expected: SECONDS WORD, and the values that the word takes");
   }
   const core::TimePoint at{core::Duration{std::llround(at_s * 1e6)}};
   for (const N1StickWord& known : kN1StickWords) {
@@ -113,7 +113,7 @@ N1ScriptLine read_line(const std::string& text, long number) {
   }
   const auto form = std::find_if(kN1Forms.begin(), kN1Forms.end(), [&](const N1Form& one) { return one.name == name; });
   if (form == kN1Forms.end()) {
-    throw N1ScriptError(number, "unknown: '" + name + "'");
+    throw N1ScriptError(number, "unknown word '" + name + "'");
   }
   return read_form(*form, at, words, number);
 }
@@ -131,7 +131,7 @@ std::vector<N1ScriptLine> read_n1_script(const std::string& text) {
     }
     script.push_back(read_line(line, number));
     if (script.size() > 1 && script.back().at < script[script.size() - 2].at) {
-      throw N1ScriptError(number, "times must not fall");
+      throw N1ScriptError(number, "times must not decrease");
     }
   }
   return script;

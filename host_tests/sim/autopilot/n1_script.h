@@ -15,14 +15,14 @@
 
 namespace m100::sim {
 
-/// Things that happen to the emulated autopilot at stated times.
+/// Scripted events of the emulated autopilot, at stated times.
 enum class N1Happening : std::uint8_t {
   kMode,          ///< value: 'F', 'A' or 'P' of the real mode switch
   kRc,            ///< 1 on, 0 off: the remote controller
-  kTake,          ///< 'm' the mobile app takes control, 'r' it (or the pilot) ends that and the RC has it
-  kRestart,       ///< the autopilot reboots: everything forgotten, silent for two seconds
+  kTake,          ///< 'm': the mobile app takes control; 'r': the app (or the pilot) ends that, and the RC has control
+  kRestart,       ///< the autopilot reboots: its state is lost, and it is silent for two seconds
   kSilence,       ///< seconds without telemetry
-  kLoseAcks,      ///< the next n acknowledgements are lost, those of one command only where it is named
+  kLoseAcks,      ///< the next n acknowledgements are lost; if a command is named, only those of that command
   kDelayAcks,     ///< seconds by which acknowledgements are late from now on; 0 ends it
   kDoubleAcks,    ///< the next n acknowledgements are sent twice
   kNoise,         ///< bytes of noise towards the client
@@ -30,11 +30,11 @@ enum class N1Happening : std::uint8_t {
   kIoc,           ///< 1 on, 0 off: IOC mode
   kActivation,    ///< activation is answered with this code from now on
   kEndVirtualRc,  ///< Virtual RC ends without a reason given
-  kTasks,         ///< 0: take-off and landing are refused from now on; 2: accepted and not begun; 1: neither
-  kEndTask,       ///< the autopilot breaks off what it does of them
-  kPose,          ///< 0: no pose comes from the room from now on; 1: again
-  kStick,         ///< the pilot moves a stick
-  kLie,           ///< telemetry, or the room's poses, lie from now on
+  kTasks,    ///< take-off and landing, from now on: 0 refused; 2 accepted, not begun; 3 begun, never ended; 1 normal
+  kEndTask,  ///< the autopilot aborts its take-off or landing
+  kPose,     ///< 0: the room sends no poses from now on; 1: it sends them again
+  kStick,    ///< the pilot moves a stick
+  kLie,      ///< telemetry, or the room's poses, are false from now on
 };
 
 /// Commands whose acknowledgements can be lost by name.
@@ -74,7 +74,7 @@ struct N1ScriptLine {
   const Lie* lie = nullptr;       ///< of kLie; `value` is its size
 };
 
-/// A line of a script that cannot be read: its number and what is wrong with it.
+/// An invalid line of a script: its number and the error.
 class N1ScriptError : public std::runtime_error {
  public:
   N1ScriptError(long line, const std::string& what) : std::runtime_error(what), line_(line) {}
@@ -84,7 +84,7 @@ class N1ScriptError : public std::runtime_error {
   long line_;
 };
 
-/// Reads a script. One happening per line, `#` begins a comment, times in seconds and not falling:
+/// Reads a script. One event per line, `#` begins a comment, times in seconds, never decreasing:
 ///
 ///   12.5 mode A | F | P        20 take mobile | rc      25 restart            30 silence 0.6
 ///   30 lose_acks 2 [obtain_control]                     30 delay_acks 0.3     30 double_acks 2    30 noise 200
@@ -92,7 +92,7 @@ class N1ScriptError : public std::runtime_error {
 ///   40 end_virtual_rc         40 tasks off | stuck | endless | on
 ///   40 end_task               40 pose off | on
 ///
-/// and what the pilot does with roll, pitch, throttle or yaw while the sticks are his (counts from where they rest;
+/// the pilot's movements of roll, pitch, throttle or yaw while he has control (counts from the resting position;
 /// positive: right, forward, up, right):
 ///
 ///   50 stick roll 120 0.5              120 counts for 0.5 s
@@ -100,7 +100,7 @@ class N1ScriptError : public std::runtime_error {
 ///   55 3211 roll 150 0.3               3, 2, 1, 1 times 0.3 s, to either side in turn
 ///   60 chirp roll 100 0.4 2.5 8        a sine from 0.4 to 2.5 Hz within 8 s
 ///
-/// and a lie of a channel by its name (lies.h), with its size where another one than the usual is meant:
+/// and a lie of a channel by its name (lies.h), with a size if it differs from the default:
 ///
 ///   30 lie standing                    30 lie drift 0.1
 ///

@@ -13,7 +13,7 @@ constexpr double kHomeLongitude_rad = 8.5417 * std::numbers::pi / 180.0;
 constexpr double kHomeAltitude_m = 408.0;
 constexpr double kGravity_m_s2 = 9.8066;
 constexpr std::uint8_t kGoodGps = 5;
-// Of pitch_roll.csv and height.csv: stretches of zero last 0.5 and 1.8 s in the mean, drifting ones 0.4 and 2.9 s.
+// From pitch_roll.csv and height.csv: intervals at zero last 0.5 and 1.8 s in the mean, drifting ones 0.4 and 2.9 s.
 constexpr double kStretch_s = 1.2;
 constexpr double kVelocityWalk_m_s = 0.4;  // per root of a second
 constexpr double kBarometer_s = 30.0;
@@ -117,7 +117,7 @@ VehicleState N1Senses::sense(const VehicleState& truth, core::Duration passed) {
 void N1Senses::feel(VehicleState& believed) {
   believed.specific_force_b_m_s2 += offset_b_m_s2_;
   if (noise_.force_vibration_m_s2 > 0.0 && believed.motors_on) {
-    // The rotors turn far above 100 Hz: what sampling makes of them is white.
+    // The rotors turn far above 100 Hz, so sampling makes their vibration white.
     for (Eigen::Index i = 0; i < 3; ++i) {
       believed.specific_force_b_m_s2[i] += noise_.force_vibration_m_s2 * random_.normal();
     }

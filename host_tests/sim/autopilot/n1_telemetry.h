@@ -12,13 +12,13 @@
 
 namespace m100::sim {
 
-/// Standard deviations of what the autopilot reports about the true state.
+/// Standard deviations of the errors in the state that the autopilot reports.
 struct N1SensorNoise {
   double attitude_rad = 0.0;
   double rate_rad_s = 0.0;
   double force_m_s2 = 0.0;
   double velocity_m_s = 0.0;
-  // What its own estimates are like: see N1Senses.
+  // Errors of its own estimates: see N1Senses.
   double force_offset_m_s2 = 0.0;
   double force_vibration_m_s2 = 0.0;
   double velocity_zero_share = 0.0;
@@ -27,8 +27,8 @@ struct N1SensorNoise {
 
 using N1Rates = std::array<protocol::Rate, protocol::kTelemetryItemCount>;
 
-/// What DJI's assistant shows before anybody changed it: most items 50 Hz, magnetometer off, status 10 Hz, battery and
-/// control 1 Hz (protocol, 4.3).
+/// The default rates of DJI's assistant: most items 50 Hz, magnetometer off, status 10 Hz, battery and control 1 Hz
+/// (protocol, 4.3).
 inline constexpr N1Rates kAssistantRates{protocol::Rate::k50Hz, protocol::Rate::k50Hz, protocol::Rate::k50Hz,
                                          protocol::Rate::k50Hz, protocol::Rate::k50Hz, protocol::Rate::k50Hz,
                                          protocol::Rate::kOff,  protocol::Rate::k50Hz, protocol::Rate::k50Hz,
@@ -37,15 +37,15 @@ inline constexpr N1Rates kAssistantRates{protocol::Rate::k50Hz, protocol::Rate::
 /// Items that are due in the 100 Hz slot with this number. One package carries them all (protocol, 4.3).
 std::uint16_t due_items(const N1Rates& rates, std::uint64_t slot);
 
-/// What the autopilot believes of the aircraft's motion. It has no eyes: without GPS its horizontal velocity is its
-/// accelerometer's integral, which it sets to zero, leaves there, and takes up again; its height is a barometer's,
-/// which drifts and is set anew; its accelerometer has an offset from flight to flight and feels the rotors. As in the
-/// measured logs: stretches at zero and stretches that drift last about a second each, their length exponential, and
-/// the drift ends in one sample.
+/// The autopilot's own estimate of the aircraft's motion. Without GPS its horizontal velocity is the integral of its
+/// accelerometer, which is reset to zero, stays there, and starts again. Its height comes from a barometer, which
+/// drifts and is reset. Its accelerometer has an offset that differs between flights, and the vibration of the rotors.
+/// As in the measured logs, intervals at zero and intervals of drift last about a second each, with exponential length,
+/// and the drift ends in one sample.
 class N1Senses {
  public:
   N1Senses(const N1SensorNoise& noise, std::uint64_t seed);
-  /// @param passed since the call before. @returns the state as it is believed.
+  /// @param passed time since the previous call. @returns the estimated state.
   VehicleState sense(const VehicleState& truth, core::Duration passed);
 
  private:
@@ -65,8 +65,8 @@ class N1Senses {
   bool was_in_air_ = false;
 };
 
-/// The true state as the autopilot reports it: NED and FRD, acceleration raw in the body frame in g (so (0, 0, -1) at
-/// rest, as the ETH group saw it), position around a made-up home, DJI's numbers otherwise.
+/// The state as the autopilot reports it: NED and FRD, acceleration raw in the body frame in g (so (0, 0, -1) at rest,
+/// as the ETH group observed), position around an arbitrary home, otherwise DJI's units.
 /// @param ticks of the 400 Hz clock.
 protocol::Telemetry report(const VehicleState& state, std::uint32_t ticks, const N1SensorNoise& noise, Random& random);
 

@@ -7,7 +7,7 @@
 
 #include "host_tests/sim/autopilot/n1_script.h"
 
-// The words of a script for the emulated autopilot, as its reader and the reference page take them.
+// The words of a script for the emulated autopilot, for its reader and for the reference page.
 namespace m100::sim {
 
 struct N1Word {
@@ -25,7 +25,7 @@ struct N1Form {
   N1Happening what;
   std::span<const N1Word> words;  ///< empty: a number
   double low = 0.0;
-  double high = 0.0;  ///< low == high and no words: takes no value
+  double high = 0.0;  ///< low == high and no words: the form takes no value
   bool whole = false;
 };
 inline constexpr std::array kN1Forms{

@@ -21,7 +21,7 @@
 namespace m100::sim {
 namespace {
 
-constexpr int kPatience_ms = 60000;  // only against a hang: a busy machine must not decide
+constexpr int kPatience_ms = 60000;  // only against a hang: long enough for a busy machine
 constexpr std::size_t kControl = 0;
 constexpr std::size_t kAutopilot = 1;
 constexpr std::size_t kPose = 2;
@@ -39,7 +39,7 @@ int listen_at(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof(address.sun_path)) {
-    fail("temporary folder's name is too long: " + path);
+    fail("the name of the temporary folder is too long: " + path);
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
   const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -54,11 +54,11 @@ int listen_at(const std::string& path) {
 
 EmulatedBoard::EmulatedBoard(const std::string& image, const std::string& arguments) {
   if (!std::filesystem::exists(image)) {
-    fail("no image " + image);
+    fail("image not found: " + image);
   }
   std::string pattern = (std::filesystem::temp_directory_path() / "m100_board_XXXXXX").string();
   if (::mkdtemp(pattern.data()) == nullptr) {
-    fail("no temporary folder");
+    fail("cannot create a temporary folder");
   }
   folder_ = pattern;
   for (std::size_t port = 0; port < kPorts; ++port) {
@@ -146,7 +146,7 @@ void EmulatedBoard::bring_back(std::size_t port, std::uint32_t& so_far, std::uin
   receive(port, bytes.data(), bytes.size());
   so_far = total;
   if (to.write(bytes).value_or(0) != bytes.size()) {
-    fail("the simulated line has no room for what the board sent");
+    fail("the simulated line has no room for the board's bytes");
   }
 }
 
@@ -194,7 +194,7 @@ int EmulatedBoard::last_words(hal::LockstepOrder order, hal::Uart& autopilot) {
   order_last(order);
   const int status = wait_for_exit();
   std::array<std::byte, 1024> bytes{};
-  for (ssize_t count = 1; count > 0;) {  // what the emulator sent before it ended is still in the socket
+  for (ssize_t count = 1; count > 0;) {  // bytes that the emulator sent before it ended are still in the socket
     count = ::recv(socket_[kAutopilot], bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count > 0) {
       (void)autopilot.write(std::span(bytes).first(static_cast<std::size_t>(count)));

@@ -13,24 +13,24 @@
 
 namespace m100::sim {
 
-/// A flight image in QEMU (mps2-an500), led through time tick by tick: UART0 carries the steps of
+/// A flight image in QEMU (mps2-an500) whose time is driven tick by tick: UART0 carries the steps of
 /// hal/cortex_m/lockstep_message.h, UART1 the autopilot's link, UART2 the pose. The three are Unix sockets in a
-/// temporary folder; the emulator is ended with the object.
+/// temporary folder. The destructor ends the emulator.
 class EmulatedBoard {
  public:
-  /// Starts the emulator. @param arguments words for the image. Throws std::runtime_error where that fails.
+  /// Starts the emulator. @param arguments words for the image. @throws std::runtime_error if that fails.
   EmulatedBoard(const std::string& image, const std::string& arguments);
   ~EmulatedBoard();
   EmulatedBoard(const EmulatedBoard&) = delete;
   EmulatedBoard& operator=(const EmulatedBoard&) = delete;
 
-  /// One tick: what waits in the two ends goes to the board, and what it sends comes back into them. Throws
-  /// std::runtime_error if the board does not answer within ten seconds.
+  /// One tick: sends the waiting bytes of both ends to the board, and writes its bytes into them.
+  /// @throws std::runtime_error if the board does not answer within a minute.
   hal::LockstepReport step(core::TimePoint now, hal::LockstepOrder order, hal::Uart& autopilot, hal::Uart& pose);
 
   /// Tells the image to end. @returns its exit status, -1 if it did not end by itself.
   int end();
-  /// Lets an assertion fail in the image, or lets it hang; its last words go into the autopilot's line. @returns as
+  /// Makes an assertion fail in the image, or makes it hang; its last words go into the autopilot's line. @returns as
   /// end().
   int break_an_assertion(hal::Uart& autopilot) { return last_words(hal::LockstepOrder::kBreak, autopilot); }
   int hang(hal::Uart& autopilot) { return last_words(hal::LockstepOrder::kHang, autopilot); }

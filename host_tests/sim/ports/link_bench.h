@@ -12,8 +12,8 @@
 
 namespace m100::sim {
 
-/// The link program at one end of a mock cable, the emulated autopilot at the other, time in between. The client ticks
-/// every 10 ms, sends a neutral command whenever it may, and notes when the bytes of commands left.
+/// A test bench: the link program at one end of a mock cable, the emulated autopilot at the other, and a manual clock.
+/// The client ticks every 10 ms, sends a neutral command whenever it may, and records when commands left.
 class LinkBench {
  public:
   struct Options {
@@ -48,7 +48,7 @@ class LinkBench {
       tick();
     }
   }
-  /// @returns false: it did not come true in time.
+  /// @returns false: the condition did not become true in time.
   bool run_until(const std::function<bool()>& condition, core::Duration at_most) {
     for (const core::TimePoint end = clock.now() + at_most; clock.now() < end;) {
       tick();
@@ -61,7 +61,7 @@ class LinkBench {
   bool run_until(safety::Stage stage, core::Duration at_most = std::chrono::seconds(20)) {
     return run_until([&] { return link.authority().stage == stage; }, at_most);
   }
-  /// From nothing to control, as an operator does it.
+  /// Goes from start-up to control, as an operator does.
   bool take_control() {
     const bool ready = run_until(safety::Stage::kReady);
     link.request_control(clock.now());

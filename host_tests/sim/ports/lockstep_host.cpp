@@ -20,11 +20,11 @@
 namespace m100::sim {
 namespace {
 
-constexpr int kLook_ms = 50;          // at a program that does not go back to sleep
-constexpr int kPatience_looks = 400;  // then time goes on without it
+constexpr int kLook_ms = 50;          // interval of checks of a program that does not go back to sleep
+constexpr int kPatience_looks = 400;  // after this many checks time continues without it
 constexpr int kHelloPatience_ms = 1000;
 
-/// T: stopped, Z: ended and not yet waited for; 0: there is no such process.
+/// T: stopped, Z: zombie (ended, not yet waited for); 0: there is no such process.
 char process_state(pid_t process) {
   std::ifstream file("/proc/" + std::to_string(process) + "/stat");
   std::string text;
@@ -63,13 +63,13 @@ LockstepHost::End LockstepHost::add_end(const std::string& path) {
   return ends_.size() - 1;
 }
 
-/// The socket gets its name when it listens: who sees the name finds somebody there.
+/// The socket gets its name only when it listens, so that a program that sees the name can connect.
 void LockstepHost::listen(EndState& end) {
   const std::string unnamed = end.path + "~";
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (unnamed.size() >= sizeof(address.sun_path)) {
-    throw std::runtime_error(end.path + ": too long for the name of a socket");
+    throw std::runtime_error(end.path + ": too long for a socket name");
   }
   std::memcpy(address.sun_path, unnamed.c_str(), unnamed.size() + 1);
   ::unlink(unnamed.c_str());
@@ -82,8 +82,8 @@ void LockstepHost::listen(EndState& end) {
 
 void LockstepHost::hang_up(EndState& end) {
   if (end.descriptor >= 0) {
-    // A process that another thread is starting just now holds a copy of it until it runs its program; closing alone
-    // would let the far side hear of it then.
+    // A process that another thread is starting holds a copy of the descriptor until exec; with close() alone the peer
+    // would see the hang-up only then.
     ::shutdown(end.descriptor, SHUT_RDWR);
     ::close(end.descriptor);
   }
@@ -160,7 +160,7 @@ void LockstepHost::welcome(EndState& end) {
     }
     return;
   }
-  receive(end);  // who held it may have gone
+  receive(end);  // the present holder may have disconnected
   const auto granted = static_cast<std::uint8_t>(end.descriptor < 0);
   if (!send_all(descriptor, granted) || granted == 0) {
     ::close(descriptor);
@@ -248,7 +248,7 @@ void LockstepHost::wake(std::size_t index) {
 }
 
 void LockstepHost::await_newcomers() {
-  for (std::size_t i = 0; i < attendants_.size() && !stopped_; ++i) {  // others may come meanwhile
+  for (std::size_t i = 0; i < attendants_.size() && !stopped_; ++i) {  // others may connect meanwhile
     if (!attendants_[i].asleep && !attendants_[i].seen_stopped && attendants_[i].descriptor >= 0) {
       await_sleep(i);
     }

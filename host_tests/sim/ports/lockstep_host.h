@@ -15,17 +15,17 @@
 
 namespace m100::sim {
 
-/// The far side of hal/linux/simulated_port.h: sockets that programs open as serial ports, and the time they live in.
+/// The host side of hal/linux/simulated_port.h: sockets that programs open as serial ports, and their simulated time.
 ///
-/// Each socket is one end of a cable; who owns the host carries bytes from end to end, and may do with them what he
-/// likes. Time goes to the earliest deadline of the programs that attend, they are woken one after the other in the
-/// order in which they came, and nothing moves until each sleeps again: the same programs see the same bytes at the
-/// same times, however busy the machine is. A program that ended is not waited for, nor is one that is suspended (told
-/// so, or seen by its state in /proc). From one thread, but for stop().
+/// Each socket is one end of a cable. The owner of the host carries bytes from end to end, and may change them. The
+/// host advances time to the earliest deadline of the attached programs, wakes them one after the other in the order in
+/// which they connected, and waits until each sleeps again. The same programs therefore see the same bytes at the same
+/// times, however busy the machine is. The host does not wait for a program that ended or is suspended (by suspend(),
+/// or by its state in /proc). Use it from one thread, except stop().
 class LockstepHost {
  public:
   using End = std::size_t;
-  /// Bytes that wait for a program that does not read; what comes beyond is lost, as in a driver's buffer.
+  /// Bytes that wait for a program that does not read; further bytes are lost, as in a driver's buffer.
   static constexpr std::size_t kWaitingBytes = 4096;
 
   LockstepHost() = default;
@@ -35,30 +35,30 @@ class LockstepHost {
 
   /// Makes a socket. @throws std::runtime_error
   End add_end(const std::string& path);
-  /// The adapter is pulled out: who holds the end sees it hang up, and it cannot be opened.
+  /// Unplugs the adapter: the program that holds the end sees a hang-up, and the end cannot be opened.
   void unplug(End end);
   void plug_in(End end);
   bool connected(End end) const { return ends_[end].descriptor >= 0; }
-  /// The rate that the program at the end set; 0: nobody is there.
+  /// The baud rate that the program at the end has set; 0: no program is connected.
   std::uint32_t baud(End end) const { return ends_[end].baud; }
 
-  /// What the program at the end wrote since the call before.
+  /// The bytes that the program at the end has written since the previous call.
   std::vector<std::byte> take(End end);
-  /// Bytes for the program at the end; it has them when it wakes next.
+  /// Bytes for the program at the end; it can read them when it wakes next.
   void give(End end, std::span<const std::byte> bytes);
 
   core::TimePoint now() const { return now_; }
-  /// Lets time pass to the earliest deadline, at most to `until`, and wakes whose deadline it is.
+  /// Advances time to the earliest deadline, at most to `until`, and wakes the programs with that deadline.
   void advance(core::TimePoint until);
-  /// Time stands still until the condition holds. @returns false: it did not within so many real seconds.
+  /// Stops time until the condition holds. @returns false: it did not hold within so many real seconds.
   bool wait_for(const std::function<bool()>& condition, double at_most_s);
-  /// How many processes attend, and whether this one does.
+  /// How many processes are attached, and whether this one is.
   std::size_t attendants() const { return attendants_.size(); }
   bool attends(pid_t process) const;
-  /// Time passes without this process until it is resumed; it then finds itself late.
+  /// Advances time without this process until it is resumed; it is then late.
   void suspend(pid_t process);
   void resume(pid_t process);
-  /// Lets every call return soon. From any thread, or a signal handler.
+  /// Makes every call return soon. From any thread, or a signal handler.
   void stop() { stopped_ = true; }
   bool stopped() const { return stopped_; }
 

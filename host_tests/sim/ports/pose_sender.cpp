@@ -10,7 +10,7 @@
 namespace m100::sim {
 namespace {
 
-/// System 1, component MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY: where poses come from.
+/// The sender of poses: system 1, component MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY.
 constexpr mavlink::Address kSource{.system = 1, .component = 197};
 constexpr std::int64_t kNsPerUs = 1000;
 constexpr std::int64_t kByte_ns = 10 * std::int64_t{1000000000} / 115200;  // as hal::UartPair counts it
@@ -71,7 +71,7 @@ void PoseSender::step(core::TimePoint now, const Vehicle& vehicle, core::TimePoi
     if (const auto passed = send(encode(message, kSource, frames_++).bytes(), now)) {
       on_line_.push_back({*passed, sample->captured});
     }
-    static_cast<void>(newest_captured(now));  // what has passed is forgotten, whether somebody asks or not
+    static_cast<void>(newest_captured(now));  // removes the poses that have passed, so that the list stays short
   }
 }
 

@@ -13,35 +13,35 @@
 
 namespace m100::sim {
 
-/// The motion capture beside the autopilot: what `m100 fly --pose-port` reads by default, on a line of its own.
-/// ATT_POS_MOCAP without its covariance, 48 bytes a pose; it answers TIMESYNC where the plant says so.
+/// Sends the poses of the motion capture on its own line, in the default format of `m100 fly --pose-port`:
+/// ATT_POS_MOCAP without its covariance, 48 bytes per pose. It answers TIMESYNC if the plant says so.
 class PoseSender {
  public:
   PoseSender(hal::Uart& uart, const Plant& plant, std::uint64_t seed) : uart_(uart), source_(plant.pose, seed) {}
 
-  /// Sends what has arrived by now. A line that is full loses it.
-  /// @param moved_at until when the aircraft has moved.
+  /// Sends the poses that have arrived by now. A full line loses them.
+  /// @param moved_at the time up to which the aircraft has moved.
   void step(core::TimePoint now, const Vehicle& vehicle, core::TimePoint moved_at);
-  /// Earlier than this there is nothing to do.
+  /// Time of the next event of the pose source.
   core::TimePoint next_event() const { return source_.next_event(); }
   PoseSource& source() { return source_; }
-  /// When the newest of all poses was taken whose last byte has passed the line by now; at first: when our clock began.
+  /// Time of capture of the newest pose whose last byte has passed the line by now; initially the start of our clock.
   core::TimePoint newest_captured(core::TimePoint now);
 
  private:
-  /// A pose on the line, which is full at 240 poses a second: they wait for each other.
+  /// A pose on the line. The line is full at 240 poses a second, so poses wait for each other.
   struct OnLine {
     core::TimePoint passed{};
     core::TimePoint captured{};
   };
-  /// A question on its way to the source, and back as its answer.
+  /// A time request on its way to the source, or its answer on the way back.
   struct Question {
     std::int64_t ts1 = 0;
     core::TimePoint heard{};
     core::TimePoint answered{};
   };
   void answer_questions(core::TimePoint now);
-  /// @returns when the last of these bytes has passed; nothing: not all of them fitted.
+  /// @returns the time at which the last of these bytes has passed; nothing: not all of them fitted.
   std::optional<core::TimePoint> send(std::span<const std::byte> bytes, core::TimePoint now);
 
   hal::Uart& uart_;

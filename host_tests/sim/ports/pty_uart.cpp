@@ -65,7 +65,7 @@ PtyUart::PtyUart(std::string link, std::uint32_t baud) : link_(std::move(link)),
 
 PtyUart::~PtyUart() {
   std::error_code error;
-  if (std::filesystem::read_symlink(link_, error) == ptsname(master_)) {  // not another's that came after us
+  if (std::filesystem::read_symlink(link_, error) == ptsname(master_)) {  // another program may have replaced it
     std::filesystem::remove(link_, error);
   }
   ::close(slave_);
@@ -97,7 +97,7 @@ core::Expected<std::size_t> PtyUart::read(std::span<std::byte> destination) {
   const std::vector<std::byte> heard =
       hal::received_at(destination.first(static_cast<std::size_t>(count)), clients, baud_);
   const std::size_t kept =
-      std::min(heard.size(), destination.size());  // a faster reader sees more bytes than were sent
+      std::min(heard.size(), destination.size());  // a faster receiver sees more bytes than were sent
   std::copy_n(heard.begin(), kept, destination.begin());
   return kept;
 }
@@ -106,7 +106,7 @@ core::Expected<std::size_t> PtyUart::write(std::span<const std::byte> source) {
   const std::uint32_t clients = clients_baud();
   if (rates_differ(clients)) {
     const std::vector<std::byte> heard = hal::received_at(source, baud_, clients);
-    (void)!::write(master_, heard.data(), heard.size());  // what the line garbled is gone, taken or not
+    (void)!::write(master_, heard.data(), heard.size());  // re-sampled bytes are lost if they do not fit
     return source.size();
   }
   const ssize_t count = ::write(master_, source.data(), source.size());

@@ -8,17 +8,16 @@
 
 namespace m100::sim {
 
-/// The autopilot's end of a pseudo-terminal; a client opens the other end by the name of a symbolic link as if it were
-/// a serial port. The line is raw before the client comes, so nothing is echoed or translated. Not paced: that is
-/// N1Line's.
+/// The autopilot's end of a pseudo-terminal. A client opens the other end by the name of a symbolic link, like a serial
+/// port. The line is raw before the client opens it, so nothing is echoed or translated. N1Line does the pacing.
 ///
-/// A pseudo-terminal carries bytes, not bits, but it knows the rate that its client asked for: where that differs from
-/// ours, both directions are re-sampled as two UARTs at different rates would read each other.
+/// A pseudo-terminal carries bytes, not bits, but it knows the rate that its client has set. If that differs from ours,
+/// both directions are re-sampled as two UARTs at different rates would read each other.
 class PtyUart final : public hal::Uart {
  public:
   /// @throws std::runtime_error: no pseudo-terminal, or the link cannot be made. An existing symbolic link is replaced;
   /// anything else of that name is not.
-  /// @param baud our own rate; 0: none, nothing is ever garbled.
+  /// @param baud our own rate; 0: none, bytes are never re-sampled.
   explicit PtyUart(std::string link, std::uint32_t baud = 0);
   ~PtyUart();
 
@@ -34,7 +33,7 @@ class PtyUart final : public hal::Uart {
   std::string link_;
   std::uint32_t baud_;
   int master_ = -1;
-  int slave_ = -1;  ///< kept open, so that a client who leaves does not hang up the line
+  int slave_ = -1;  ///< kept open, so that a client that closes its end does not hang up the line
 };
 
 }  // namespace m100::sim

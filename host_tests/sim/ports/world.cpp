@@ -11,7 +11,7 @@ constexpr std::uint32_t kPoseBaud = 115200;
 
 N1Config n1_config(const Plant& plant, const WorldOptions& options) {
   N1Config config = options.autopilot;
-  config.baud = 0;  // the mock line keeps the time
+  config.baud = 0;  // the mock line does the pacing
   config.seed = options.seed;
   config.noise = noise_of(plant.sensors);
   config.clock_drift_ppm = plant.link.clock_drift_ppm;

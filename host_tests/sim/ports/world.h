@@ -19,14 +19,14 @@ struct WorldOptions {
   N1Config autopilot{};  ///< baud, seed and noise are taken from the plant and the seed
 };
 
-/// What the plant says of the autopilot's sensors, in its own words.
+/// The plant's sensor errors as parameters of the autopilot.
 N1SensorNoise noise_of(const Sensors& sensors);
 
-/// Everything outside the companion computer: aircraft, wind, autopilot behind one cable, motion capture behind the
-/// other, and the clock they share. The program under test holds the two near ends and is called by whoever flies.
+/// Everything outside the companion computer: aircraft, wind, the autopilot on one cable, motion capture on the other,
+/// and their common clock. The program under test has the two near ends.
 ///
 /// A pilot holds the aircraft at the balancing point of its sticks until the program takes over, as before the paper's
-/// experiments. Same plant, same options, same calls: same flight, bit for bit.
+/// experiments. The same plant, options and calls give the same flight, bit for bit.
 class World {
  public:
   World(const Plant& plant, const WorldOptions& options);
@@ -37,16 +37,16 @@ class World {
   hal::Uart& pose_uart() { return pose_line_.a(); }
   core::TimePoint now() { return clock_.now(); }
 
-  /// Lets time pass: in steps of the autopilot's 400 Hz, and to each moment in which a pose is taken or arrives.
+  /// Advances time in steps of the autopilot's 400 Hz, and to each capture and arrival of a pose.
   void advance(core::Duration step);
 
-  /// From now on the channel of this lie tells it.
+  /// Starts this lie in its channel.
   void lie(const Lie& lie, double size);
 
   Vehicle& vehicle() { return vehicle_; }
   N1Autopilot& autopilot() { return autopilot_; }
   PoseSource& pose_source() { return pose_sender_.source(); }
-  /// When the newest pose was taken that has come over the line by now.
+  /// Time of capture of the newest pose that has passed the line by now.
   core::TimePoint newest_pose_captured() { return pose_sender_.newest_captured(clock_.now()); }
   hal::UartPair& autopilot_line() { return autopilot_line_; }
   hal::UartPair& pose_line() { return pose_line_; }

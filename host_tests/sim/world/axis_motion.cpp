@@ -8,7 +8,7 @@ namespace m100::sim {
 namespace {
 
 constexpr double kCentre_vrc = 1024.0;
-constexpr double kStickPeriod_s = 0.01;  // only the slew of a command would depend on it, and here it is no effect
+constexpr double kStickPeriod_s = 0.01;  // only the slew of a command would depend on it, and it is not used here
 
 }  // namespace
 
@@ -19,7 +19,7 @@ AxisMotion::AxisMotion(const model::StickAxis& axis, double extra_delay_s)
       delay_s_(axis.transport_delay_s + extra_delay_s),
       stick_counts_(axis.trim_counts) {
   law_.rest_at(axis.trim_counts);
-  past_[0].value = axis.trim_counts;  // before the first command the aircraft stands balanced
+  past_[0].value = axis.trim_counts;  // before the first command the aircraft is trimmed
 }
 
 void AxisMotion::remember(double value, bool direct) {

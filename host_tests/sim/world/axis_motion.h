@@ -8,9 +8,9 @@
 
 namespace m100::sim {
 
-/// One axis of the autopilot in motion, from stick counts to angle (or rate, or climb speed). What the stick commands
-/// is model::StickLaw, shared with identification; delay and dynamics are integrated here, in steps of their own.
-/// Order: memory of the stick, delay | the rest of the law, other axis, saturation | dynamics, lead zero, rate limit.
+/// The dynamics of one axis of the autopilot, from stick counts to angle (or rate, or climb speed). The command of the
+/// stick comes from model::StickLaw, shared with identification; delay and dynamics are integrated here, separately.
+/// Order: memory of the stick, delay | rest of the law, other axis, saturation | dynamics, lead zero, rate limit.
 class AxisMotion {
  public:
   /// @param extra_delay_s of the command path, on top of the axis' own delay.
@@ -18,13 +18,13 @@ class AxisMotion {
 
   /// A stick in counts of the Virtual RC (centre 1024), in force from now on.
   void set_stick(double counts);
-  /// A command in the axis' own unit, past the stick's law (movement control): delay and dynamics still apply.
+  /// A command in the axis' own unit that bypasses the stick's law (movement control): delay and dynamics still apply.
   void set_direct(double command);
 
-  /// The axis is another one from now on; what it does goes on from where it is.
+  /// Replaces the parameters of the axis; its present motion continues.
   void become(const model::StickAxis& axis);
 
-  /// The law's answer to the input as it was a delay ago, before saturation: what crosses over to other axes.
+  /// The law's output for the delayed input, before saturation: the input of the coupling to other axes.
   double commanded() const;
   /// Integrates one step (at most 10 ms; midpoint rule) towards commanded() + added.
   /// @param authority factor on bandwidth, 1 for a fresh battery and no payload.
@@ -47,7 +47,7 @@ class AxisMotion {
   model::StickLaw<double> law_;
   double extra_delay_s_;
   double delay_s_;
-  double stick_counts_ = 0.0;  ///< the last, from neutral
+  double stick_counts_ = 0.0;  ///< the last stick, from neutral
   std::array<Input, kPast> past_{};
   std::size_t newest_ = 0;
   mutable std::size_t in_force_ = 0;  ///< index into past_ of the delayed input; only ever moves forward

@@ -2,7 +2,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/sim/world/plant_file.h"
 
-// What a plant file differs from: the measured plant, or that of a vehicle file.
+// The base of a plant file: the measured plant, or that of a vehicle file.
 namespace m100::sim {
 
 Plant plant_of(const model::Vehicle& vehicle) {

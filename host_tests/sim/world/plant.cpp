@@ -11,8 +11,8 @@ Plant measured_plant() {
   namespace paper = model::paper;
   Plant plant;
   // pitch_roll.csv, 12..55.5 s: second order, delay, dead zone and trim fitted by the simulation error of 2.5 s blocks
-  // (0.0071 rad roll, 0.0059 rad pitch remain). The trims of that flight were re-centred by its autopilot; the paper's
-  // balancing points stand for the aircraft that flew the experiments.
+  // (residual 0.0071 rad roll, 0.0059 rad pitch). The autopilot of that flight had re-centred its trims, so the paper's
+  // balancing points are used instead.
   plant.roll = {.scale_per_count = 9.23e-4,
                 .natural_frequency_rad_s = 9.26,
                 .damping_ratio = 0.703,
@@ -24,12 +24,11 @@ Plant measured_plant() {
                  .damping_ratio = 0.612,
                  .dead_zone_counts = 18.45,
                  .trim_counts = paper::kPitchBalance_vrc - paper::kNeutral_vrc};
-  // The yaw stick of both logs hardly moves: the paper's fit.
+  // The paper's fit, because the yaw stick of both logs hardly moves.
   plant.yaw_rate.scale_per_count = paper::kScaleYawRate_rad_s_per_count.experiment * paper::kYawRateFirst.gain;
   plant.yaw_rate.time_constant_s = paper::kYawRateFirst.time_constant_s;
   plant.yaw_rate.dead_zone_counts = paper::kYawRateDeadZone_vrc;
-  // height.csv, 4.5..64.5 s, fitted likewise (0.076 m/s remain). The authors' own program says 39.6 counts of dead
-  // zone.
+  // height.csv, 4.5..64.5 s, fitted likewise (residual 0.076 m/s). The authors' program has a dead zone of 39.6 counts.
   plant.climb.scale_per_count = 3.579e-3;
   plant.climb.natural_frequency_rad_s = 6.108;
   plant.climb.damping_ratio = 0.897;
@@ -47,7 +46,7 @@ Plant changed(Plant plant) {
 
 Plant with_fan(Plant plant) {
   constexpr double kSpeed_m_s = 0.5 * (model::paper::kFanWindLow_m_s + model::paper::kFanWindHigh_m_s);
-  constexpr double kJetTurbulence = 0.15;  // of the speed, a free jet several diameters from its fan
+  constexpr double kJetTurbulence = 0.15;  // share of the speed, for a free jet several diameters from its fan
   // Hover yaw RMS grows from 1.087 to 1.844 deg in the fan: sqrt(1.844^2 - 1.087^2) / 1.087 = 1.37 of the calm one.
   constexpr double kHeadingDisturbance = 1.37;
   // The steady tilts of the same table (see Air) give the direction: 0.175 deg of pitch, 0.930 deg of roll.

@@ -10,87 +10,86 @@
 
 namespace m100::sim {
 
-/// The air and what it does to the aircraft: every translation effect that the vehicle file has a key for and that is
-/// an outer force acts on the velocity relative to the air.
+/// The air and its effect on the aircraft. Every translation effect that is an outer force and has a key in the vehicle
+/// file acts on the velocity relative to the air.
 struct Air : model::TranslationNumbers {
   /// From the paper's results table, the only measured number there is. The fan's 11..11.5 m/s raise the hover tilt RMS
   /// from 0.392 / 0.618 to 1.044 / 0.697 deg, that is by 0.968 / 0.322 deg (roots of differences of squares). The jet's
   /// turbulence accounts for 0.27 deg of it on each axis (in this simulation), which leaves 0.930 / 0.175 deg of steady
-  /// tilt: g tan(0.946 deg) = 0.162 m/s^2 at 11.25 m/s. It is the drag of an aircraft partly inside a jet; a wide wind
-  /// pulls some ten times as hard (published rotor drag: 0.2..0.5 1/s), see the README.
+  /// tilt: g tan(0.946 deg) = 0.162 m/s^2 at 11.25 m/s. This is the drag of an aircraft partly inside a jet; the drag
+  /// in a wide wind is more than ten times as large (published rotor drag: 0.2..0.5 1/s), see the README.
   static constexpr double kMeasuredDrag_per_s = 0.0144;
   Air() { linear_drag_per_s = kMeasuredDrag_per_s; }
-  core::Vector<double, 3> wind_m_s = core::Vector<double, 3>::Zero();  ///< world, where the air goes to
+  core::Vector<double, 3> wind_m_s = core::Vector<double, 3>::Zero();  ///< velocity of the air, world frame
   double gust_m_s = 0.0;  ///< amplitude of a sine along the mean wind (along x in calm air)
   double gust_hz = 0.2;
   double turbulence_m_s = 0.0;       ///< standard deviation per axis
   double turbulence_length_m = 2.0;  ///< correlation time is length over mean speed (at least 1 m/s)
   /// Lift near the ground, as a multiple of Cheeseman and Bennett's: 1 / (1 - (R / 4z)^2) for a rotor of radius R.
   double ground_effect = 0.0;
-  // What still air and the autopilot leave while the sticks rest, measured on pitch_roll.csv and height.csv: coloured
-  // motion, not sensor noise. Yaw is that of a held heading: it wanders and comes back.
+  // Motion that remains in still air while the sticks rest, measured on pitch_roll.csv and height.csv: coloured motion,
+  // not sensor noise. Yaw is that of a held heading: it wanders and returns.
   double attitude_disturbance_rad = 0.004;
   double climb_disturbance_m_s = 0.05;
   double yaw_rate_disturbance_rad_s = 0.02;
 };
 
 struct Payload {
-  double mass_kg = 0.0;         ///< beyond the vehicle's own
-  double slung_length_m = 0.0;  ///< 0: bolted on; else it hangs on a cord of this length
+  double mass_kg = 0.0;         ///< in addition to the vehicle's own
+  double slung_length_m = 0.0;  ///< 0: bolted on; otherwise it hangs on a cord of this length
   double picked_up_at_s = 0.0;  ///< of the world's time
 };
 
-/// How the captures of a source of pose lie in time against our ticks.
+/// The phase of a pose source's captures relative to our ticks.
 enum class PosePhase : std::uint8_t {
   kRandom,  ///< anywhere within its period, drawn from the seed
-  kLocked,  ///< always at the same place of our tick: kinder than any real source
+  kLocked,  ///< always at the same phase of our tick: easier than any real source
 };
 
-/// What a source of pose says about the age of what it sends.
+/// What a pose source reports about the age of its poses.
 enum class ReportedAge : std::uint8_t {
-  kTrue,      ///< it stamps its captures, and answers when it is asked for its time
-  kConstant,  ///< the same, but it believes a pose to be reported_age_s old where latency_s is the truth: off by a
-              ///< constant
-  kNone,      ///< it stamps its captures by a clock that it tells nobody
+  kTrue,      ///< it stamps its captures, and answers requests for its time
+  kConstant,  ///< the same, but its poses seem reported_age_s old where latency_s is the truth: a constant error
+  kNone,      ///< it stamps its captures, but does not answer requests for its time
 };
 
-/// The source of pose, on a clock of its own.
+/// The pose source, on a clock of its own.
 struct PoseNumbers {
   double rate_hz = 100.0;
-  double latency_s = 0.020;      ///< capture to arrival, the part that is always there
-  double jitter_s = 0.0;         ///< on top, uniform from 0 to this, drawn for each pose: poses may overtake each other
-  double burst_s = 0.0;          ///< now and then nothing arrives for so long, then all at once
+  double latency_s = 0.020;      ///< capture to arrival, the constant part
+  double jitter_s = 0.0;         ///< added: uniform from 0 to this, drawn for each pose; poses may overtake each other
+  double burst_s = 0.0;          ///< at times nothing arrives for this long, then all poses at once
   double burst_per_s = 0.0;      ///< how often
   double clock_drift_ppm = 0.0;  ///< of its clock against ours; positive: its clock runs fast
   PosePhase phase = PosePhase::kRandom;
   ReportedAge reported_age = ReportedAge::kTrue;
   double reported_age_s = 0.020;
-  double sync_out_s = 0.0;   ///< what a question for its time takes to reach it, beyond the line
-  double sync_back_s = 0.0;  ///< and its answer to come back
+  double sync_out_s = 0.0;   ///< delay of a request for its time, in addition to the line
+  double sync_back_s = 0.0;  ///< delay of its answer
   double noise_m = 0.001;
   double noise_rad = 0.002;    ///< of the heading
   double quantum_m = 0.0;      ///< positions are multiples of it
-  double dropout_per_s = 0.0;  ///< how often the pose stops coming: what is captured then never arrives
-  double dropout_s = 0.1;      ///< for how long
+  double dropout_per_s = 0.0;  ///< rate of dropouts: poses captured during a dropout never arrive
+  double dropout_s = 0.1;      ///< duration of a dropout
 };
 
 struct Sensors {
   double attitude_noise_rad = 5e-5;
   double imu_rate_noise_rad_s = 0.003;
   double imu_acceleration_noise_m_s2 = 0.02;
-  // What the autopilot's own estimates are like, from pitch_roll.csv and height.csv (figures in sim/README.md).
+  // Errors of the autopilot's own estimates, from pitch_roll.csv and height.csv (figures in sim/README.md).
   double imu_offset_m_s2 = 0.2;       ///< of the specific force, drawn for each flight and axis
-  double imu_vibration_m_s2 = 0.1;    ///< of the specific force, by the rotors; root mean square
-  double velocity_zero_share = 0.45;  ///< of the time in which the horizontal velocity reads zero; 0: it is the truth
-  double height_drift_m = 0.3;        ///< of the barometer; it also jumps by as much now and then
+  double imu_vibration_m_s2 = 0.1;    ///< of the specific force, caused by the rotors; root mean square
+  double velocity_zero_share = 0.45;  ///< share of time in which the horizontal velocity reads zero; 0: true velocity
+  double height_drift_m = 0.3;        ///< of the barometer; it also jumps by about this much at times
 };
 
 struct Link {
   double baud = 921600.0;
   double clock_drift_ppm = 0.0;  ///< of the autopilot's clock against ours; positive: its clock runs fast
-  double adapter_s = 0.001;  ///< bytes are handed over in chunks, what has come by multiples of this (a latency timer)
+  double adapter_s = 0.001;  ///< received bytes are delivered in chunks, at multiples of this time (a latency timer)
   double command_delay_s = 0.010;  ///< from the autopilot's receiver to its attitude loop: one cycle of 100 Hz
-  double drop = 0.0;               ///< share of bytes that vanish
+  double drop = 0.0;               ///< share of bytes that are lost
   double bit_error_rate = 0.0;
 };
 
@@ -101,13 +100,13 @@ struct Battery {
 
 struct Plant;
 
-/// What becomes of a plant in mid-flight.
+/// A change of the plant in flight.
 struct Change {
   double at_s = 0.0;  ///< of the world's time
   std::vector<std::function<void(Plant&)>> steps{};
 };
 
-/// What the simulated world really is. Never shown to the controller or to identification.
+/// The true parameters of the simulated world. The controller and identification never see them.
 struct Plant {
   model::StickAxis roll;
   model::StickAxis pitch;
@@ -127,7 +126,7 @@ struct Plant {
 Plant changed(Plant plant);
 
 /// The plant as measured. Roll, pitch: identified from pitch_roll.csv; climb: from height.csv; yaw rate: the paper's
-/// fit (Table I, III-D.3, III-B.5); trim: III-B.3. Which number comes from where stands in the source.
+/// fit (Table I, III-D.3, III-B.5); trim: III-B.3. The source file states the origin of each number.
 Plant measured_plant();
 
 /// Adds the paper's fan (IV-C: 11..11.5 m/s at the hovering position; it stands in the south-east and pushes towards

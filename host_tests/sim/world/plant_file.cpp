@@ -21,7 +21,7 @@ class Reader {
  public:
   Reader(const toml::table& root, const std::string& file) : root_(root), file_(file) {}
 
-  /// The section's table, or nothing where the file has none.
+  /// The section's table, or null if the file has none.
   const toml::table* section(const std::string& name) {
     known_.insert(name);
     const toml::node_view<const toml::node> view = root_.at_path(name);
@@ -84,7 +84,7 @@ class Reader {
         continue;
       }
       if (pose != nullptr && pose->contains(name.key)) {
-        fail(*node, "sensors." + std::string(name.old), "is given as pose." + std::string(name.key) + " too");
+        fail(*node, "sensors." + std::string(name.old), "is also given as pose." + std::string(name.key));
       }
       number<PoseNumbers>("pose", name.key, *node, kPoseKeys, into, "sensors." + std::string(name.old));
     }
@@ -118,7 +118,7 @@ class Reader {
     }
   }
 
-  /// [change]: its time, and any key of an axis or of the air by its full name, quoted or as tables in tables.
+  /// [change]: its time, and any key of an axis or of the air by its full name, quoted or as nested tables.
   void change(Plant& plant) {
     const toml::table* const table = section("change");
     if (table == nullptr) {
@@ -176,7 +176,7 @@ class Reader {
     }
   }
 
-  /// What one line of [change] does. The number is checked now, on a plant of its own.
+  /// The change that one line of [change] makes. The number is checked now, on a separate plant.
   std::function<void(Plant&)> step_of(const std::string& name, const toml::node& node) const {
     const std::size_t dot = name.rfind('.');
     const std::string where = dot == std::string::npos ? "" : name.substr(0, dot);
@@ -194,7 +194,7 @@ class Reader {
     }
     const auto axis = kAxes.find(where);
     if (axis == kAxes.end()) {
-      fail(node, "change." + name, "is no key of an axis or of the air");
+      fail(node, "change." + name, "is not a key of an axis or of the air");
     }
     const auto member = axis->second.member;
     if (key == "dead_zone_shape") {
@@ -223,7 +223,7 @@ class Reader {
         return known.member;
       }
     }
-    return nullptr;  // number() has refused it
+    return nullptr;  // number() reports the error
   }
 
   core::Vector<double, 3> three_numbers(const toml::node& node, const std::string& key) const {
@@ -238,7 +238,7 @@ class Reader {
     return out;
   }
 
-  /// A key of an axis in its own section, or by its full name in that of another, quoted or as tables in tables.
+  /// A key of an axis in its own section, or by its full name in another section, quoted or as nested tables.
   static const toml::node* node_of(const toml::table& table, const std::string& axis, const std::string& key) {
     if (const toml::node* const own = table.get(key); own != nullptr) {
       return own;
@@ -248,8 +248,8 @@ class Reader {
     return quoted != nullptr ? quoted : table.at_path(full).node();
   }
 
-  /// What an axis needs to move at all. The error stands at the key that takes it away. @param table the axis's
-  /// section, or [change] with the axis's keys by their full names.
+  /// Requires that the axis has dynamics. The error names the key that removes them. @param table the axis's section,
+  /// or [change] with the axis's keys by their full names.
   void expect_an_order(const std::string& name, const toml::table& table, const model::StickAxis& axis) const {
     const auto refuse = [&](const std::string& key, const std::string& what, bool even_if_absent) {
       const toml::node* const node = node_of(table, name, key);
@@ -258,25 +258,25 @@ class Reader {
       }
     };
     if (!axis.is_identified()) {
-      refuse("natural_frequency_rad_s", "0 leaves the axis neither order: give time_constant_s instead", false);
-      refuse("time_constant_s", "0 leaves the axis neither order: give natural_frequency_rad_s instead", true);
+      refuse("natural_frequency_rad_s", "0 leaves the axis without dynamics: give time_constant_s instead", false);
+      refuse("time_constant_s", "0 leaves the axis without dynamics: give natural_frequency_rad_s instead", true);
     }
     if (axis.natural_frequency_rad_s > 0.0 && !(axis.damping_ratio > 0.0)) {
-      refuse("damping_ratio", "must be above 0 beside natural_frequency_rad_s", true);
+      refuse("damping_ratio", "must be above 0 together with natural_frequency_rad_s", true);
     }
     if (axis.natural_frequency_rad_s == 0.0 && axis.damping_ratio != 0.0) {
-      refuse("damping_ratio", "means nothing to a first order: give natural_frequency_rad_s too", false);
+      refuse("damping_ratio", "has no effect on a first order: give natural_frequency_rad_s too", false);
     }
   }
 
-  /// A second order where none was measured has no damping to keep: 1, which does not overshoot either.
+  /// A second order that replaces a measured first order has no measured damping: 1 is used, which does not overshoot.
   static void damp_what_was_first_order(model::StickAxis& axis, bool is_given) {
     if (!is_given && axis.damping_ratio == 0.0) {
       axis.damping_ratio = 1.0;
     }
   }
 
-  /// A time constant replaces the second order that an axis had, a natural frequency the first order.
+  /// A time constant replaces an axis's second order, a natural frequency its first order.
   void settle_order(const std::string& name, const toml::table& table, model::StickAxis& into) const {
     const auto given = [&table](const char* key) { return table[key].value<double>().value_or(0.0) != 0.0; };
     const bool first = given("time_constant_s");
@@ -321,7 +321,7 @@ class Reader {
     for (const NumberKey<T>& known : keys) {
       if (known.key == key) {
         const double value = in_range(node, full, known.low, known.high);
-        // Zero switches an effect off, also one whose number is then another, such as a gain of 1.
+        // Zero switches an effect off, also one whose neutral value is another number, such as a gain of 1.
         into.*known.member = value == 0.0 ? off(known, into) : value;
         return;
       }
@@ -367,7 +367,7 @@ Plant parse_plant(std::string_view text, const std::string& name, const Plant& b
     throw PlantFileError(name + ":" + std::to_string(wrong.line) + ": " + wrong.what());
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) {
-    throw PlantFileError(name + ": the file is empty; a comment makes it the base plant, on purpose");
+    throw PlantFileError(name + ": the file is empty; a file with only a comment selects the base plant");
   }
   Plant plant = base;
   Reader reader(root, name);

@@ -9,26 +9,25 @@
 
 namespace m100::sim {
 
-/// What is wrong with a plant file, in one line: "p.toml:3: 'air.wnid_m_s': unknown key".
+/// The error of a plant file in one line, such as "p.toml:3: 'air.wnid_m_s': unknown key".
 class PlantFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Reads a plant file (TOML): a list of differences from `base`. What is missing, section or key, is as there; a file
-/// of comments alone is the base itself. The axes have the keys and ranges of the vehicle file; zero switches an effect
-/// off; a time constant replaces the second order of an axis and a natural frequency its first, with a damping of 1
-/// where none is given and none was measured. Unknown sections and
-/// keys, wrong types and values out of range are errors.
+/// Reads a plant file (TOML): a list of differences from `base`. A missing section or key keeps the value of `base`; a
+/// file of comments alone is the base itself. The axes have the keys and ranges of the vehicle file; zero switches an
+/// effect off. A time constant replaces the second order of an axis, a natural frequency its first, with a damping of 1
+/// if none is given and none was measured. Unknown sections and keys, wrong types and values out of range are errors.
 Plant load_plant(const std::string& path, const Plant& base = measured_plant());
 /// The same from text; `name` stands for the file in messages.
 Plant parse_plant(std::string_view text, const std::string& name, const Plant& base = measured_plant());
 
-/// The plant that a vehicle file describes: all four axes with every key, mass, drag and thrust are the file's; air,
-/// source of pose, sensors and link are those of the measured plant.
+/// The plant that a vehicle file describes: all four axes with every key, mass, drag and thrust come from the file;
+/// air, pose source, sensors and link are those of the measured plant.
 Plant plant_of(const model::Vehicle& vehicle);
-/// The plant that plant files differ from: that of the vehicle file at `vehicle_path` (option --plant-from), or the
-/// measured one where the path is empty. Errors: companion::VehicleFileError.
+/// The base of plant files: the plant of the vehicle file at `vehicle_path` (option --plant-from), or the measured one
+/// if the path is empty. Errors: companion::VehicleFileError.
 Plant base_plant(const std::string& vehicle_path);
 /// The plant of a command line: plant file and --plant-from, either or both of them empty.
 Plant plant_of_options(const std::string& plant_path, const std::string& vehicle_path);

@@ -8,7 +8,7 @@
 #include "firmware/companion/files/vehicle_keys.h"
 #include "host_tests/sim/world/plant.h"
 
-// The keys of a plant file, section by section, beside those of the axes, which are the vehicle file's.
+// The keys of a plant file, section by section, without those of the axes, which are the vehicle file's.
 namespace m100::sim {
 
 using companion::NumberKey;
@@ -24,7 +24,7 @@ inline constexpr std::array kOwnAirKeys{
     NumberKey<Air>{"climb_disturbance_m_s", &Air::climb_disturbance_m_s, 0.0, 2.0},
     NumberKey<Air>{"yaw_rate_disturbance_rad_s", &Air::yaw_rate_disturbance_rad_s, 0.0, 2.0},
 };
-/// Those, and the numbers of every translation effect that the simulated world can contain.
+/// These keys, and the numbers of every translation effect that the simulated world can contain.
 inline const std::vector<NumberKey<Air>>& air_keys() {
   static const std::vector<NumberKey<Air>> kKeys = [] {
     std::vector<NumberKey<Air>> keys(kOwnAirKeys.begin(), kOwnAirKeys.end());
@@ -58,7 +58,7 @@ inline constexpr std::array kPoseKeys{
     NumberKey<PoseNumbers>{"dropout_per_s", &PoseNumbers::dropout_per_s, 0.0, 100.0},
     NumberKey<PoseNumbers>{"dropout_s", &PoseNumbers::dropout_s, 0.0, 10.0},
 };
-/// Keys of [sensors] that older files have for keys of [pose].
+/// Keys that older files have in [sensors], and their present names in [pose].
 struct OldName {
   std::string_view old;
   std::string_view key;

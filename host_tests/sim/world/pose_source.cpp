@@ -7,12 +7,12 @@
 namespace m100::sim {
 namespace {
 
-/// Of a locked source: it captures a quarter of our tick after it, as long as its rate is a multiple of ours.
+/// Of a locked source: it captures a quarter of a tick after our tick, if its rate is a multiple of ours.
 constexpr double kLockedPhase_s = 0.0025;
-/// A visitor who comes later than that has slept: nobody captured for him meanwhile.
+/// Captures that are overdue by more than this are skipped: the caller has slept.
 constexpr core::Duration kAsleep = std::chrono::milliseconds(100);
 
-/// When our clock showed zero.
+/// The sender's time when our clock showed zero.
 constexpr core::SenderTime kOrigin{core::SenderClock::duration{1763757191000000}};
 
 core::Duration duration_of(double seconds) { return core::Duration(std::llround(seconds * 1e6)); }
@@ -49,7 +49,7 @@ core::TimePoint PoseSource::arrival_of(core::TimePoint captured, double jitter) 
   return std::max(arrival, held_until_);
 }
 
-/// What a test wants to be wrong with it.
+/// Applies the faults that a test has set.
 void PoseSource::spoil(PoseSample& sample) {
   if (!faults_.frozen) {
     frozen_.reset();
@@ -87,7 +87,7 @@ void PoseSource::capture(core::TimePoint at, const VehicleState& truth, double y
   sample.yaw_rad += numbers_.noise_rad * random_.normal();
   const bool drops = random_.uniform() < numbers_.dropout_per_s / numbers_.rate_hz;
   const double jitter = random_.uniform();
-  if (drops && at >= back_) {  // what is hidden already is not hidden for longer
+  if (drops && at >= back_) {  // a dropout does not extend a running one
     back_ = at + duration_of(numbers_.dropout_s);
   }
   if (numbers_.reported_age == ReportedAge::kConstant) {

@@ -9,7 +9,7 @@
 namespace m100::sim {
 
 /// Seeded random numbers that are the same with every compiler and library (std::normal_distribution is not).
-/// SplitMix64; each consumer takes its own stream by name, so that one more draw here changes nothing there.
+/// SplitMix64. Each consumer takes its own stream by name, so that an additional draw does not change other consumers.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream) : state_(seed * 0x9E3779B97F4A7C15ULL + 0x1234567ULL) {
@@ -61,7 +61,7 @@ class ColouredNoise {
     return value_;
   }
   double value() const { return value_; }
-  /// Another noise from now on, which goes on from where it is.
+  /// Changes the parameters; the noise continues from its present value.
   void become(double sigma, double correlation_s) {
     sigma_ = sigma;
     correlation_s_ = correlation_s;
@@ -73,7 +73,7 @@ class ColouredNoise {
   double value_ = 0.0;
 };
 
-/// A quantity that is held but wanders: damping 0.5, stated natural frequency, driven by white noise so that its
+/// A held quantity that wanders: damping 0.5, stated natural frequency, driven by white noise so that its
 /// standard deviation is sigma and that of its rate sigma times the frequency. Smooth: its rate exists.
 class Wander {
  public:

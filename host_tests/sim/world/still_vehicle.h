@@ -7,7 +7,7 @@
 
 namespace m100::sim {
 
-/// A vehicle that hovers whatever it is told, and remembers what that was: for tests of the link.
+/// A vehicle that hovers whatever its command is, and stores the last command: for tests of the link.
 class StillVehicle final : public VehiclePort {
  public:
   StillVehicle() {

@@ -15,7 +15,7 @@ constexpr double kHeadingWander_rad_s = 4.0;
 constexpr double kBatteryLife_s = 840.0;  // 14 minutes (paper, IV-A)
 constexpr double kCordDamping_per_s = 0.1;
 constexpr double kRotorRadius_m = 0.1651;  // 13 inches across
-constexpr double kHeightLoop_s = 0.1;      // until the autopilot's thrust has taken up a change of lift
+constexpr double kHeightLoop_s = 0.1;      // until the autopilot's thrust has compensated a change of lift
 constexpr double kHeightRecovers_s = 0.3;  // of the climb speed that was lost meanwhile
 constexpr double kLowestRotor_m = 0.15;    // the rotors stand above the feet
 const core::Vector<double, 3> kUp(0.0, 0.0, 1.0);
@@ -128,7 +128,7 @@ void Vehicle::change_when_due() {
 
 double Vehicle::climb_offset_m_s(double step_s) {
   const double carried = carried_kg();
-  if (carried != carried_before_kg_) {  // the weight falls until the thrust has followed
+  if (carried != carried_before_kg_) {  // the aircraft sinks until the thrust has followed
     sag_m_s_ -= kHeightLoop_s * model::kGravity_m_s2 * (carried - carried_before_kg_) / (plant_.mass_kg + carried);
     carried_before_kg_ = carried;
   }
@@ -163,7 +163,7 @@ void Vehicle::integrate(double step_s) {
   const core::Vector<double, 3> wind = wind_.advance(step_s);
   const core::Vector<double, 3> air = aerodynamic_acceleration(wind);
   const double climb_before = state_.velocity_w_m_s.z();
-  // The autopilot's climb loop takes most of the vertical air force: what is left is the measured wander.
+  // The autopilot's climb loop compensates most of the vertical air force; the measured wander remains.
   const double climb = climb_.output() + climb_wander_.value() + climb_offset_m_s(step_s);
   const double lift_wanted = model::kGravity_m_s2 + std::clamp((climb - climb_before) / step_s, -6.0, 6.0);
   lift_m_s2_ = plant_.air.thrust_lag_s > 0.0
@@ -186,7 +186,7 @@ void Vehicle::integrate(double step_s) {
     hardest_touch_m_s_ = std::max(hardest_touch_m_s_, -state_.velocity_w_m_s.z());
     state_.position_w_m.z() = 0.0;
     state_.velocity_w_m_s.setZero();
-    acceleration.setZero();  // it stands: the ground carries it, and the loops below have nothing to accelerate
+    acceleration.setZero();  // the ground carries it
   }
   state_.in_air = state_.position_w_m.z() > 0.0;
   state_.battery_percent = std::max(0.0, plant_.battery.start_percent - 100.0 * time_s_ / kBatteryLife_s);

@@ -13,14 +13,14 @@ namespace m100::sim {
 
 /// The aircraft near hover, in three dimensions. World NWU, body FLU, SI.
 ///
-///   roll, pitch       follow their sticks (AxisMotion), plus what the air leaves as coloured motion
+///   roll, pitch       follow their sticks (AxisMotion), plus coloured motion caused by the air
 ///   yaw' = yaw rate   follows its stick; a held heading wanders as a damped oscillator driven by noise (Wander)
 ///   z'   = climb      follows its stick; the autopilot holds height by itself
 ///   horizontally      v' = T/m b3 + air(v - wind) [+ pull of a slung load], where the autopilot compensates thrust for
 ///                     tilt (paper, III-B.2): T/m = (g + z'') / (cos roll cos pitch)
-///   slung load        a pendulum, small angles, seen as one more horizontal acceleration
+///   slung load        a pendulum, small angles, modelled as an additional horizontal acceleration
 /// The attitude loops weaken with payload (bandwidth by the square root of the mass ratio) and with the battery.
-/// The ground is at z = 0; the aircraft stands on it, and the fastest touch is remembered.
+/// The ground is at z = 0; the aircraft can stand on it, and the fastest touchdown is stored.
 class Vehicle final : public VehiclePort {
  public:
   Vehicle(const Plant& plant, std::uint64_t seed, const core::Vector<double, 3>& position_w_m, double yaw_rad = 0.0);
@@ -30,12 +30,12 @@ class Vehicle final : public VehiclePort {
   void advance(core::Duration step) override;
   const VehicleState& state() const override { return state_; }
 
-  /// Roll, pitch, yaw in rad: what state().rotation_wb was made of.
+  /// Roll, pitch, yaw in rad, from which state().rotation_wb was computed.
   const core::Euler<double>& attitude() const { return attitude_; }
   /// Fastest downward touch of the ground so far, m/s; 0: never touched.
   double hardest_touch_m_s() const { return hardest_touch_m_s_; }
 
-  /// Changes the world in flight (fault tests): mass on top of the plant's payload, and a factor on the bandwidth.
+  /// Changes the world in flight (fault tests): mass in addition to the plant's payload, and a factor on the bandwidth.
   void add_payload(double mass_kg) { plant_.payload.mass_kg += mass_kg; }
   void slow_actuators(double factor) { actuators_ = factor; }
 
@@ -43,9 +43,9 @@ class Vehicle final : public VehiclePort {
   void integrate(double step_s);
   void change_when_due();
   double carried_kg() const { return time_s_ >= plant_.payload.picked_up_at_s ? plant_.payload.mass_kg : 0.0; }
-  /// Bandwidth of the attitude loops, over that of a fresh battery and no payload.
+  /// Bandwidth of the attitude loops, relative to that with a fresh battery and no payload.
   double authority() const;
-  /// What payload and ground do to the climb speed that the autopilot holds.
+  /// Effect of payload and ground on the climb speed that the autopilot holds.
   double climb_offset_m_s(double step_s);
   core::Vector<double, 3> aerodynamic_acceleration(const core::Vector<double, 3>& wind) const;
   core::Vector<double, 3> swing(double step_s, const core::Vector<double, 3>& own);

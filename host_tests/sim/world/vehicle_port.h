@@ -9,21 +9,21 @@
 
 namespace m100::sim {
 
-/// What is true about the simulated aircraft, without sensor errors. World north-west-up, body forward-left-up, SI.
+/// True state of the simulated aircraft, without sensor errors. World north-west-up, body forward-left-up, SI.
 struct VehicleState {
   core::Vector<double, 3> position_w_m = core::Vector<double, 3>::Zero();
   core::Vector<double, 3> velocity_w_m_s = core::Vector<double, 3>::Zero();
   core::Quaternion<double> rotation_wb{};  ///< turns body vectors into world vectors
   core::Vector<double, 3> rate_b_rad_s = core::Vector<double, 3>::Zero();
-  /// What an accelerometer feels, body frame: (0, 0, +g) at rest.
+  /// Specific force of an ideal accelerometer, body frame: (0, 0, +g) at rest.
   core::Vector<double, 3> specific_force_b_m_s2 = core::Vector<double, 3>(0.0, 0.0, 9.8066);
   double battery_percent = 100.0;
   bool motors_on = false;
   bool in_air = false;
 };
 
-/// Stick positions as the autopilot's attitude loops get them, from the virtual or from the pilot's transmitter: counts
-/// 364..1684, centre 1024; right, forward, up, right (clockwise) are the larger numbers.
+/// Stick positions as the autopilot's attitude loops receive them, from the virtual or from the pilot's transmitter:
+/// counts 364..1684, centre 1024; right, forward, up, right (clockwise) are the larger numbers.
 struct StickInput {
   double roll_vrc = 1024.0;
   double pitch_vrc = 1024.0;
@@ -42,18 +42,18 @@ struct MovementInput {
 
 using VehicleInput = std::variant<StickInput, MovementInput>;
 
-/// The aircraft behind the emulated autopilot: attitude loops, airframe, wind. The autopilot decides who commands
-/// (pilot, virtual sticks, movement commands, nobody) and passes on the result; the vehicle flies it.
+/// The aircraft that the emulated autopilot controls: attitude loops, airframe, wind. The autopilot selects the command
+/// (pilot, virtual sticks, movement commands, none) and passes it on; the vehicle flies it.
 class VehiclePort {
  public:
   VehiclePort(const VehiclePort&) = delete;
   VehiclePort& operator=(const VehiclePort&) = delete;
 
-  /// The command in force from now on, until the next call. Centred sticks are "nobody commands": level, height held.
+  /// The command in force until the next call. Centred sticks mean "no command": level, height held.
   virtual void command(const VehicleInput& input) = 0;
   /// Motors by request (arm command, take-off task, stick gesture). Ignored by vehicles that are always in the air.
   virtual void set_motors(bool on) = 0;
-  /// Lets time pass: step > 0, not above 10 ms.
+  /// Advances time: step > 0, at most 10 ms.
   virtual void advance(core::Duration step) = 0;
   virtual const VehicleState& state() const = 0;
 

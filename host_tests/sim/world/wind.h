@@ -13,9 +13,9 @@ namespace m100::sim {
 class Wind {
  public:
   Wind(const Air& air, std::uint64_t seed);
-  /// Lets time pass. @returns the air's velocity at the end of the step.
+  /// Advances time. @returns the air's velocity at the end of the step.
   core::Vector<double, 3> advance(double step_s);
-  /// Another air from now on; its eddies go on from where they are.
+  /// Changes the parameters of the air; the turbulence continues from its present state.
   void become(const Air& air);
 
  private:
