@@ -18,7 +18,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// Every effect of the table that is added to a base model and that our vehicle can have.
+/// Every effect of the table that can be added to a base model and that our vehicle can have.
 Names axis_effects() {
   Names out;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
@@ -51,7 +51,7 @@ const std::vector<std::pair<std::string, std::string>> kTranslationPairs{{"stead
                                                                          {"time_offset", "steady_wind"},
                                                                          {"yaw_misalignment", "linear_drag"}};
 
-/// Names that are as good: the data of an axis alone cannot tell them apart.
+/// Names that count as equal, because the data of one axis cannot distinguish them.
 Names counting_for(const std::string& effect) {
   if (effect == "transport_delay" || effect == "lead_zero") {
     return effect == "lead_zero" ? Names{"lead_zero"} : Names{"transport_delay", "lead_zero"};
@@ -179,7 +179,7 @@ std::vector<Case> cases(std::size_t count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<Case> out;
   while (out.size() < count) {
-    // Every round holds every recipe once, in another order, so that a short run is a fair sample.
+    // Every round contains every recipe once, in another order, so that a short run is a fair sample.
     for (std::size_t k = all.size(); k-- > 1;) {
       std::swap(all[k], all[static_cast<std::size_t>(random() % (k + 1))]);
     }
@@ -247,7 +247,7 @@ std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads
 
 namespace {
 
-/// Of scores(): where an outcome is counted.
+/// The row of scores() in which an outcome is counted.
 std::size_t row_of(const Outcome& one) {
   if (one.asked.group == "none") {
     return 0;

@@ -10,7 +10,7 @@
 
 namespace m100::lab::hidden {
 
-/// One log to be analysed blind, and what an honest answer is.
+/// One log to be analysed without knowing its effect, and the expected answer.
 struct Case {
   FlightPlan plan;
   std::vector<std::string> declare;
@@ -29,24 +29,24 @@ struct Outcome {
   std::string verdict;
   std::string failure;     ///< an exception's text; empty: none
   bool right = false;      ///< every hidden effect named, nothing else named, verdict as expected
-  bool among_two = false;  ///< the same, a rival said to be not separable counting as named
+  bool among_two = false;  ///< the same, but a rival that is reported as not separable counts as named
   double before = 0.0;     ///< validation errors
   double after = 0.0;
   double elapsed_s = 0.0;
 };
 
-/// Cycles over: nothing hidden, every single effect in three sizes, pairs, and what is outside the library, for roll
-/// and translation, until there are `count`. The same seed gives the same list.
+/// Cycles over nothing hidden, every single effect in three sizes, pairs, and effects outside of the library, for roll
+/// and translation, until there are `count` cases. The same seed gives the same list.
 std::vector<Case> cases(std::size_t count, std::uint64_t seed);
 
 /// Flies, analyses (train 3 to 30 s, validation 30 to 44 s) and compares.
 Outcome analyse(const Case& asked);
 
-/// All of them on a few threads; `done` is called from the thread that finished, one at a time.
+/// Analyses all cases on a few threads; `done` is called from the thread that finished one, never from two at once.
 std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads,
                                  const std::function<void(const Outcome&, std::size_t)>& done);
 
-/// Shares of right answers, by the groups that the goals are stated for.
+/// Shares of right answers, for the groups that have goals.
 struct Score {
   std::string what;
   std::size_t right = 0;
@@ -56,7 +56,8 @@ struct Score {
 };
 std::vector<Score> scores(const std::vector<Outcome>& outcomes);
 
-/// Rows by what was hidden, columns by what was named first; the last column is "unexplained", before it "nothing".
+/// The confusion matrix: one row for each hidden effect, one column for each first name; the last two columns are
+/// "nothing" and "unexplained".
 std::string matrix_svg(const std::vector<Outcome>& outcomes);
 
 }  // namespace m100::lab::hidden

@@ -9,7 +9,7 @@
 
 namespace m100::lab::hidden {
 
-/// Random numbers of one flight; every seed a flight of its own.
+/// Random numbers of one flight; each seed gives another flight.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : engine_(seed * 0x9E3779B97F4A7C15ULL + 12345) {}
@@ -20,7 +20,7 @@ class Dice {
   std::mt19937_64 engine_;
 };
 
-/// First-order coloured noise with a given spread and memory.
+/// First-order coloured noise with a given standard deviation and correlation time.
 class Air {
  public:
   Air(double sigma, double memory_s)

@@ -20,7 +20,7 @@ constexpr int kStepsPerSample = 5;
 constexpr int kStepsPerStick = 10;
 constexpr double kG_m_s2 = 9.80665;
 
-/// A pilot's hand: doublets, 3-2-1-1, ramps and pauses, a little pull towards where the flight began.
+/// A pilot's hand: doublets, 3-2-1-1, ramps and pauses, with a small correction towards the starting point.
 class Hand {
  public:
   double stick(double now_s, double pull, Dice& dice) {
@@ -192,7 +192,7 @@ class Flight {
   void move() {
     const double heading_error = on_translation("yaw_misalignment");
     b3_ = body_z(roll_rad_, pitch_rad_, yaw_rad_ + heading_error);
-    // The height loop asks for what keeps the climb speed; the rotor gives it late and with a gain.
+    // The height loop commands the acceleration that keeps the climb speed; the rotor follows with a lag and a gain.
     const double wanted = kG_m_s2 + 4.0 * (climb_m_s_ - velocity_[2]) + thrust_trim_;
     thrust_trim_ += kStep_s * 3.0 * (climb_m_s_ - velocity_[2]);
     set_point_ = std::clamp(wanted / std::max(0.5, b3_[2]), 0.4 * kG_m_s2, 1.7 * kG_m_s2);
@@ -231,7 +231,7 @@ class Flight {
     for (std::size_t c = 0; c < 3; ++c) {
       f[c] -= on_translation("axial_inflow") * along * b3_[c];
     }
-    // Three parts in ten of it along the nose, all of it across.
+    // Three tenths of it along the nose, all of it across.
     const double slip = std::cos(yaw_rad_) * velocity_[1] - std::sin(yaw_rad_) * velocity_[0];
     const double body = on_translation("body_drag");
     f[0] -= body * (0.3 * velocity_[0] - 0.7 * slip * std::sin(yaw_rad_));
@@ -240,13 +240,13 @@ class Flight {
     f[0] += on_translation("periodic_wind") * line * std::cos(direction_);
     f[1] += on_translation("periodic_wind") * line * std::sin(direction_);
     swing(f);
-    // Outside any library: the push of a product of tilt and climb.
+    // Outside of any library: a force proportional to a product of b3 and velocity.
     f[0] += on_translation("product") * b3_[1] * velocity_[0];
     f[1] += on_translation("product") * b3_[0] * velocity_[1];
     return f;
   }
 
-  /// A load on a rope of 1.2 m, its mass as a share of the vehicle's: small-angle pendulum driven by the vehicle.
+  /// A load on a rope of 1.2 m, with its mass as a share of the vehicle's: small-angle pendulum driven by the vehicle.
   void swing(Three& f) {
     const double share = on_translation("slung_load");
     if (share <= 0.0) {
@@ -295,7 +295,7 @@ class Flight {
     }
   }
 
-  /// time_offset: attitude and thrust carry stamps that are too late (offset < 0) or too early.
+  /// time_offset: the time stamps of attitude and thrust are too late (offset < 0) or too early.
   void shift_attitude() {
     const int samples = static_cast<int>(std::lround(100.0 * on_translation("time_offset")));
     if (samples == 0) {

@@ -10,11 +10,11 @@
 
 namespace m100::lab::hidden {
 
-// Flights with something in them that the analyst is not told. The vehicle here is written for this purpose only and
-// shares no code with the identification: Euler steps of 2 ms, its own rotation, its own effects.
+// Flights with hidden effects. The vehicle here is written for this purpose only and shares no code with the
+// identification: Euler steps of 2 ms, its own rotation, its own effects.
 
-/// What is hidden, by name, and how big it is in its own unit. Names are those of the contract's effect table, and
-/// "sine", "slung_load", "dropout", "product" for what no library knows.
+/// Hidden effects by name, with their sizes in their own units. Names are those of the contract's effect table, and
+/// "sine", "slung_load", "dropout", "product" for effects that the library does not have.
 using Hidden = std::map<std::string, double>;
 
 struct FlightPlan {
@@ -30,11 +30,11 @@ struct FlightPlan {
 /// moves attitude by 4 mrad and acceleration by 0.05 m/s^2, coloured. Parameters of the vehicle vary with the seed.
 logs::FlightLog fly(const FlightPlan& plan);
 
-/// Whether this vehicle can have the effect at all.
+/// Whether this vehicle can have the effect.
 bool can_hide(const std::string& effect);
 
-/// Three sizes of an effect that it can have: 0 small, 1 medium, 2 large; the sign where there is one varies with the
-/// seed.
+/// The size of an effect that can_hide() accepts: 0 small, 1 medium, 2 large. The sign, where there is one, varies with
+/// the seed.
 double size_of(const std::string& effect, int size, std::uint64_t seed);
 
 }  // namespace m100::lab::hidden

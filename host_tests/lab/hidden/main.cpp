@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects: flies logs with hidden effects, analyses them blind, and counts the right answers.
+// hidden_effects: flies logs with hidden effects, analyses them without knowing the effects, and counts right answers.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -65,7 +65,7 @@ void print(const std::vector<Outcome>& outcomes, bool every_label) {
 }
 
 void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
-  plot::Page page("Hidden effects: what was there and what was named");
+  plot::Page page("Hidden effects: hidden and named");
   page.paragraph(std::to_string(outcomes.size()) +
                  " simulated logs of 45 s, made by a vehicle model that shares no code with the identification.");
   std::vector<std::vector<std::string>> rows{{"", "right", "logs", "share [%]", "goal [%]"}};
@@ -74,7 +74,7 @@ void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
                     plot::number(100 * score.share()), score.goal > 0 ? plot::number(100 * score.goal) : ""});
   }
   page.table(rows);
-  page.figure(matrix_svg(outcomes), "Single effects of all sizes; the first name given. Counts of logs.");
+  page.figure(matrix_svg(outcomes), "Single effects of all sizes, by the first name given. Numbers of logs.");
   page.write(file);
 }
 
@@ -83,7 +83,7 @@ void write_page(const std::string& file, const std::vector<Outcome>& outcomes) {
 
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
   using namespace m100::lab::hidden;
-  CLI::App app{"hidden_effects: a confusion matrix of the residual analysis on logs of its own"};
+  CLI::App app{"hidden_effects: a confusion matrix of the residual analysis on simulated logs with hidden effects"};
   std::size_t count = 600;
   std::uint64_t seed = 1;
   unsigned threads = 2;
@@ -92,14 +92,14 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   std::string report;
   std::string write;
   bool verbose = false;
-  app.add_option("--logs", count, "how many");
-  app.add_option("--seed", seed, "of the list");
-  app.add_option("--threads", threads, "at once");
-  app.add_option("--only", only, "cases whose label contains this");
-  app.add_option("--json", json, "every answer");
-  app.add_option("--report", report, "HTML page with table and matrix");
+  app.add_option("--logs", count, "number of logs");
+  app.add_option("--seed", seed, "seed of the list of cases");
+  app.add_option("--threads", threads, "number of threads");
+  app.add_option("--only", only, "run only the cases whose label contains this text");
+  app.add_option("--json", json, "file for all answers as JSON");
+  app.add_option("--report", report, "HTML page with the table and the matrix");
   app.add_option("--write", write, "folder for the logs as CSV with their column maps");
-  app.add_flag("--verbose", verbose, "wrong answers as they come");
+  app.add_flag("--verbose", verbose, "print each wrong answer at once");
   CLI11_PARSE(app, argc, argv);
   std::vector<Case> list = cases(count, seed);
   std::erase_if(list, [&](const Case& one) { return one.label.find(only) == std::string::npos; });

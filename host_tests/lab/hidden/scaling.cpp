@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_scaling: processor time and memory of one answer against the length of the log. Each log is analysed in a
-// process of its own, so that its memory is its own.
+// identify_scaling: processor time and memory of identify against the length of the log. Each log is analysed in a
+// separate process, so that its memory can be measured.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,15 +19,15 @@
 namespace m100::lab::hidden {
 namespace {
 
-constexpr double kMost_MB = 150.0;  // asked of an hour
+constexpr double kMost_MB = 150.0;  // limit for an hour
 
 struct Cost {
   double minutes = 0.0;
-  double seconds = 0.0;  ///< of processor time, log made and analysed
+  double seconds = 0.0;  ///< processor time of the analysis alone
   double megabytes = 0.0;
 };
 
-/// Makes a log with a hidden dead zone; with `analyse`, finds it: all candidates, intervals.
+/// Makes a log with a hidden dead zone; with `analyse` it also identifies it: all candidates, intervals.
 void work(double minutes, bool analyse) {
   FlightPlan plan;
   plan.axis = "roll";
@@ -68,7 +68,7 @@ double seconds(const rusage& used) {
 
 void write_page(const std::string& file, const std::vector<Cost>& costs) {
   plot::Page page("identify: processor time and memory against the length of the log");
-  page.paragraph("One stick axis, all candidates, intervals, a hidden dead zone to be found; one core.");
+  page.paragraph("One stick axis, all candidates, intervals; a dead zone is hidden and must be found; one core.");
   plot::Figure time{.title = "Processor time", .x_label = "log [min]", .y_label = "time [s]"};
   plot::Figure memory{.title = "Largest memory of the process", .x_label = "log [min]", .y_label = "memory [MB]"};
   time.lines.push_back({.name = "", .x = {}, .y = {}});
@@ -97,7 +97,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   CLI::App app{"identify_scaling: time and memory of identify against the length of the log"};
   std::vector<double> minutes{1, 2, 4, 8, 16, 30, 60};
   std::string report;
-  app.add_option("--minutes", minutes, "lengths of logs")->delimiter(',');
+  app.add_option("--minutes", minutes, "lengths of the logs [min], separated by commas")->delimiter(',');
   app.add_option("--report", report, "HTML page with the figure");
   CLI11_PARSE(app, argc, argv);
   std::vector<Cost> costs;
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   if (!report.empty()) {
     write_page(report, costs);
   }
-  // Linear: a minute of the longest log costs at most half as much again as the mean minute of the others.
+  // Test for linear cost: a minute of the longest log costs at most 1.5 times the mean minute of the others.
   double mean = 0.0;
   for (const Cost& cost : costs) {
     mean += cost.seconds / cost.minutes / static_cast<double>(costs.size());

@@ -15,13 +15,13 @@ namespace m100::lab::hidden {
 inline constexpr double kStep_s = 0.002;
 inline constexpr double kTravel_counts = 330.0;
 
-/// The stick's way through everything that can lie between hand and actuator.
+/// The effects that can act on a stick between hand and actuator.
 class StickPath {
  public:
   StickPath(const Hidden& hidden, double delay_s)
       : hidden_(hidden), line_(static_cast<std::size_t>(std::lround(delay_s / kStep_s)) + 1, 0.0), other_line_(line_) {}
 
-  /// Whether this vehicle, or the Tilt behind it, has the effect; names that it does not know are passed over.
+  /// Whether this path, or the Tilt after it, has the effect; unknown names are ignored.
   static bool knows(const std::string& effect) {
     static const std::set<std::string> kKnown{"transport_delay", "lead_zero",      "dead_zone",   "saturation",
                                               "rate_limit",      "gain_asymmetry", "trim_offset", "stick_curve",
@@ -69,7 +69,7 @@ class StickPath {
   double play_ = 0.0;
 };
 
-/// Second-order answer to an effective stick (first order where time_constant_s > 0), with a zero and limits.
+/// Second-order response to an effective stick (first order where time_constant_s > 0), with a zero and limits.
 struct Tilt {
   double scale_rad, frequency_rad_s, damping;
   double time_constant_s = 0.0;

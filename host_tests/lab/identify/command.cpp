@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab identify: a log, a declared model; what is missing, and how much better it is with it.
+// m100-lab identify: finds the effects that a declared model lacks in a log, and how much they improve it.
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -48,7 +48,7 @@ struct IdentifyOptions {
 
 logs::FlightLog load_all(const IdentifyOptions& options) {
   if (options.columns.size() != 1 && options.columns.size() != options.logs.size()) {
-    throw InputError("--columns", 0, "", "give one map for all logs, or one for each --log in the same order");
+    throw InputError("--columns", 0, "", "give one map for all logs, or one per --log in the same order");
   }
   std::vector<logs::FlightLog> all;
   for (std::size_t i = 0; i < options.logs.size(); ++i) {
@@ -61,7 +61,7 @@ logs::FlightLog load_all(const IdentifyOptions& options) {
 std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
   if (options.validation_log.empty()) {
     if (!options.validation_columns.empty()) {
-      throw InputError("--validate-columns", 0, "", "is of --validate-log, which is not given");
+      throw InputError("--validate-columns", 0, "", "needs --validate-log");
     }
     return std::nullopt;
   }
@@ -69,14 +69,14 @@ std::optional<logs::FlightLog> load_other(const IdentifyOptions& options) {
                     options.validation_columns.empty() ? options.columns.front() : options.validation_columns);
 }
 
-/// Files are looked at before the work: what cannot be read or written, or would overwrite what is read.
+/// Checks all files before the work: whether they can be read or written, and that no output overwrites an input.
 void check_files(const IdentifyOptions& options) {
   companion::FileUse()
       .reads("--log", options.logs)
       .reads("--columns", options.columns)
       .reads("--validate-log", options.validation_log)
       .reads("--validate-columns", options.validation_columns)
-      .reads("--vehicle-believed", options.believed == options.vehicle ? "" : options.believed)  // brought up to date
+      .reads("--vehicle-believed", options.believed == options.vehicle ? "" : options.believed)  // same file: updated
       .reads("--forecast", options.forecast)
       .writes("--json", options.json)
       .writes("--vehicle", options.vehicle)
@@ -84,12 +84,12 @@ void check_files(const IdentifyOptions& options) {
       .check();
   for (const std::string& vehicle : {options.believed, options.vehicle}) {
     if (!vehicle.empty() && std::filesystem::exists(vehicle)) {
-      (void)companion::load_vehicle(vehicle);  // what it says is wanted after the work; that it can be read, before
+      (void)companion::load_vehicle(vehicle);  // refuses an unreadable file before the work; used after it
     }
   }
 }
 
-/// @throws InputError where the log cannot tell the gain of a stick: a vehicle file holds it per count.
+/// @throws InputError where the log cannot show the gain of a stick per count, which a vehicle file holds.
 void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog& log) {
   using logs::Signal;
   const Signal stick = options.axis == "roll"       ? Signal::kStickRoll
@@ -98,12 +98,13 @@ void check_gain_of_sticks(const IdentifyOptions& options, const logs::FlightLog&
                        : options.axis == "climb"    ? Signal::kStickThrottle
                                                     : Signal::kCount;
   if (!options.vehicle.empty() && stick != Signal::kCount && !log.has(stick)) {
-    throw InputError(options.vehicle, 0, "--vehicle",
-                     "needs " + std::string(logs::name_of(stick)) + " in the log: a command does not tell its gain");
+    throw InputError(
+        options.vehicle, 0, "--vehicle",
+        "needs " + std::string(logs::name_of(stick)) + " in the log: the gain per count cannot be found from commands");
   }
 }
 
-/// What shows that the column map or the clock is wrong: such numbers must not fly. Empty: nothing.
+/// A finding that the column map or the clock is wrong: such parameters must not fly. Empty: there is none.
 std::string misread(const identify::IdentifyResult& result) {
   for (const identify::Finding& finding : result.findings) {
     const bool wrong = finding.what == "sign_reversed" || finding.what == "swapped_axes" ||
@@ -130,11 +131,11 @@ nlohmann::json read_forecast(const IdentifyOptions& options) {
   }
   nlohmann::json forecast = parse_json(whole_file(options.forecast));
   if (!forecast.is_object() || !forecast.contains("forecast")) {
-    throw InputError(options.forecast, 0, "", "is no forecast of m100-lab excite --json");
+    throw InputError(options.forecast, 0, "", "is not a forecast of m100-lab excite --json");
   }
-  identify::IdentifyResult nothing;  // every value is asked for once before the work
+  identify::IdentifyResult nothing;  // reads every value once before the work
   nothing.axis = options.axis;
-  of_json(options.forecast, "is no forecast of m100-lab excite --json", [&] {
+  of_json(options.forecast, "is not a forecast of m100-lab excite --json", [&] {
     if (const nlohmann::ordered_json one = identify::compare_with_forecast(forecast, nothing); !one.empty()) {
       static_cast<void>(identify::forecast_sentence(one));
     }
@@ -142,7 +143,8 @@ nlohmann::json read_forecast(const IdentifyOptions& options) {
   return forecast;
 }
 
-/// What the flight was made for, beside what it showed; a sentence on stdout. Empty: no forecast, or of another axis.
+/// Compares the forecast of the flight with its result; prints a sentence on stdout. Empty: there is no forecast, or it
+/// is for another axis.
 nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::IdentifyResult& result) {
   if (forecast.is_null()) {
     return {};
@@ -160,7 +162,7 @@ void ask_for_ranges(const IdentifyOptions& options, const logs::FlightLog& log, 
                     identify::Request& request) {
   if (!options.split.empty()) {
     if (!options.train.empty() || !options.validate.empty()) {
-      throw InputError("--split", 0, options.split, "not together with --train or --validate");
+      throw InputError("--split", 0, options.split, "cannot be combined with --train or --validate");
     }
     identify::split(options.split, options.within, log, request);
     if (other != nullptr) {
@@ -169,7 +171,7 @@ void ask_for_ranges(const IdentifyOptions& options, const logs::FlightLog& log, 
   } else {
     if (!options.within.empty()) {
       throw InputError("--within", 0, options.within,
-                       "belongs to --split; with --train and --validate there is no need");
+                       "needs --split; --train and --validate name their ranges themselves");
     }
     request.train = identify::ranges("--train", options.train, log);
     request.validate = identify::ranges("--validate", options.validate, *request.validation_log);
@@ -183,7 +185,7 @@ double wind_from_first(const IdentifyOptions& options) {
     return 0.0;
   }
   if (options.axis != "translation") {
-    throw InputError("--wind-from-first", 0, options.axis, "is a question of --axis translation");
+    throw InputError("--wind-from-first", 0, options.axis, "needs --axis translation");
   }
   if (!(options.wind_from_first_s >= kBlock_s && options.wind_from_first_s < 1e6)) {
     throw InputError("--wind-from-first", 0, std::to_string(options.wind_from_first_s),
@@ -216,7 +218,7 @@ void write_answer(const IdentifyOptions& options, const identify::IdentifyResult
   write_json(options.json, answer);
 }
 
-/// What shall be asked of the logs, which must outlive the request.
+/// The request of the options. The logs must outlive it.
 identify::Request request_of(const IdentifyOptions& options, const logs::FlightLog& log, const logs::FlightLog* other) {
   identify::Request request;
   request.axis = options.axis;
@@ -231,7 +233,7 @@ identify::Request request_of(const IdentifyOptions& options, const logs::FlightL
   return request;
 }
 
-/// The answer; on a terminal its progress is shown meanwhile.
+/// The result; on a terminal it shows its progress.
 identify::IdentifyResult answer_to(identify::Request& request) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   if (terminal) {
@@ -245,7 +247,7 @@ identify::IdentifyResult answer_to(identify::Request& request) {
   return result;
 }
 
-/// What has no place in the vehicle file is said among the findings.
+/// Updates the vehicle file; adds a finding for each parameter that it cannot hold.
 void update_vehicle(const IdentifyOptions& options, identify::IdentifyResult& result) {
   const std::string source = base_names(options.logs) + ", train " +
                              (options.split.empty() ? options.train : options.split) + " s, m100-lab identify --axis " +
@@ -287,7 +289,7 @@ void run(const IdentifyOptions& options) {
   write_answer(options, result, comparison);
   write_page(options, result);
   if (!options.vehicle.empty() && !wrong.empty()) {
-    std::cerr << printable(options.vehicle + ": '--vehicle': is not written: " + wrong) << "\n";
+    std::cerr << printable(options.vehicle + ": '--vehicle': not written: " + wrong) << "\n";
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
@@ -295,10 +297,11 @@ void run(const IdentifyOptions& options) {
 }  // namespace
 
 void add_identify(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("identify", "find what the declared model lacks in a log, name it, add it");
+  CLI::App* app =
+      lab.add_subcommand("identify", "find, name and add the effects of a flight log that the declared model lacks");
   auto options = std::make_shared<IdentifyOptions>();
   app->add_option("--log", options->logs,
-                  "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may stand more than once")
+                  "flight log: CSV, MATLAB 5 MAT-file, ULog, ArduPilot .bin, ROS bag; may be repeated")
       ->required()
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -310,30 +313,37 @@ void add_identify(CLI::App& lab) {
       ->required()
       ->check(CLI::IsMember({"roll", "pitch", "yaw_rate", "climb", "translation"}));
   app->add_option("--declare", options->declare,
-                  "model believed before looking: first_order or second_order (translation: rigid_body), then effects "
-                  "by name, with commas")
+                  "model to start from: first_order or second_order (translation: rigid_body), then names of effects, "
+                  "separated by commas")
       ->required();
   app->add_option("--train", options->train,
                   "FROM:TO[,FROM:TO...] in seconds of the log's clock; with several logs 1@FROM:TO,2@FROM:TO");
-  app->add_option("--validate", options->validate, "the same; must not overlap the training ranges");
-  app->add_option("--split", options->split, "instead of ranges: alternate:SECONDS");
-  app->add_option("--within", options->within, "ranges that --split cuts; without it the whole log");
+  app->add_option("--validate", options->validate,
+                  "validation ranges, in the same form; they must not overlap the training ranges");
+  app->add_option(
+      "--split", options->split,
+      "instead of --train and --validate: alternate:SECONDS, pieces used for training and validation in turn");
+  app->add_option("--within", options->within, "ranges that --split divides; default: the whole log");
   app->add_option("--validate-log", options->validation_log, "another log, for the validation ranges");
-  app->add_option("--validate-columns", options->validation_columns, "its column map, if not the same");
-  app->add_option("--noise-floor", options->noise_floor, "root mean square that the air leaves, unit of the axis")
+  app->add_option("--validate-columns", options->validation_columns,
+                  "column map of --validate-log; default: the first --columns");
+  app->add_option("--noise-floor", options->noise_floor,
+                  "root mean square error that air and noise alone cause, in the unit of the axis")
       ->check(from_to(0.0, 1e6));
-  app->add_option("--wind-from-first", options->wind_from_first_s,
-                  "translation: one model, and each flight's wind estimated from its first so many seconds (10 in a "
-                  "wind tunnel), in which no error is counted");
+  app->add_option(
+      "--wind-from-first", options->wind_from_first_s,
+      "translation: estimate the wind of each flight from its first SECONDS (10 in a wind tunnel); no error "
+      "is counted in them");
   app->add_option("--vehicle", options->vehicle, "vehicle file to write; an existing one keeps its other sections");
   app->add_option("--vehicle-believed", options->believed,
-                  "vehicle file that was believed: its numbers are set against those found");
-  app->add_option("--forecast", options->forecast,
-                  "JSON of m100-lab excite: what the flight was to tell apart, compared with what was found");
-  app->add_option("--json", options->json, "result as JSON");
+                  "vehicle file that was believed so far: its numbers are compared with those found");
+  app->add_option(
+      "--forecast", options->forecast,
+      "JSON of m100-lab excite: the effects that the flight was designed to show, compared with those found");
+  app->add_option("--json", options->json, "file for the result as JSON");
   app->add_option("--report", options->report, "folder for the HTML report");
   app->add_option("--refits,--draws", options->refits,
-                  "fits with a part of the blocks left out, for the intervals: at most 40; 0: no intervals")
+                  "number of refits with some blocks left out, for the intervals: at most 40; 0: no intervals")
       ->check(CLI::Range(0, 10000));
   app->callback([options] { run(*options); });
 }

@@ -55,8 +55,8 @@ double hold_s(const std::vector<double>& values, const std::vector<char>& used, 
 
 namespace {
 
-/// Share of a stick's arrivals at its stops that come from further off than a quarter of the travel within one row. A
-/// machine places it there (pulses, steps); a hand that the log cut passes through what lies before.
+/// Share of a stick's arrivals at its stops that come from further away than a quarter of the travel within one row. A
+/// machine jumps there (pulses, steps); a hand whose log was clipped passes the values before.
 double placed_share(const std::vector<double>& stick, const std::vector<char>& used, std::size_t row, double low,
                     double high) {
   const double slack = 0.005 * (high - low);
@@ -76,7 +76,7 @@ double placed_share(const std::vector<double>& stick, const std::vector<char>& u
 
 double cut_share(const std::vector<double>& stick, const std::vector<char>& used, const Clock& clock) {
   constexpr double kTellsHand_s =
-      0.055;  // a hand is not across a quarter of its travel in this time; slower rows hide it
+      0.055;  // a hand does not cross a quarter of its travel in this time; slower rows hide this
   constexpr double kMostly = 0.5;
   double low = 0.0;
   double high = 0.0;
@@ -113,7 +113,7 @@ std::vector<char> inside(const FlightLog& log, const std::vector<std::pair<doubl
 
 std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vector<char>& used,
                                   const std::string& signal) {
-  // Not the largest: one broken sample must not rescale a log.
+  // A quantile instead of the maximum: one broken sample must not rescale a log.
   std::vector<double> sizes;
   for (std::size_t i = 0; i < angle_rad.size(); ++i) {
     if (used[i] != 0) {
@@ -127,10 +127,11 @@ std::vector<Finding> repair_units(std::vector<double>& angle_rad, const std::vec
   for (double& value : angle_rad) {
     value *= std::numbers::pi / 180.0;
   }
-  return {{.what = "wrong_unit",
-           .signal = signal,
-           .text = signal + " goes to " + std::to_string(most) +
-                   ", more than half a turn: taken for degrees (scale = 0.0174533 in the column map says so)"}};
+  return {
+      {.what = "wrong_unit",
+       .signal = signal,
+       .text = signal + " goes to " + std::to_string(most) +
+               ", more than half a turn: read as degrees (scale = 0.0174533 in the column map removes this finding)"}};
 }
 
 namespace {
@@ -163,7 +164,7 @@ std::vector<std::pair<std::size_t, std::size_t>> equal_runs(const std::vector<do
   return out;
 }
 
-/// The usual smallest step of a signal that is counted in steps.
+/// The usual smallest step of a quantised signal.
 double quantum_of(const std::vector<double>& values) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -174,8 +175,8 @@ double quantum_of(const std::vector<double>& values) {
   return quantile(std::move(steps), 0.01);
 }
 
-/// Whether a signal that moved from row to row stands still at `begin` from one row to the next: what comes to rest has
-/// smaller and smaller steps before.
+/// Whether a moving signal stops at `begin` from one row to the next: a signal that comes to rest has smaller and
+/// smaller steps before.
 bool stops_at_once(const std::vector<double>& values, std::size_t begin, double usual) {
   constexpr std::size_t kBefore = 3;
   double step = 0.0;
@@ -189,11 +190,11 @@ bool stops_at_once(const std::vector<double>& values, std::size_t begin, double 
 Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used, std::size_t row) {
   constexpr double kLeastRows = 5.0;
   constexpr double kCadences = 4.0;
-  constexpr double kFewRepeats = 20.0;  // more freezes than a log has
+  constexpr double kFewRepeats = 20.0;  // more than the freezes of a log
   constexpr double kJump = 3.0;         // of the usual step from row to row
   constexpr double kOrdinary = 0.99;    // of all steps from row to row
-  constexpr double kNever = 10.0;       // times as long as nearly all other runs: not of this signal's own
-  constexpr double kFineSteps = 3.0;    // of the smallest step: a signal counted in steps may well repeat itself
+  constexpr double kNever = 10.0;       // times as long as nearly all other runs: unusual for this signal
+  constexpr double kFineSteps = 3.0;    // of the smallest step; a coarsely quantised signal often repeats its value
   const auto runs = equal_runs(values, used);
   std::vector<double> lengths;
   std::vector<double> steps;
@@ -204,8 +205,7 @@ Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used
     }
   }
   const double unheard = kNever * quantile(lengths, 0.99);
-  // A rounded signal repeats itself again and again: what is long is asked of its repeats, where there are enough of
-  // them.
+  // A rounded signal often repeats its value: where there are enough repeats, a run is compared with them.
   std::vector<double> repeats;
   std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(repeats), [](double length) { return length > 1.0; });
   const bool rounded = static_cast<double>(repeats.size()) > kFewRepeats;
@@ -213,7 +213,7 @@ Found take_frozen_out(const std::vector<double>& values, std::vector<char>& used
                                 kCadences * quantile(std::move(rounded ? repeats : lengths), 0.9));
   const double usual = quantile(steps, 0.5);
   const bool fine = usual > kFineSteps * quantum_of(values);
-  // A signal counted in steps rests on one of them and starts from there: only more than it ever moves is a jump.
+  // A quantised signal rests on one step and continues from there: only a step larger than its usual steps is a jump.
   const double leap = fine ? kJump * usual : quantile(std::move(steps), kOrdinary);
   Found out;
   for (const auto& [begin, end] : runs) {
@@ -237,7 +237,7 @@ double sigma_of(const std::vector<double>& values, const std::vector<char>& used
       bends.push_back(std::abs(values[i] - 2.0 * values[i - row] + values[i - 2 * row]));
     }
   }
-  // A log that was resampled by straight lines bends at its own rows only: then the upper tenth says more.
+  // A log that was resampled by straight lines bends at its own rows only: then the upper tenth is the better estimate.
   return std::max(1.4826 * quantile(bends, 0.5), quantile(bends, 0.9) / 1.645) / std::sqrt(6.0);
 }
 
@@ -251,13 +251,13 @@ Found replace_outliers(std::vector<double>& values, const std::vector<char>& use
   for (std::size_t i = 2 * row; i + 2 * row < values.size(); ++i) {
     std::array<double, 5> five{old[i - 2 * row], old[i - row], old[i], old[i + row], old[i + 2 * row]};
     std::nth_element(five.begin(), five.begin() + 2, five.end());
-    // A sharp turn is foretold by straight lines from one of its sides.
+    // A sharp turn is predicted by a straight line from one of its sides.
     const double from_left = std::abs(old[i] - (2.0 * old[i - row] - old[i - 2 * row]));
     const double from_right = std::abs(old[i] - (2.0 * old[i + row] - old[i + 2 * row]));
-    // A smooth bend, which slow rows make sharp, is foretold by the cubic through its four neighbours.
+    // A smooth bend, which slow rows make sharp, is predicted by the cubic through its four neighbours.
     const double bend = (4.0 * (old[i - row] + old[i + row]) - old[i - 2 * row] - old[i + 2 * row]) / 6.0;
     double off = std::min({std::abs(old[i] - five[2]), from_left, from_right, std::abs(old[i] - bend)});
-    if (back) {  // the sharpest turn of a hand has a neighbour on its way; a spoilt row has none
+    if (back) {  // even the sharpest turn of a hand has a neighbour near it; a spoilt row has none
       off = std::min({off, std::abs(old[i] - old[i - row]), std::abs(old[i] - old[i + row])});
     }
     const bool returns = !back || std::abs(old[i + row] - old[i - row]) < 0.25 * off;
@@ -282,20 +282,20 @@ std::vector<Finding> said_of(const Found& found, const Clock& clock, const char*
 }
 
 constexpr double kSigmas = 12.0;
-constexpr double kOutlierShare = 0.05;  // of the signal's large values: less does no harm
+constexpr double kOutlierShare = 0.05;  // of the signal's large values; smaller outliers do no harm
 
 }  // namespace
 
 std::vector<Finding> repair_samples(std::vector<double>& values, std::vector<char>& used, const Clock& clock,
                                     const std::string& signal) {
   std::vector<Finding> out = said_of(take_frozen_out(values, used, row_in_samples(clock)), clock, "frozen", signal,
-                                     " repeat the one before: kept out");
+                                     " repeat the sample before them: excluded");
   const std::size_t row = row_in_samples(clock);
   const double sigma = sigma_of(values, used, row);
   if (sigma > 0.0) {
     const double least = std::max(kSigmas * sigma, kOutlierShare * large(values));
     const std::vector<Finding> more = said_of(replace_outliers(values, used, row, least, false), clock, "outliers",
-                                              signal, " jump away and back: replaced");
+                                              signal, " jump away and back: replaced by the local median");
     out.insert(out.end(), more.begin(), more.end());
   }
   return out;
@@ -312,7 +312,7 @@ std::vector<Finding> repair_stick(std::vector<double>& values, const std::vector
   const double least =
       std::max(kSigmas * std::max(sigma_of(values, used, row), rounding), kOutlierShare * large(values));
   return said_of(replace_outliers(values, used, row, least, true), clock, "outliers", signal,
-                 " jump away and back faster than a hand: replaced");
+                 " jump away and back faster than a hand can: replaced by the local median");
 }
 
 double share_explained(const std::vector<double>& stick, const std::vector<double>& response,

@@ -14,21 +14,21 @@ namespace {
 using logs::FlightLog;
 using logs::Signal;
 
-constexpr double kWindow_s = 0.5;     // over which a stick's way is averaged: a shorter push moves little
-constexpr double kAnswer_s = 1.0;     // within which every vehicle answers: delay and dynamics together
+constexpr double kWindow_s = 0.5;     // averaging time of a stick: a shorter push moves little
+constexpr double kAnswer_s = 1.0;     // every vehicle answers within this time: delay and dynamics together
 constexpr double kStillShare = 0.15;  // of the response's own large values; half a stick gives more
 constexpr double kHeldShare = 0.5;    // of the stick's own large values
-constexpr double kNoises = 8.0;       // of a rest's own standard deviations: no sample of an hour is farther off
+constexpr double kNoises = 8.0;       // standard deviations at rest: no sample of an hour exceeds this
 
 struct Pair {
   const std::vector<double>* stick;
   const std::vector<double>* response;
-  double held;   ///< a stick that moves by more, and stays there, is answered in the air
-  double still;  ///< a response that moves by less stands still
-  bool tells;    ///< whether half a stick's answer would be seen above the noise
+  double held;   ///< in the air, a stick that moves by more and stays there is answered
+  double still;  ///< a response that moves by less is at rest
+  bool tells;    ///< whether the response to half a stick would exceed the noise
 };
 
-/// What a signal's own noise moves it by where it rests: the quietest twentieth of its windows.
+/// Noise of a signal at rest, from the quietest twentieth of its windows.
 double noise_of(const std::vector<double>& values, std::size_t window) {
   std::vector<double> sigmas;
   for (std::size_t begin = 0; window > 1 && begin + window <= values.size(); begin += window) {
@@ -63,7 +63,7 @@ std::vector<Pair> pairs_of(const FlightLog& log, std::size_t window) {
   return out;
 }
 
-/// How far apart the means of a stick over a window have been.
+/// Largest difference between the window means of a stick.
 class Travel {
  public:
   explicit Travel(std::size_t window) : window_(std::max<std::size_t>(1, window)) {}
@@ -103,16 +103,16 @@ std::vector<double> where_they_rest(const std::vector<Pair>& pairs, std::size_t 
   return first;
 }
 
-/// Length of the stretch from one end of the log on which every response stays where it was, and whether a stick went
-/// from one place to another on it, long enough for an answer, in vain: one that is held from the log's end on may be
-/// answered by what does not move. `sample(k)`: the k-th from that end.
+/// Length of the stretch at one end of the log on which every response keeps its value although a stick moved to
+/// another position for long enough to be answered; 0 if no stick did. A stick that is held up to the end of the log is
+/// no evidence. `sample(k)`: the k-th sample from that end.
 template <typename Sample>
 std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, double period_s, Sample&& sample) {
   const auto window = static_cast<std::size_t>(std::lround(kWindow_s / period_s));
   const auto answer = static_cast<std::size_t>(std::lround(kAnswer_s / period_s));
   const std::vector<double> first = where_they_rest(pairs, std::min(window, size), sample);
   std::vector<Travel> travels(pairs.size(), Travel(window));
-  std::size_t moved = size;  // sample from which on a stick's way asks for an answer
+  std::size_t moved = size;  // first sample at which a stick has moved far enough to be answered
   std::size_t k = 0;
   for (; k < size; ++k) {
     for (std::size_t p = 0; p < pairs.size(); ++p) {
@@ -123,7 +123,7 @@ std::size_t still_from_end(const std::vector<Pair>& pairs, std::size_t size, dou
       moved = pairs[p].tells && travels[p].apart() > pairs[p].held ? std::min(moved, k) : moved;
     }
   }
-  return 0;  // nothing ever moved: that is for others to say
+  return 0;  // nothing ever moved; other checks report this
 }
 
 }  // namespace
@@ -161,7 +161,7 @@ std::vector<Finding> ground_findings(const std::vector<std::pair<double, double>
   std::vector<Finding> out;
   for (const auto& [from_s, to_s] : times) {
     char text[120];
-    std::snprintf(text, sizeof text, "%.1f to %.1f s: on the ground, a held stick was not answered: kept out", from_s,
+    std::snprintf(text, sizeof text, "%.1f to %.1f s: on the ground, no answer to a held stick: excluded", from_s,
                   to_s);
     out.push_back({.what = "on_ground", .signal = "", .from_s = from_s, .to_s = to_s, .text = text});
   }

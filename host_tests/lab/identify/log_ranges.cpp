@@ -13,7 +13,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// First and last moment of a log of the joined ones, on its own clock.
+/// Start and end of one of the joined logs, on its own clock.
 Range own_times(const logs::FlightLog& log, std::size_t flight) {
   if (log.flights.empty()) {
     return {log.start_s, log.time_s(log.size - 1) + log.period_s};
@@ -22,7 +22,7 @@ Range own_times(const logs::FlightLog& log, std::size_t flight) {
   return {one.start_s, one.start_s + static_cast<double>(one.end - one.begin) * log.period_s};
 }
 
-/// "12:38", or "2@12:38" of the second log, on the clock of all.
+/// Converts "12:38", or "2@12:38" of the second log, to the common clock.
 Range range_of(const std::string& option, const std::string& part, const logs::FlightLog& log) {
   const std::size_t at = part.find('@');
   std::size_t flight = 0;
@@ -30,11 +30,11 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
     const double wanted = number(option, part.substr(0, at));
     if (!(wanted >= 1.0 && wanted <= static_cast<double>(std::max<std::size_t>(1, log.flights.size())) &&
           wanted == std::floor(wanted))) {
-      throw InputError(option, 0, part, "names a log that was not given: they count from 1");
+      throw InputError(option, 0, part, "names a log that was not given: logs are numbered from 1");
     }
     flight = static_cast<std::size_t>(wanted) - 1;
   } else if (!log.flights.empty()) {
-    throw InputError(option, 0, part, "with several logs a range names its log: 1@FROM:TO, 2@FROM:TO");
+    throw InputError(option, 0, part, "with several logs each range names its log: 1@FROM:TO, 2@FROM:TO");
   }
   const std::vector<std::string> ends = parts(at == std::string::npos ? part : part.substr(at + 1), ':');
   if (ends.size() != 2) {
@@ -47,14 +47,14 @@ Range range_of(const std::string& option, const std::string& part, const logs::F
   }
   if (range.first < there.first - 1e-9 || range.second > there.second + 0.5) {
     std::ostringstream message;
-    message << "outside of the log, which has " << there.first << " to " << there.second << " s";
+    message << "outside of the log, which covers " << there.first << " to " << there.second << " s";
     throw InputError(option + " " + part, 0, log.flights.empty() ? log.file : log.flights[flight].file, message.str());
   }
   return {logs::joined_time(log, flight, range.first),
           logs::joined_time(log, flight, std::min(range.second, there.second))};
 }
 
-/// A range of one log of those that were given, on that log's own clock.
+/// A range of one of the given logs, on that log's own clock.
 struct Piece {
   const logs::FlightLog* log;
   std::size_t flight;  ///< of a joined log
@@ -83,8 +83,8 @@ void add_pieces(const logs::FlightLog& log, const std::vector<Range>& ranges, bo
   }
 }
 
-/// Whether a signal was measured, so that its noise is of one flight alone. Sticks and commands are the same in every
-/// flight of one script, and the numbers of rows in every log.
+/// Whether a signal is a measurement, whose noise identifies a flight. Sticks and commands are the same in every flight
+/// of one script, and row numbers are the same in every log.
 bool is_measured(std::size_t signal) {
   const std::string_view name = logs::kSignalNames[signal];
   return !name.starts_with("stick_") && !name.starts_with("command_") && name != "sequence";
@@ -117,7 +117,7 @@ bool same_flight(const Piece& a, const Piece& b) {
 
 /// Whether two pieces have samples of one flight in common.
 bool share_samples(const Piece& a, const Piece& b) {
-  constexpr double kTouching_s = 1e-6;  // clocks of absolute time hold no more digits
+  constexpr double kTouching_s = 1e-6;  // absolute time stamps have no more digits
   return a.own.first < b.own.second - kTouching_s && b.own.first < a.own.second - kTouching_s && same_flight(a, b);
 }
 
@@ -166,7 +166,7 @@ void refuse_data_used_twice(const Request& request) {
       }
       if (a.training == b.training) {
         throw InputError(a.training ? "--train" : "--validate", 0, "",
-                         "has ranges of one flight that overlap: their samples would count twice");
+                         "has overlapping ranges of one flight: their samples would count twice");
       }
       throw InputError("--validate", 0, "",
                        "overlaps --train in the same flight: the error would be quoted on data the fit has seen");
@@ -176,7 +176,7 @@ void refuse_data_used_twice(const Request& request) {
 
 std::vector<Range> ranges(const std::string& option, const std::string& text, const logs::FlightLog& log) {
   if (text.empty()) {
-    throw InputError(option, 0, "", "is needed (or --split)");
+    throw InputError(option, 0, "", "is required (or --split)");
   }
   std::vector<Range> out;
   for (const std::string& part : list_of(option, text)) {
@@ -188,7 +188,7 @@ std::vector<Range> ranges(const std::string& option, const std::string& text, co
 void split(const std::string& text, const std::string& within, const logs::FlightLog& log, Request& request) {
   const std::vector<std::string> halves = parts(text, ':');
   if (halves.size() != 2 || halves[0] != "alternate") {
-    throw InputError("--split", 0, text, "the one split there is: alternate:SECONDS");
+    throw InputError("--split", 0, text, "the only split is alternate:SECONDS");
   }
   const double length_s = number("--split", halves[1]);
   if (!(length_s >= 2.5)) {
@@ -238,7 +238,7 @@ void find_gaps(const logs::FlightLog& log, const std::vector<Range>& ranges, std
       found.to_s = gap.to_s;
       found.text = found.signal + " is missing or spoilt in " + std::to_string(gap.holes) +
                    " places of the ranges used, " + std::to_string(gap.samples) + " samples in all, first at " +
-                   logs::place_of(log, gap.from_s) + "; kept out";
+                   logs::place_of(log, gap.from_s) + "; excluded";
       findings.push_back(std::move(found));
     }
   }

@@ -20,12 +20,12 @@ constexpr double kWindow_s = 1.0;
 constexpr std::size_t kLeastWindows = 12;
 constexpr std::size_t kGroups = 12;
 constexpr double kSigmas = 3.0;
-constexpr double kLeastCommon = 0.5;     // of the variance
+constexpr double kLeastCommon = 0.5;     // shared part of the variance
 constexpr double kSmallestUnit = 0.332;  // half of the logarithm of a knot (0.514 m/s): between it and a metre
 constexpr double kFreeFalls = 2.0;
 constexpr double kStandardGravity_m_s2 = 9.80665;
 
-/// A signal and the one whose sum over time it is.
+/// A signal and its derivative.
 struct Witness {
   const char* axis;
   Signal value;
@@ -41,7 +41,7 @@ constexpr std::array kWitnesses{Witness{"roll", Signal::kAttitudeRoll, Signal::k
                                 Witness{"translation", Signal::kPositionX, Signal::kVelocityX},
                                 Witness{"translation", Signal::kPositionY, Signal::kVelocityY}};
 
-/// Change of the value over each window, and what its slope says.
+/// Change of the value over each window, and the change that its derivative gives.
 struct Windows {
   std::vector<double> changed;
   std::vector<double> said;
@@ -52,7 +52,7 @@ Windows windows_of(const FlightLog& log, const std::vector<char>& wanted, const 
   const auto length = static_cast<std::size_t>(std::lround(kWindow_s / log.period_s));
   Windows out;
   double sum = 0.0;
-  std::size_t count = 0;  // samples in a row that can be used
+  std::size_t count = 0;  // consecutive usable samples
   for (std::size_t i = 0; i + 1 < log.size; ++i) {
     const bool usable = wanted[i] != 0 && (i >= gap.size() || gap[i] == 0);
     sum = usable ? sum + 0.5 * (slope[i] + slope[i + 1]) * log.period_s : 0.0;
@@ -67,14 +67,14 @@ Windows windows_of(const FlightLog& log, const std::vector<char>& wanted, const 
   return out;
 }
 
-/// Logarithms of the two regressions between which the factor of `said` to `changed` lies.
+/// Logarithms of the two regressions that bound the factor from `said` to `changed`.
 struct Factor {
   double low = 0.0;
   double high = 0.0;
   double common = 0.0;  ///< share of the variance
 };
 
-/// @param left_out  group of windows that is not looked at
+/// @param left_out  group of windows that is left out
 std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   const std::size_t size = windows.changed.size();
   std::array<double, 6> sums{};  // n, x, y, xx, yy, xy
@@ -97,7 +97,7 @@ std::optional<Factor> factor_of(const Windows& windows, std::size_t left_out) {
   return Factor{std::log(both / own), std::log(other / both), both * both / (own * other)};
 }
 
-/// The factor from `said` to `changed` where it is certainly not one.
+/// The factor from `said` to `changed`, if it is certainly not 1.
 std::optional<double> contradiction(const Windows& windows) {
   if (windows.changed.size() < kLeastWindows) {
     return std::nullopt;
@@ -163,7 +163,8 @@ std::vector<double> upward(const FlightLog& log) {
   return out;
 }
 
-/// A rotor cannot push down: nothing falls faster than freely for half a second. Twice that leaves room for the noise.
+/// A rotor cannot push down, so no vehicle falls faster than free fall for half a second. The limit of twice free fall
+/// leaves a margin for noise.
 std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted) {
   const auto half = static_cast<std::size_t>(std::lround(0.5 * kWindow_s / log.period_s));
   const std::vector<double>& speed = log.of(Signal::kVelocityZ);
@@ -177,7 +178,7 @@ std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted
   if (downwards.size() < kLeastWindows) {
     return {};
   }
-  // Not the largest: a spoilt sample is no fall.
+  // A quantile instead of the maximum: a spoilt sample is no fall.
   const auto at = downwards.end() - 1 - static_cast<std::ptrdiff_t>(downwards.size() / 50);
   std::nth_element(downwards.begin(), at, downwards.end());
   if (*at < kFreeFalls * kStandardGravity_m_s2) {
@@ -186,7 +187,7 @@ std::vector<Finding> falls(const FlightLog& log, const std::vector<char>& wanted
   std::array<char, 160> text{};
   std::snprintf(
       text.data(), text.size(),
-      "velocity_z falls by %.0f m/s in half a second, and no rotor pushes down: is it in centimetres or feet?",
+      "velocity_z falls by %.0f m/s in half a second, much faster than free fall: is it in centimetres or feet?",
       0.5 * kWindow_s * *at);
   return {{.what = "wrong_unit", .signal = "velocity_z", .text = text.data()}};
 }
@@ -211,7 +212,7 @@ std::vector<Finding> unit_contradictions(const FlightLog& log, const std::string
     const std::string value(logs::name_of(witness.value));
     const std::string slope(logs::name_of(witness.slope));
     std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "%s changes %.3g times as fast as %s says: %s", value.c_str(), *factor,
+    std::snprintf(text.data(), text.size(), "%s changes %.3g times as fast as %s shows: %s", value.c_str(), *factor,
                   slope.c_str(), unit_of(*factor).c_str());
     out.push_back({.what = "wrong_unit", .signal = axis == "climb" ? "velocity_z" : value, .text = text.data()});
   }

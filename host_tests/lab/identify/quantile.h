@@ -9,7 +9,7 @@
 
 namespace m100::lab::identify {
 
-/// The value below which this share of the others lies, 0 to 1; 0 where there are none.
+/// The value below which this fraction (0 to 1) of the values lies; 0 where there are no values.
 inline double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) {
     return 0.0;
@@ -19,7 +19,7 @@ inline double quantile(std::vector<double> values, double fraction) {
   return *at;
 }
 
-/// What a signal's large values are, whatever its sign: the 98 % quantile, which a few outliers do not move.
+/// The typical large value of a signal: the 98 % quantile of its absolute value, which a few outliers do not move.
 inline double large(const std::vector<double>& values) {
   std::vector<double> sizes(values.size());
   std::transform(values.begin(), values.end(), sizes.begin(), [](double v) { return std::abs(v); });

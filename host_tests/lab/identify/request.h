@@ -15,7 +15,7 @@ namespace m100::lab::identify {
 /// Seconds [from, to) on the log's own clock.
 using Range = std::pair<double, double>;
 
-/// What `m100-lab identify` was asked, after parsing.
+/// The request of `m100-lab identify`, after parsing.
 struct Request {
   std::string axis;                   ///< "roll", "pitch", "yaw_rate", "climb" or "translation"
   std::vector<std::string> declared;  ///< base model first, then effects
@@ -23,10 +23,10 @@ struct Request {
   std::vector<Range> validate;
   const logs::FlightLog* log = nullptr;             ///< the training ranges lie in it
   const logs::FlightLog* validation_log = nullptr;  ///< the validation ranges lie in it; may be the same
-  std::vector<Range> asked{};  ///< of `log`, where a study of a part of it keeps what was asked at first; see asked_of
-  double noise_floor = 0.0;    ///< declared; 0: none
-  double wind_from_first_s = 0.0;  ///< translation: each flight's wind is that of its first seconds; 0: it is fitted
-  std::size_t refits = 40;         ///< for the intervals, at most; 0: no intervals
+  std::vector<Range> asked{};      ///< in a study of one part of `log`: all ranges of the user's request; see asked_of
+  double noise_floor = 0.0;        ///< declared; 0: none
+  double wind_from_first_s = 0.0;  ///< translation: each flight's wind comes from its first seconds; 0: it is fitted
+  std::size_t refits = 40;         ///< at most so many, for the intervals; 0: no intervals
   std::function<void(const std::string&)> progress;  ///< one short line at a time; may be empty
 };
 
@@ -35,8 +35,8 @@ inline bool in_one_log(const Request& request) {
   return request.validation_log == nullptr || request.validation_log == request.log;
 }
 
-/// The ranges that were asked about, of the log of the training part or of the validation part: spoilt samples outside
-/// of them do not matter.
+/// The ranges of the user's request in the log of the training part, or in that of the validation part: spoilt samples
+/// outside of them do not matter.
 inline std::vector<Range> asked_of(const Request& request, bool training) {
   if (!training && !in_one_log(request)) {
     return request.validate;
@@ -48,10 +48,11 @@ inline std::vector<Range> asked_of(const Request& request, bool training) {
   return out;
 }
 
-/// One of the stick axes. @throws InputError: missing signal, axis never moved, too few blocks, unknown effect.
+/// Identifies one of the stick axes. @throws InputError: missing signal, axis never moved, too few blocks, unknown
+/// effect.
 IdentifyResult identify_axis(const Request& request);
 
-/// Horizontal translation. @throws InputError as above.
+/// Identifies horizontal translation. @throws InputError as above.
 IdentifyResult identify_translation(const Request& request);
 
 }  // namespace m100::lab::identify

@@ -30,11 +30,11 @@ StickAxis model::Vehicle::*axis_of(const std::string& channel) {
 std::vector<std::string> declared_axis(const StickAxis& axis) {
   std::vector<std::string> out{axis.is_first_order() ? "first_order" : "second_order"};
   for (const model::AxisEffect& effect : model::kAxisEffects) {
-    if (model::is_base(effect) || effect.name == "tilt_limit") {  // that one stands in [translation]
+    if (model::is_base(effect) || effect.name == "tilt_limit") {  // its key is in [translation]
       continue;
     }
     const model::AxisNumber& first = effect.numbers[0];
-    const bool brought = effect.name == "transport_delay" && axis.lead_zero_s != 0.0;  // by the lead zero
+    const bool brought = effect.name == "transport_delay" && axis.lead_zero_s != 0.0;  // the lead zero brings it
     if (axis.*first.member != first.neutral && !brought) {
       out.emplace_back(effect.name);
     }
@@ -78,7 +78,8 @@ model::DeadZoneShape shape_of(const model::Vehicle& vehicle, const std::string& 
   return (vehicle.*axis_of(channel)).dead_zone_shape;
 }
 
-/// The number as it was believed; a dead zone's width with its shape, without which it is another law.
+/// Resets a parameter to its believed value; a dead zone's width together with its shape, because another shape is
+/// another law.
 void put_back(model::Vehicle& vehicle, const model::Vehicle& believed, const std::string& channel,
               const identify::Refitted& one) {
   set(vehicle, channel, one.parameter, one.believed);
@@ -110,7 +111,7 @@ std::vector<std::string> declared(const model::Vehicle& vehicle, const std::stri
 model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel) {
   model::Vehicle out = believed;
   if (channel == "translation") {
-    const double limit_rad = out.translation.tilt_limit_rad;  // of roll and pitch
+    const double limit_rad = out.translation.tilt_limit_rad;  // common to roll and pitch
     out.translation = found.translation;
     out.translation.tilt_limit_rad = limit_rad;
     return out;
@@ -158,8 +159,8 @@ std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believe
     put_back(as_believed, believed, channel, one);
     const double worse = one_second(as_believed, flight, channel) / best - 1.0;
     one.matters = better && one.matters && worse > kMatters;
-    // Refits that all end at the edge of a number's range leave no interval, and that of a width is no interval of
-    // another shape's: sticks that jump over their dead zone tell nothing of it.
+    // If all refits end at the edge of a parameter's range, it has no interval. The interval of a dead zone's width is
+    // not valid for another shape: sticks that jump over their dead zone do not show its width.
     const bool no_interval = !(one.found.high > one.found.low) ||
                              (one.parameter == kDeadZone && shape_of(found, channel) != shape_of(believed, channel));
     const bool speaks = no_interval ? better && worse > kMatters : std::abs(worse) >= kUndetermined;

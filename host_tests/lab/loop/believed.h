@@ -10,41 +10,41 @@
 
 namespace m100::lab::loop {
 
-// What a vehicle file believes of one channel ("roll", "pitch", "climb", "yaw_rate" or "translation"), set against what
-// a flight shows.
+// Compares a vehicle file with a flight, for one channel ("roll", "pitch", "climb", "yaw_rate" or "translation").
 
-/// By how much smaller the error 1 s ahead must be for a channel to be taken over: near the floor that the air leaves,
-/// that is a parameter error worth half of the floor.
+/// Relative reduction of the error 1 s ahead that a channel needs to be taken over: near the noise floor of the air
+/// this corresponds to a parameter error worth half of the floor.
 inline constexpr double kLeastGain = 0.15;
 
-/// And by how much likelier a stick axis must make the flight (n ln of the mean square of its innovations): as identify
-/// asks of an effect.
+/// Likelihood ratio (n ln of the mean square of the innovations) that a stick axis needs as well: the same that
+/// identify requires of an effect.
 inline constexpr double kLeastLikelier = 15.0;
 
-/// Half a tick: when between two of our ticks the autopilot took a stick and sent its attitude, our log does not say.
+/// Half a tick: our log does not show when between two of our ticks the autopilot took a stick and sent its attitude.
 inline constexpr double kTickPhase_s = 0.005;
 
-/// Whether what was found predicts an unseen flight better than what was believed, a stick axis wherever within half a
-/// tick the believed delay lies: at 3 rad/s a millisecond is worth what the air leaves. Better means 1 s ahead, and for
-/// a stick axis by its innovations too: in a closed loop the sticks answer the air, so that a model which is wrong in
-/// the right way foretells some of it; innovations do not reward that (the direct method of identification in closed
-/// loop).
+/// Whether the found model predicts an unseen flight better than the believed one. For a stick axis this must hold for
+/// every believed delay within half a tick: at 3 rad/s the effect of a millisecond equals the noise of the air. Better
+/// means a smaller error 1 s ahead, and for a stick axis also better innovations: in a closed loop the sticks answer
+/// the air, so a wrong model can predict part of the air; innovations do not reward this (the direct method of
+/// identification in closed loop).
 bool predicts_better(const model::Vehicle& believed, const model::Vehicle& found, const Unseen& flight,
                      const std::string& channel);
 
-/// Everything that the file says of the channel, as a declaration for `identify`: only what the file lacks can then be
-/// called missing. Effects of translation that our own logs cannot show (they have no thrust set point) are left out.
+/// Everything that the file states for the channel, as a declaration for `identify`: then only effects that the file
+/// lacks can be found missing. Effects of translation that our own logs cannot show (they have no thrust set point) are
+/// left out.
 std::vector<std::string> declared(const model::Vehicle& vehicle, const std::string& channel);
 
-/// `believed` with the channel as `found` has it.
+/// `believed` with this channel taken from `found`.
 model::Vehicle with_channel(const model::Vehicle& believed, const model::Vehicle& found, const std::string& channel);
 
-/// Believed and found values of every parameter of the final model, with intervals. A parameter matters where all found
-/// ones together predict the flight better (predicts_better), and its believed value lies outside of the interval by
-/// more than what means something and predicts at least 1 % worse than the found one does beside all other found ones.
-/// A number on which the prediction does not depend (a limit that was never reached) was not found: it stays as it was
-/// believed, in `found` too.
-/// @param found  the believed vehicle with the channel as identified; undetermined numbers are put back
+/// Believed and found values of every parameter of the final model, with intervals. A parameter matters if all found
+/// values together predict the flight better (predicts_better), its believed value lies outside of the interval by a
+/// significant amount, and the believed value predicts at least 1 % worse than the found one, with all other parameters
+/// as found. A parameter on which the prediction does not depend (a limit that was never reached) was not found: it
+/// keeps its believed value, also in `found`.
+/// @param found  the believed vehicle with the channel as identified; undetermined parameters are reset
 std::vector<identify::Refitted> believed_and_found(const model::Vehicle& believed,
                                                    const identify::IdentifyResult& result, const std::string& channel,
                                                    const Unseen& flight, model::Vehicle& found);

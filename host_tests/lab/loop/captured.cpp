@@ -25,7 +25,7 @@ std::vector<double> slope(const std::vector<double>& values, std::size_t half, d
   return out;
 }
 
-/// Normal equations of a small shift of the felt heading, from differences over half a second.
+/// Normal equations of a small time shift of the autopilot's heading, from differences over half a second.
 struct Shift {
   double gradient = 0.0;   ///< product of the difference of the headings with the rate
   double curvature = 0.0;  ///< squared rate
@@ -53,7 +53,7 @@ double capture_lag_s(const logs::FlightLog& log, std::vector<double> captured_he
                      std::pair<double, double> range_s, double otherwise_s) {
   constexpr int kPasses = 6;
   constexpr double kMost_s = 0.2;
-  constexpr double kLeastTurn_rad_s = 0.05;  // root mean square: less tells nothing
+  constexpr double kLeastTurn_rad_s = 0.05;  // root mean square; a slower turn shows no lag
   const std::vector<double>& felt = log.of(Signal::kAttitudeYaw);
   if (captured_heading_rad.size() != felt.size() || felt.empty()) {
     return otherwise_s;
@@ -77,8 +77,7 @@ logs::FlightLog with_captured_velocity(logs::FlightLog log, double lag_s) {
   constexpr std::size_t kHalf = 5;
   log.velocity_mean_s = 2.0 * static_cast<double>(kHalf) * log.period_s;
   for (int c = 0; c < 3; ++c) {
-    const std::size_t half =
-        c == 2 ? 2 : kHalf;  // a climb is fitted to its velocity, whose detail is the fast dynamics
+    const std::size_t half = c == 2 ? 2 : kHalf;  // climb is fitted to its velocity, so it needs the fast details
     std::vector<double>& position = log.of(logs::offset(Signal::kPositionX, c));
     position = moved_later(position, -lag_s / log.period_s);
     log.of(logs::offset(Signal::kVelocityX, c)) = slope(position, half, log.period_s);

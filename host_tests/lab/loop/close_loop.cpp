@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translation"};
 
-/// One flight of which the log is taken, and nothing else.
+/// Flies once and returns the log only.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file) {
   experiments::FlightPlan plan;
   plan.plant = options.plant;
@@ -34,15 +34,15 @@ FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::
   plan.law = options.law;
   const experiments::FlightResult flight = experiments::fly(plan);
   if (!flight.flew) {
-    throw InputError("loop", 0, "", "control was never obtained: no flight to learn from");
+    throw InputError("loop", 0, "", "control was never obtained: there is no flight to identify from");
   }
   return load_flown(flight, file);
 }
 
-/// The part of a log that was flown under control, without start-up and hand-over.
+/// The part of a log that was flown under control, without start-up and handover.
 identify::Range flown(const FlownLog& flight) {
   constexpr double kSettled_s = 1.0;
-  constexpr double kLast_s = 0.3;  // motion capture looks ahead by its age
+  constexpr double kLast_s = 0.3;  // the captured series is shifted earlier by its age
   const auto [from_s, to_s] = flight.in_control;
   return {std::min(from_s + kSettled_s, to_s), std::max(from_s, to_s - kLast_s)};
 }
@@ -104,8 +104,8 @@ class Loop {
     }
   }
 
-  /// A flight that the ladder keeps to its end. After a hand-over another hand flies, and its sticks are not in the
-  /// log: such a flight is flown again on another course, and if none is kept the longest one serves.
+  /// A flight that the ladder keeps in control to its end. After a handover the pilot flies, and his sticks are not in
+  /// the log: such a flight is flown again on another course; if all of them end early, the longest one is used.
   FlownLog kept_in_control(std::uint64_t seed, const std::string& file) {
     constexpr std::uint64_t kAnother = 1000;
     constexpr int kFlights = 4;
@@ -127,7 +127,7 @@ class Loop {
       std::string said = name;
       said += two_numbers(": the ladder handed over after %.1f s of %.0f s", length_s, options_.flight_s);
       said += why;
-      said += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights serves";
+      said += flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used";
       result_.decisions.push_back(std::move(said));
     }
     return best;
@@ -156,7 +156,8 @@ class Loop {
       result_.decisions.insert(result_.decisions.end(), homeless.begin(), homeless.end());
       const std::string why = uncontrollable(with_channel(believed_, candidate, channel));
       if (!why.empty()) {
-        result_.decisions.push_back(channel + ": left as it was, no controller can be made of what was found: " + why);
+        result_.decisions.push_back(channel +
+                                    ": left as it was, no controller can be made from the found model: " + why);
         return false;
       }
       return judge(channel, flight, candidate);
@@ -183,12 +184,12 @@ class Loop {
       vehicle = with_channel(vehicle, candidates_.at(channel), channel);
       sources[(channel == "translation" ? "" : "axis.") + channel] =
           "m100-lab loop, identification flight of " + std::to_string(static_cast<int>(options_.flight_s)) +
-          " s, judged on a second one";
+          " s, validated on a second one";
     }
     return companion::as_file(vehicle, sources);
   }
 
-  /// Trial flights of their own decide what of the better channels may stay.
+  /// Separate trial flights decide which of the better channels are kept.
   void take_over(const std::set<std::string>& better) {
     if (better.empty()) {
       return;
@@ -206,7 +207,7 @@ class Loop {
     }
   }
 
-  /// The numbers that are published come from a flight that decided nothing.
+  /// The published numbers come from a flight that decided nothing.
   void quote(const FlownLog& third) {
     const identify::Range range = flown(third);
     result_.before.prediction = predict(believed_, third.log, range.first, range.second);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab loop: fly, identify what the log shows missing, add it, make new tables, fly again.
+// m100-lab loop: fly, identify the effects that the vehicle file lacks, add them, make new tables, fly again.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <fstream>
@@ -36,7 +36,7 @@ struct LoopOptions {
   std::string tasks = "hover,step,trajectory";
 };
 
-/// Before the flights: they take minutes.
+/// Called before the flights, which take minutes.
 void check_files(const LoopOptions& options) {
   companion::FileUse()
       .reads("--plant", options.plant)
@@ -53,7 +53,7 @@ void run(const LoopOptions& options) {
   check_files(options);
   loop::LoopOptions loop;
   if (options.plant.empty() && options.plant_from.empty()) {
-    throw InputError("--plant", 0, "", "is missing: the plant file of the world to fly in, or --plant-from");
+    throw InputError("--plant", 0, "", "is missing: give the plant file of the simulated world, or --plant-from");
   }
   loop.plant = sim::plant_of_options(options.plant, options.plant_from);
   loop.vehicle =
@@ -64,7 +64,7 @@ void run(const LoopOptions& options) {
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
   for (const std::string& task : loop.tasks) {
     if (task != "hover" && task != "step" && task != "trajectory") {
-      throw InputError("--tasks", 0, task, "is no task: hover, step, trajectory, or none");
+      throw InputError("--tasks", 0, task, "is not a task; the tasks are hover, step, trajectory, or none");
     }
   }
   loop.progress = [](const std::string& line) { std::cerr << "  " << line << "\n"; };
@@ -88,23 +88,29 @@ void run(const LoopOptions& options) {
 
 void add_loop(CLI::App& lab) {
   auto options = std::make_shared<LoopOptions>();
-  CLI::App* command = lab.add_subcommand("loop", "fly, identify what the log shows missing, add it, fly again");
-  command->add_option("--plant", options->plant, "what the simulated world is (TOML); shown to the simulator only");
+  CLI::App* command =
+      lab.add_subcommand("loop", "fly, identify the effects that the vehicle file lacks, add them, fly again");
+  command->add_option("--plant", options->plant,
+                      "plant file of the simulated world (TOML); only the simulator reads it");
   command->add_option(
       "--plant-from", options->plant_from,
-      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
-  command->add_option("--vehicle", options->vehicle, "what the controller believes at first; default: the project's");
+      "vehicle file from which the world takes its axes, drag and thrust instead of the measured ones; the keys of "
+      "--plant override it");
+  command->add_option("--vehicle", options->vehicle,
+                      "vehicle file that the controller uses at first; default: the project's");
   command->add_option("--out", options->out, "vehicle file to write")->required();
   command->add_option("--json", options->json, "file for the numbers");
   command->add_option(
       "--logs", options->logs,
-      "folder that keeps the logs of the three identification flights and their column map; else none is kept");
+      "folder for the logs of the three identification flights and their column map; default: they are not kept");
   command->add_option("--report", options->report, "folder for the HTML report (loop.html)");
-  command->add_option("--tasks", options->tasks, "flown before and after: some of hover,step,trajectory; or none");
-  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
+  command->add_option("--tasks", options->tasks,
+                      "tasks to fly before and after: any of hover,step,trajectory, or none");
+  command->add_option("--law", options->law, "horizontal control law; lqr: the clipped LQR baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--seeds", options->seeds, "flights per cell, before and after")->check(CLI::Range(1, 100));
+  command->add_option("--seeds", options->seeds, "flights per task and condition, before and after")
+      ->check(CLI::Range(1, 100));
   command->callback([options] { run(*options); });
 }
 

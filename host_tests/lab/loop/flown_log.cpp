@@ -17,10 +17,10 @@ namespace {
 
 using identify::Range;
 
-/// What the loop alone needs of its own log, beside what it identifies from.
+/// Signals that only the loop needs from its own log; they are not used for identification.
 constexpr const char* kBeside = "pose_yaw = \"tick.pose_yaw\"\nstate = \"tick.state\"\n";
 
-/// The longest stretch in which the ladder kept the control: its rungs from nominal to level.
+/// The longest stretch in which the ladder kept control: its rungs from nominal to level.
 Range in_control(const logs::FlightLog& log, const std::vector<double>& rung) {
   const auto kept = [](double value) {
     return value > static_cast<double>(safety::Rung::kNominal) - 0.5 &&
@@ -40,7 +40,7 @@ Range in_control(const logs::FlightLog& log, const std::vector<double>& rung) {
   return best;
 }
 
-/// Takes a channel out of the log: it is no cause of anything that is identified.
+/// Removes a channel from the log and returns it, so that identification does not use it as a cause.
 std::vector<double> taken(logs::FlightLog& log, const char* name) {
   const auto found = log.extra.find(name);
   if (found == log.extra.end()) {

@@ -12,27 +12,27 @@ namespace m100::lab::loop {
 /// Column map of our own flight logs: what `m100-lab identify --columns` needs for them.
 const std::string& own_columns();
 
-/// The course of an identification flight: unforeseen jumps in x, y, height and heading of many sizes, so that every
-/// stick is swept through its dead zone and its range, first slowly, then fast; inside a fence of +-3 m about the start
-/// and +-0.8 m in height. Same seed, same course.
+/// The course of an identification flight: steps in x, y, height and heading of many sizes that the controller does not
+/// know in advance, so that every stick is swept through its dead zone and its range, first slowly, then fast; inside a
+/// fence of +-3 m about the start and +-0.8 m in height. The same seed gives the same course.
 std::string excitation(std::uint64_t seed, double duration_s);
 
-/// What our own log adds to the delay that a vehicle file states (autopilot's stick to attitude). Measured by flying
-/// the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than the captured
-/// velocity, and with 18 ms in all the file predicts its own roll and pitch best.
+/// Delays in our own log beside the delay that a vehicle file states (autopilot's stick to attitude). They were
+/// measured by flying the vehicle file as its own plant (--plant-from): the attitude of a tick is 12.5 ms older than
+/// the captured velocity, and with 18 ms in all the file predicts its own roll and pitch best.
 inline constexpr double kTelemetry_s = 0.0125;  ///< from the autopilot's attitude to the tick that logs it
 inline constexpr double kUplink_s = 0.0055;     ///< from the tick that sets the sticks to the autopilot's receiver
 
 struct FlownLog {
   logs::FlightLog log;
   identify::Range in_control;  ///< the longest stretch in which the sticks of the log flew the vehicle
-  std::string descent;         ///< why the ladder ended that, in words; empty where it did not
+  std::string descent;         ///< why the ladder ended that stretch, in words; empty where it did not
 };
 
-/// Writes the flight's ULog to a file and reads it back as a log of any origin, with what the autopilot received and
-/// motion capture saw: sticks later by kUplink_s, attitude and rates earlier by kTelemetry_s, position and the captured
-/// velocity earlier by what the heading, which both measure, says (captured.h). rate_z is the rate of the heading,
-/// which the yaw stick commands: at 30 degrees of tilt the gyro's z axis sees half of a pitch rate. Errors: InputError.
+/// Writes the flight's ULog to a file, reads it back like any other log, and aligns it: sticks later by kUplink_s,
+/// attitude and rates earlier by kTelemetry_s, position and the captured velocity earlier by the lag of the captured
+/// heading (captured.h). rate_z is the rate of the heading, which the yaw stick commands: at 30 degrees of tilt the
+/// gyro's z axis measures half of a pitch rate. Errors: InputError.
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path);
 
 }  // namespace m100::lab::loop

@@ -17,7 +17,7 @@ LogFolder::LogFolder(const std::string& kept) : path_(kept), own_(kept.empty()) 
   std::error_code error;
   path_ = (fs::temp_directory_path(error) / "m100_loop_XXXXXX").string();
   if (error || mkdtemp(path_.data()) == nullptr) {
-    throw InputError(path_, 0, "--logs", "no folder can be made for the logs of the flights; name one");
+    throw InputError(path_, 0, "--logs", "no folder for the flight logs can be created; name one");
   }
 }
 

@@ -5,11 +5,11 @@
 
 namespace m100::lab::loop {
 
-/// Where the logs of the identification flights lie: a folder that the caller keeps, or one of this object's own in the
-/// system's place for temporary files, which is removed with it. Two objects never share a folder of their own.
+/// The folder of the logs of the identification flights: one that the caller keeps, or a temporary one that the object
+/// creates and removes. Two objects never share a temporary folder.
 class LogFolder {
  public:
-  /// @param kept  an existing folder; empty: one of its own. Errors: InputError where none can be made.
+  /// @param kept  an existing folder; empty: a temporary one. Errors: InputError where none can be created.
   explicit LogFolder(const std::string& kept);
   ~LogFolder();
   LogFolder(const LogFolder&) = delete;

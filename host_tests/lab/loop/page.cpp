@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The loop's page: what was believed, what was found, what it changed.
+// The loop's page: believed and found parameters, and what the new file changed.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,7 @@
 namespace m100::lab::loop {
 namespace {
 
-constexpr double kWorse = 1.02;  ///< after over before: from here on a cell misses its goal
+constexpr double kWorse = 1.02;  ///< after over before; above it a cell misses its goal
 
 using Errors = std::array<double, kHorizons_s.size()>;
 
@@ -21,7 +21,7 @@ std::string change(double before, double after) {
 }
 
 void predictions(const LoopResult& result, plot::Page& page) {
-  page.heading("Prediction error on a third flight, which no fit and no decision has seen");
+  page.heading("Prediction error on a third flight, which no fit and no decision used");
   std::vector<std::vector<std::string>> rows{{"root mean square", "ahead [s]", "before", "after", "change"}};
   plot::Cells worse;
   for (const Quantity& quantity : kQuantities) {
@@ -46,7 +46,7 @@ void predictions(const LoopResult& result, plot::Page& page) {
       figure.lines[1].x.push_back(kHorizons_s[i]);
       figure.lines[1].y.push_back(after[i]);
     }
-    page.figure(plot::svg(figure), std::string("Error against the age of the prediction: ") + quantity.name);
+    page.figure(plot::svg(figure), std::string("Error against the prediction horizon: ") + quantity.name);
   }
   page.table(rows, worse);
 }
@@ -100,13 +100,14 @@ void tracking(const LoopResult& result, plot::Page& page) {
   }
 }
 
-/// One parameter a row, each on a scale of its own: believed as a hollow square, found as a dot on its interval.
+/// One row for each parameter, with its own scale: a hollow square for the believed value, a dot on its interval for
+/// the found one.
 std::string drawing_of(const std::string& channel, const std::vector<identify::Refitted>& rows) {
   constexpr double kRow = 26.0, kLeft = 220.0, kRight = 600.0, kWidth = 860.0;
   std::ostringstream out;
   const double height = 40.0 + kRow * static_cast<double>(rows.size());
   out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << kWidth << ' ' << height << "\" width=\""
-      << kWidth << "\" height=\"" << height  // on a narrow screen it keeps them, and scrolls
+      << kWidth << "\" height=\"" << height  // keeps its size on a narrow screen, which scrolls
       << "\" font-family=\"sans-serif\" font-size=\"12\" role=\"img\"><text x=\"12\" y=\"16\" font-weight=\"bold\">"
       << plot::escape(channel) << ": believed (square) and found (dot, 95 %)</text>\n";
   double y = 38.0;
@@ -134,12 +135,12 @@ std::string drawing_of(const std::string& channel, const std::vector<identify::R
 void believed_to_found(const LoopResult& result, plot::Page& page) {
   page.heading("Believed -> found");
   page.paragraph(
-      "Orange: the believed value predicts a flight that no fit has seen at least 1 % worse than the found one.");
+      "Orange: on a flight that no fit has seen, the believed value predicts at least 1 % worse than the found value.");
   std::vector<std::vector<std::string>> rows{
       {"channel", "parameter", "believed", "found", "95 % low", "high", "matters", "taken over"}};
   for (const auto& [channel, parameters] : result.believed_found) {
     if (!parameters.empty()) {
-      page.figure(drawing_of(channel, parameters), channel + ": each parameter on a scale of its own.");
+      page.figure(drawing_of(channel, parameters), channel + ": each parameter has its own scale.");
     }
     for (const identify::Refitted& one : parameters) {
       rows.push_back({channel, one.parameter, plot::number(one.believed), plot::number(one.found.value),
@@ -151,8 +152,9 @@ void believed_to_found(const LoopResult& result, plot::Page& page) {
 }
 
 void found(const LoopResult& result, plot::Page& page) {
-  page.heading("What the logs said");
-  std::vector<std::vector<std::string>> rows{{"axis", "verdict", "named", "error declared", "error final", "left"}};
+  page.heading("What identification found in the logs");
+  std::vector<std::vector<std::string>> rows{
+      {"axis", "verdict", "named", "error declared", "error final", "unexplained"}};
   for (const auto& [axis, one] : result.identified) {
     std::string names;
     for (const identify::EffectResult& effect : one.effects) {
@@ -170,7 +172,7 @@ void found(const LoopResult& result, plot::Page& page) {
   page.list(result.decisions);
 }
 
-/// The mean of the trajectory may fall while another task gets worse: that belongs beside it.
+/// Tasks that were flown worse: the mean of the trajectory may fall while another task gets worse.
 std::string flown_worse(const LoopResult& result) {
   std::string out;
   const std::size_t count = std::min(result.before.experiments.size(), result.after.experiments.size());
@@ -199,7 +201,7 @@ std::string missing(const identify::IdentifyResult& one) {
     }
   }
   if (out.empty() && !one.unexplained.empty()) {
-    return "something without a name";
+    return "an effect that could not be named";
   }
   return out.empty() ? "nothing" : out;
 }
@@ -215,12 +217,12 @@ std::string believed_wrongly(const std::vector<identify::Refitted>& parameters) 
   return out.empty() ? "nothing that matters" : out;
 }
 
-/// The answer in one screen: what the file lacks, what it says wrongly, how sure, and what either costs.
+/// The result on one screen: missing effects, wrong numbers, their certainty, and their effect on the prediction.
 void answer(const LoopResult& result, plot::Page& page) {
   constexpr std::size_t kOneSecond = 2;
   static_assert(kHorizons_s[kOneSecond] == 1.0);
   std::vector<std::vector<std::string>> rows{{"channel", "the file lacks", "verdict", "1 s ahead, before", "after",
-                                              "change", "taken over", "the file says wrongly"}};
+                                              "change", "taken over", "wrong numbers in the file"}};
   plot::Cells worse;
   for (const Quantity& quantity : kQuantities) {
     const auto found = result.identified.find(quantity.channel);
@@ -244,10 +246,10 @@ void answer(const LoopResult& result, plot::Page& page) {
 }  // namespace
 
 void write_page(const LoopResult& result, const std::string& file) {
-  plot::Page page("Closing the loop: believed, found, flown again");
+  plot::Page page("Closing the loop: fly, identify, fly again");
   page.paragraph(
-      "Asked: what does the vehicle file believe wrongly, and is the aircraft predicted and flown better with "
-      "what was found?");
+      "Asked: which numbers of the vehicle file are wrong, and do the numbers found from the log predict and fly the "
+      "aircraft better?");
   const TrajectoryErrors errors = trajectory_errors(result);
   if (errors.cells > 0) {
     page.verdict("Pose error on the trajectory: " + plot::number(errors.before_m) + " m before, " +
@@ -259,19 +261,19 @@ void write_page(const LoopResult& result, const std::string& file) {
     page.verdict("Pose error on the trajectory: not flown.", "warn");
   }
   for (const std::string& cell : errors.diverged) {
-    page.verdict("Diverged: " + cell + ". It is left out of the mean above.", "bad");
+    page.verdict("Diverged: " + cell + ". The mean above does not include it.", "bad");
   }
   for (const std::string& sentence : predicted_worse(result)) {
     page.verdict("Worse: " + sentence + ".", "bad");
   }
   if (const std::string tasks = flown_worse(result); !tasks.empty()) {
-    page.verdict("Flown worse: " + tasks + ".", "warn");
+    page.verdict("Worse tracking: " + tasks + ".", "warn");
   }
   answer(result, page);
   page.paragraph(
-      "All flights are simulated. The plant was shown to the simulator only: the new vehicle file comes from the log "
-      "of one identification flight, each channel was decided on a second one, and the predictions are those of a "
-      "third. Brackets are 95 % intervals; those of every parameter stand below.");
+      "All flights are simulated, and only the simulator knows the plant. The new vehicle file was identified from the "
+      "log of one flight. A second flight decided for each channel whether the new numbers are taken over, and the "
+      "prediction errors are those of a third flight. Brackets are 95 % intervals; all parameters are listed below.");
   predictions(result, page);
   tracking(result, page);
   believed_to_found(result, page);

@@ -36,7 +36,7 @@ std::array<double, kHorizons_s.size()> errors(const AxisData& data, double from_
   return out;
 }
 
-/// Commands of one axis over the whole log, delayed, with what a lead zero adds.
+/// Commands of one axis over the whole log, after delay and lead zero.
 std::vector<double> commands(const AxisData& data, const model::StickAxis& model) {
   model::StickLaw<double> law(model, data.period_s);
   std::vector<double> now(data.stick.size());
@@ -58,7 +58,7 @@ std::vector<double> commands(const AxisData& data, const model::StickAxis& model
   return late;
 }
 
-/// One stick axis: what was measured, what the vehicle file makes of its sticks, and a forecast under way.
+/// One stick axis: its measured response, its commands by the vehicle file, and a running forecast.
 struct AxisForecast {
   AxisForecast(const logs::FlightLog& log, Signal stick, Signal other, Signal measured, const model::StickAxis& axis)
       : data(axis_data(log, stick, other, measured)), command(commands(data, axis)), model(axis) {}
@@ -77,7 +77,7 @@ struct AxisForecast {
 
 using Velocity = std::array<double, 2>;
 
-/// Forecasts the horizontal velocity from a moment of the log with the sticks that followed.
+/// Forecasts the horizontal velocity from a start time, with the logged sticks after it.
 class VelocityForecast {
  public:
   VelocityForecast(const model::Translation& translation, const std::vector<double>& yaw, const AxisForecast& roll,
@@ -92,7 +92,7 @@ class VelocityForecast {
         climb_now_(climb.from(begin)),
         velocity_(velocity) {}
 
-  /// @returns the velocity at sample i; call it for one sample after the other.
+  /// @returns the velocity at sample i. Precondition: called for consecutive samples.
   const Velocity& at(std::size_t i) {
     const double period_s = climb_.data.period_s;
     const double climb_before = climb_now_.value();
@@ -130,14 +130,14 @@ struct ErrorSums {
     y += ey;
     count += 1.0;
   }
-  /// Without the mean error: that is the steady wind, which the observer learns in flight.
+  /// Root mean square without the mean error, which is the steady wind that the observer learns in flight.
   double rms() const {
     const double n = std::max(1.0, count);
     return std::sqrt(std::max(0.0, squares / n - (x * x + y * y) / (n * n)));
   }
 };
 
-/// Errors of the forecast velocity at every horizon, from a start every ten samples.
+/// Errors of the forecast velocity at every horizon, with a start every ten samples.
 std::array<double, kHorizons_s.size()> velocity_errors(const model::Translation& translation,
                                                        const logs::FlightLog& log, const AxisForecast& roll,
                                                        const AxisForecast& pitch, const AxisForecast& climb,
@@ -174,13 +174,13 @@ Errors velocity_ahead(const model::Vehicle& vehicle, const Unseen& flight) {
   return velocity_errors(vehicle.translation, log, roll, pitch, climb, flight.from_s, flight.to_s);
 }
 
-/// What a log shows of a stick axis, and what the vehicle file says of it.
-struct Channel {
+/// The signals of a stick axis in a log, and its model in the vehicle file.
+struct LoggedAxis {
   AxisData data;
   model::StickAxis axis;
 };
 
-Channel channel_of(const model::Vehicle& vehicle, const logs::FlightLog& log, const std::string& channel) {
+LoggedAxis logged_axis(const model::Vehicle& vehicle, const logs::FlightLog& log, const std::string& channel) {
   if (channel == "roll") {
     return {axis_data(log, Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll), vehicle.roll};
   }
@@ -199,7 +199,7 @@ Errors ahead(const model::Vehicle& vehicle, const Unseen& flight, const std::str
   if (channel == "translation") {
     return velocity_ahead(vehicle, flight);
   }
-  const Channel one = channel_of(vehicle, *flight.log, channel);
+  const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
   return errors(one.data, flight.from_s, flight.to_s, one.axis);
 }
 
@@ -222,7 +222,7 @@ double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std
 }
 
 double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel) {
-  const Channel one = channel_of(vehicle, *flight.log, channel);
+  const LoggedAxis one = logged_axis(vehicle, *flight.log, channel);
   const identify::FreeRun run(one.data, {{flight.from_s, flight.to_s}});
   return identify::whitened_score(run.error(one.axis), run.segments());
 }

@@ -10,13 +10,13 @@
 
 namespace m100::lab::loop {
 
-/// How far ahead predictions are looked at.
+/// Horizons of the predictions [s].
 inline constexpr std::array<double, 4> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
-/// Root mean square error of what a vehicle file predicts from the sticks of a log, at each of kHorizons_s; starts
-/// every 0.1 s from the measured state. Velocity is horizontal, in the world: v + integral of
-/// (g + predicted climb acceleration) tan(predicted tilts), less drag; about its mean, which is the wind that the
-/// observer learns in flight.
+/// Root mean square error of the prediction of a vehicle file from the sticks of a log, at each of kHorizons_s, with a
+/// start every 0.1 s from the measured state. Velocity is horizontal, in the world: v + integral of
+/// (g + predicted climb acceleration) tan(predicted tilts), minus drag. Its mean error is subtracted, because it is the
+/// wind that the observer learns in flight.
 struct Prediction {
   std::array<double, kHorizons_s.size()> roll_rad{};
   std::array<double, kHorizons_s.size()> pitch_rad{};
@@ -24,8 +24,7 @@ struct Prediction {
   std::array<double, kHorizons_s.size()> climb_m_s{};
   std::array<double, kHorizons_s.size()> yaw_rate_rad_s{};
 };
-/// One of them, with what it is called on pages and the channel whose model predicts it. The one list of what the loop
-/// predicts.
+/// One predicted quantity, with its name on pages and the channel whose model predicts it.
 struct Quantity {
   const char* name;
   std::array<double, kHorizons_s.size()> Prediction::*member;
@@ -40,18 +39,18 @@ inline constexpr std::array<Quantity, 5> kQuantities{
 
 Prediction predict(const model::Vehicle& vehicle, const logs::FlightLog& log, double from_s, double to_s);
 
-/// A flight that no fit has seen, and the part of it that was flown under control. The log must outlive it.
+/// A flight that no fit has seen, and its part that was flown under control. The log must outlive it.
 struct Unseen {
   const logs::FlightLog* log = nullptr;
   double from_s = 0.0;
   double to_s = 0.0;
 };
 
-/// The error 1 s ahead of one channel alone: "roll", "pitch", "climb", "yaw_rate", or "translation" for the velocity.
+/// The error 1 s ahead of one channel: "roll", "pitch", "climb", "yaw_rate", or "translation" for the velocity.
 double one_second(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
 
-/// n ln(mean square) of what no past foretells of a stick axis over the flight: minus twice its log likelihood, but for
-/// a constant. Smallest for the vehicle that flew, in a closed loop too. Precondition: not "translation".
+/// n ln(mean square) of the innovations of a stick axis over the flight: minus twice its log likelihood, up to a
+/// constant. Smallest for the vehicle that flew, in a closed loop too. Precondition: not "translation".
 double innovations(const model::Vehicle& vehicle, const Unseen& flight, const std::string& channel);
 
 }  // namespace m100::lab::loop

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the loop found: as JSON and as text.
+// The result of the loop as JSON and as text.
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -73,7 +73,7 @@ nlohmann::json to_json(const LoopResult& result) {
 namespace {
 
 void print_believed_found(std::ostream& out, const LoopResult& result) {
-  out << "Believed -> found, with 95 % intervals; * matters for the prediction\n";
+  out << "Believed -> found, with 95 % intervals; *: the difference matters for the prediction\n";
   for (const auto& [channel, rows] : result.believed_found) {
     for (const identify::Refitted& one : rows) {
       std::array<char, 160> line{};
@@ -85,7 +85,7 @@ void print_believed_found(std::ostream& out, const LoopResult& result) {
   }
 }
 
-/// "dead_zone, trim_offset; gain changed at 31.2 s; not named: predictable from stick_roll ..."
+/// "dead_zone, trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ..."
 std::string what_is_lacking(const identify::IdentifyResult& found) {
   std::string out;
   for (const identify::EffectResult& effect : found.effects) {
@@ -95,10 +95,10 @@ std::string what_is_lacking(const identify::IdentifyResult& found) {
     out += (out.empty() ? "" : "; ") + change.name + " changed at " + plot::number(change.at_s) + " s";
   }
   if (!found.unexplained.empty()) {
-    out += (out.empty() ? "not named: " : "; not named: ") + found.unexplained.front();
+    out += (out.empty() ? "unexplained: " : "; unexplained: ") + found.unexplained.front();
   }
   if (out.empty()) {
-    out = found.verdict == "nothing_missing" ? "the file lacks nothing" : "what is left has no name";
+    out = found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
   }
   return out;
 }
@@ -116,7 +116,7 @@ void print(std::ostream& out, const LoopResult& result) {
   for (const std::string& sentence : predicted_worse(result)) {
     out << "  WORSE: " << sentence << "\n";
   }
-  out << "\nPrediction on a third flight, which decided nothing, 1 s ahead: roll "
+  out << "\nPrediction error 1 s ahead on a third flight, which no fit and no decision used: roll "
       << two_numbers("%.4f -> %.4f rad", result.before.prediction.roll_rad[2], result.after.prediction.roll_rad[2])
       << ", pitch "
       << two_numbers("%.4f -> %.4f rad", result.before.prediction.pitch_rad[2], result.after.prediction.pitch_rad[2])

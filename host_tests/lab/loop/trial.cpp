@@ -15,13 +15,13 @@ using Cells = std::vector<experiments::TaskResult>;
 constexpr double kFar_m = 5.0;
 constexpr double kSlack = 1.01;
 
-/// How much worse a trial is than another: cells that diverge in it alone less those that diverge in the other alone,
-/// then the ratio of the errors.
+/// Compares a trial with an earlier one: cells that diverge only in the new one minus those that diverge only in the
+/// other, then the ratio of the errors.
 struct Comparison {
   int diverged = 0;
   double now_m = 0.0;
   double before_m = 0.0;
-  int cells = 0;  ///< that diverge in neither
+  int cells = 0;  ///< number of cells that diverge in neither
   bool is_worse() const { return diverged != 0 ? diverged > 0 : now_m > kSlack * before_m; }
   double ratio() const { return before_m > 0.0 ? now_m / before_m : 1.0; }
 };
@@ -53,7 +53,7 @@ std::string lost_cells(const Cells& cells) {
 
 std::string in_words(const Comparison& comparison) {
   if (comparison.cells == 0) {
-    return "no cell was flown to its end both before and after";
+    return "no task was flown to its end both before and after";
   }
   char text[96];
   std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after", comparison.before_m, comparison.now_m);
@@ -62,10 +62,10 @@ std::string in_words(const Comparison& comparison) {
 
 void say_lost(const Cells& before, const Cells& now, Trial& out) {
   if (const std::string lost = lost_cells(before); !lost.empty()) {
-    out.said.push_back("trial flights: with the present vehicle file diverged: " + lost);
+    out.said.push_back("trial flights: diverged with the present vehicle file: " + lost);
   }
   if (const std::string lost = lost_cells(now); !lost.empty()) {
-    out.said.push_back("trial flights: with what was found diverged: " + lost);
+    out.said.push_back("trial flights: diverged with the found models: " + lost);
   }
 }
 
@@ -77,7 +77,7 @@ bool diverged(const experiments::TaskResult& cell) {
 
 namespace {
 
-/// The channel of `kept` without which it flies best, and what is flown then.
+/// The channel of `kept` without which the trial is best, and the cells flown without it.
 std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, const Cells& before,
                                           const std::function<Cells(const std::set<std::string>&)>& fly) {
   std::optional<std::string> culprit;

@@ -10,19 +10,19 @@
 
 namespace m100::lab::loop {
 
-/// What trial flights leave of the channels that unseen data speak for.
+/// The channels that the trial flights keep, of those that predict unseen data better.
 struct Trial {
   std::set<std::string> kept;
-  std::vector<std::string> said;  ///< cells that diverged, channels that were taken back, and the errors
+  std::vector<std::string> said;  ///< cells that diverged, channels that were reverted, and the errors
 };
 
-/// A cell whose flight was not flown, or ended further away than any of our tasks is wide.
+/// Whether a cell (task and condition) was not flown, or ended further from its reference than our widest task.
 bool diverged(const experiments::TaskResult& cell);
 
-/// Flies with all channels of `candidates`; where that is worse than `before`, takes back one after the other, always
-/// the one without which the trial is best, until it is not worse: first by the cells that diverge in it alone, then by
-/// the root mean square of the pose over the cells that diverge in neither, of which a hundredth more is no matter. A
-/// cell that diverges before and after is reported and decides nothing.
+/// Flies with all channels of `candidates`. While the trial is worse than `before`, it reverts one channel, always the
+/// one without which the trial is best. Trials are compared by the number of cells that diverge in only one of them,
+/// then by the root mean square of the pose over the cells that diverge in neither, with a tolerance of 1 %. A cell
+/// that diverges before and after is reported and decides nothing.
 /// @param before  the same cells in the same order as `fly` gives them
 /// @param fly  the trial with these channels taken over; called at most n (n + 1) / 2 + 1 times for n candidates
 Trial try_out(const std::set<std::string>& candidates, const std::vector<experiments::TaskResult>& before,

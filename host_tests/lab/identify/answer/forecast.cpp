@@ -18,7 +18,7 @@ bool is_named(const std::string& effect, const IdentifyResult& result) {
   return std::find(structure.begin(), structure.end(), effect) != structure.end();
 }
 
-/// Of the effect's first number; negative: none was found.
+/// Standard deviation of the effect's first parameter; negative: none was found.
 double found_deviation(const std::string& effect, const IdentifyResult& result) {
   const model::AxisEffect* const row = model::axis_effect(effect);
   for (const NamedInterval& one : result.final_intervals) {
@@ -80,16 +80,16 @@ nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, con
 
 std::string forecast_sentence(const nlohmann::ordered_json& comparison) {
   std::string out =
-      "Of what the excitation was to tell apart, this flight names: " + listed(comparison["as_forecast"]) +
-      "; what it would have shown and is not there: " + listed(comparison["would_have_shown"]) + ".";
+      "Effects that the excitation was designed to show and that were found: " + listed(comparison["as_forecast"]) +
+      "; effects that it would have shown but that were not found: " + listed(comparison["would_have_shown"]) + ".";
   for (const Json& row : comparison["effects"]) {
     if (row["named"] == true && row["enough"] == false) {
-      out += " " + row["effect"].get<std::string>() + " is named although the forecast could not tell it from " +
+      out += " " + row["effect"].get<std::string>() + " was found although the forecast could not tell it from " +
              row["most_alike"].get<std::string>() + ".";
     }
     if (row.contains("found_deviation") && row.contains("forecast_deviation")) {
       char text[160];
-      std::snprintf(text, sizeof text, " %s is known to a standard deviation of %.3g, forecast was %.3g.",
+      std::snprintf(text, sizeof text, " %s is known to a standard deviation of %.3g; the forecast was %.3g.",
                     row["effect"].get<std::string>().c_str(), row["found_deviation"].get<double>(),
                     row["forecast_deviation"].get<double>());
       out += text;

@@ -8,13 +8,13 @@
 
 namespace m100::lab::identify {
 
-/// What `m100-lab excite --json` said before the flight about this axis, beside what was then found in it. For each
-/// effect of the forecast: whether it was to show (`enough`), whether it is in the final model (`named`), and the
-/// standard deviation of its first number, forecast (size / apart_sigma) and found (the interval's quarter width).
-/// Empty where the forecast is about another axis.
+/// Compares the forecast of `m100-lab excite --json` for this axis with the result of the flight. For each effect of
+/// the forecast: whether the excitation was large enough to show it (`enough`), whether it is in the final model
+/// (`named`), and the standard deviation of its first parameter, forecast (size / apart_sigma) and found (a quarter of
+/// the interval's width). Empty where the forecast is for another axis.
 nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, const IdentifyResult& result);
 
-/// The comparison in one sentence.
+/// The comparison as text for the user.
 std::string forecast_sentence(const nlohmann::ordered_json& comparison);
 
 }  // namespace m100::lab::identify

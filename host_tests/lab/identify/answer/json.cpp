@@ -180,7 +180,7 @@ namespace {
 
 void effect_lines(const IdentifyResult& result, Text& text) {
   for (const EffectResult& effect : result.effects) {
-    text.line("  found %s%s: validation error then %.5f; cross-validated gain %.1f %%, criterion %.1f, t %.1f",
+    text.line("  found %s%s: validation error with it %.5f; cross-validated gain %.1f %%, criterion %.1f, t %.1f",
               effect.name.c_str(), effect.shape.empty() ? "" : (" (" + effect.shape + ")").c_str(),
               effect.validation_rmse_after, 100.0 * effect.cv_gain, effect.delta_bic, effect.paired_t);
     for (const Rival& rival : effect.rivals) {
@@ -222,7 +222,7 @@ std::string to_text(const IdentifyResult& result) {
     text.line("  %-26s %12.6g   [%.6g, %.6g]", parameter.name.c_str(), parameter.interval.value, parameter.interval.low,
               parameter.interval.high);
   }
-  text.line("  validation over training: %.2f", result.validation_over_training);
+  text.line("  validation error over training error: %.2f", result.validation_over_training);
   for (std::size_t k = 0; k < result.final_model.horizon_rmse.size(); ++k) {
     text.line("  prediction error after %.1f s: %.5f declared, %.5f final", result.final_model.horizon_rmse[k].first,
               result.declared.horizon_rmse[k].second, result.final_model.horizon_rmse[k].second);

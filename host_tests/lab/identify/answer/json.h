@@ -10,9 +10,9 @@ namespace m100::lab::identify {
 /// The result with the keys of `m100-lab identify --json`; series for figures are left out.
 nlohmann::ordered_json to_json(const IdentifyResult& result);
 
-/// The page a terminal shows: declared, found, before, after, and what is left.
+/// The result as text for a terminal: declared and final model, errors before and after, findings, residual.
 std::string to_text(const IdentifyResult& result);
-/// The key "refitted" alone, of one channel: what was believed beside what was found.
+/// The value of the key "refitted": believed and found parameters of one channel.
 nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted);
 
 }  // namespace m100::lab::identify

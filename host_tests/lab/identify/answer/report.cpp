@@ -29,7 +29,7 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
   return all;
 }
 
-/// One sentence for people who fly: what the finding means for the controller; empty where nobody wrote one.
+/// One sentence for pilots: the meaning of the effect for the controller; empty where there is none.
 std::string meaning_of(const std::string& effect) {
   if (const model::AxisEffect* row = model::axis_effect(effect)) {
     return std::string(row->sentence);
@@ -38,7 +38,7 @@ std::string meaning_of(const std::string& effect) {
   return row == nullptr ? "" : std::string(row->sentence);
 }
 
-/// Who takes care of the effect in flight.
+/// The part of the controller that handles the effect in flight.
 std::string in_flight(const std::string& effect) {
   if (const model::AxisEffect* row = model::axis_effect(effect)) {
     return std::string(words(row->in_flight));
@@ -84,14 +84,13 @@ void verdict_line(plot::Page& page, const IdentifyResult& r) {
     found.push_back("a change of " + change.name);
   }
   if (r.verdict == "nothing_missing") {
-    page.verdict("Nothing is missing: the declared model leaves nothing that these data can show.", "good");
+    page.verdict("Nothing is missing: these data show no effect that the declared model lacks.", "good");
   } else if (r.verdict == "explained") {
     page.verdict("Explained by: " + joined(found, ", ") + ".", "good");
   } else {
-    page.verdict(
-        "Unexplained: " + (r.unexplained.empty() ? std::string("something is left") : joined(r.unexplained, "; ")) +
-            (found.empty() ? "." : ". Found before that: " + joined(found, ", ") + "."),
-        "bad");
+    page.verdict("Unexplained: " + (r.unexplained.empty() ? std::string("the residual") : joined(r.unexplained, "; ")) +
+                     (found.empty() ? "." : ". Effects found: " + joined(found, ", ") + "."),
+                 "bad");
   }
 }
 
@@ -100,13 +99,14 @@ void errors_table(plot::Page& page, const IdentifyResult& r) {
   const std::string unit = unit_of(r.axis);
   const double gain =
       r.declared.validation_rmse > 0 ? 100.0 * (1.0 - r.final_model.validation_rmse / r.declared.validation_rmse) : 0;
-  page.table({{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
-              {"declared (before)", joined(r.declared.structure, " + "), number(r.declared.train_rmse),
-               number(r.declared.validation_rmse), number(r.declared.fit_percent)},
-              {"with what was found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
-               number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
-  page.paragraph("The validation error changes by " + number(-gain) + " %; of the final model it is " +
-                 number(r.validation_over_training) + " times that of training." +
+  page.table(
+      {{"", "structure", "error, training [" + unit + "]", "error, validation [" + unit + "]", "fit [%]"},
+       {"declared (before)", joined(r.declared.structure, " + "), number(r.declared.train_rmse),
+        number(r.declared.validation_rmse), number(r.declared.fit_percent)},
+       {"with the effects found (after)", joined(r.final_model.structure, " + "), number(r.final_model.train_rmse),
+        number(r.final_model.validation_rmse), number(r.final_model.fit_percent)}});
+  page.paragraph("The validation error changes by " + number(-gain) + " %. For the final model it is " +
+                 number(r.validation_over_training) + " times the training error." +
                  (r.noise_floor > 0 ? " Noise floor: " + number(r.noise_floor) + " " + unit + "." : ""));
 }
 
@@ -114,7 +114,7 @@ std::string interval_text(const Interval& interval) {
   return number(interval.value) + " [" + number(interval.low) + ", " + number(interval.high) + "]";
 }
 
-/// What was found, in sentences for people who fly.
+/// The findings in sentences for pilots.
 std::vector<std::string> sentences(const IdentifyResult& r) {
   std::vector<std::string> out;
   for (const EffectResult& effect : r.effects) {
@@ -142,8 +142,8 @@ std::vector<std::string> sentences(const IdentifyResult& r) {
 
 void summary(plot::Page& page, const IdentifyResult& r, const ReportOrigin& origin) {
   page.paragraph("Log " + origin.log + (origin.simulated ? " (simulated)" : "") + ", trained on " + origin.train +
-                 ", judged on " + origin.validation +
-                 ", which the fit has not seen. All errors are simulation errors over blocks of 2.5 s, each started "
+                 ", validated on " + origin.validation +
+                 ", which no fit has seen. All errors are simulation errors over blocks of 2.5 s; each block starts "
                  "from the measured state.");
   verdict_line(page, r);
   errors_table(page, r);
@@ -201,12 +201,12 @@ void time_figures(plot::Page& page, const IdentifyResult& r) {
     };
     add(against, "measured", "measured", plot::kBlack);
     add(against, "declared", "declared model", plot::kOrange);
-    add(against, "final", "with what was found", plot::kBlue);
-    page.figure(plot::svg(against), "Each model starts anew from the measured state every 2.5 s.");
+    add(against, "final", "with the effects found", plot::kBlue);
+    page.figure(plot::svg(against), "Each model restarts from the measured state every 2.5 s.");
     add(left, "declared_residual", "declared model", plot::kOrange);
-    add(left, "final_residual", "with what was found", plot::kBlue);
+    add(left, "final_residual", "with the effects found", plot::kBlue);
     if (!left.lines.empty()) {
-      page.figure(plot::svg(left), "What the models do not explain.");
+      page.figure(plot::svg(left), "The part of the measurement that each model does not explain.");
     }
   }
 }
@@ -222,10 +222,10 @@ void autocorrelations(plot::Page& page, const IdentifyResult& r) {
             .y_label = "correlation",
             .lines =
                 {{.name = "declared model", .x = f.lag_s, .y = f.declared_autocorrelation, .color = plot::kOrange},
-                 {.name = "with what was found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
+                 {.name = "with the effects found", .x = f.lag_s, .y = f.final_autocorrelation, .color = plot::kBlue}},
             .levels = {{white, "95 % of white noise"}, {-white, ""}, {0.0, ""}},
             .height = 230}),
-        "White noise would drop into the band at the first lag; air and autopilot leave a coloured floor.");
+        "White noise would stay inside the band from the first lag; air and autopilot make the residual coloured.");
   }
 }
 
@@ -233,7 +233,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
   if (r.candidates.empty()) {
     return;
   }
-  plot::BarChart chart{.title = "Candidates of the first round: error they would remove (cross-validated)",
+  plot::BarChart chart{.title = "Candidates of the first round: cross-validated reduction of the error",
                        .x_label = "gain [% of mean square]",
                        .bars = {}};
   for (const CandidateRow& row : r.candidates) {
@@ -246,7 +246,7 @@ void candidates_figure(plot::Page& page, const IdentifyResult& r) {
   }
   std::stable_sort(chart.bars.begin(), chart.bars.end(),
                    [](const auto& a, const auto& b) { return a.value > b.value; });
-  page.figure(plot::svg(chart), "Green: taken; blue: would pass every test; grey: fails one.");
+  page.figure(plot::svg(chart), "Green: accepted; blue: passes every test but is not the best; grey: fails a test.");
 }
 
 void intervals_figure(plot::Page& page, const IdentifyResult& r) {
@@ -258,8 +258,8 @@ void intervals_figure(plot::Page& page, const IdentifyResult& r) {
     chart.rows.push_back({.label = p.name, .value = p.interval.value, .low = p.interval.low, .high = p.interval.high});
   }
   page.figure(plot::svg(chart),
-              "Dot: estimate; bar: interval, in per cent of the estimate, so that long is uncertain; "
-              "one that reaches the edge goes on beyond it.");
+              "Dot: estimate; bar: interval in per cent of the estimate. A long bar is an uncertain number; a bar that "
+              "reaches the edge continues beyond it.");
 }
 
 void horizon_figure(plot::Page& page, const IdentifyResult& r) {
@@ -279,9 +279,9 @@ void horizon_figure(plot::Page& page, const IdentifyResult& r) {
     figure.lines.push_back(line);
   };
   add(r.declared, "declared model", plot::kOrange);
-  add(r.final_model, "with what was found", plot::kBlue);
+  add(r.final_model, "with the effects found", plot::kBlue);
   figure.levels.emplace_back(0.0, "");
-  page.figure(plot::svg(figure), "Root mean square of the prediction this long after its start.");
+  page.figure(plot::svg(figure), "Root mean square prediction error at each time after the start of the prediction.");
 }
 
 }  // namespace

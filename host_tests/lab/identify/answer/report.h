@@ -8,7 +8,7 @@
 
 namespace m100::lab::identify {
 
-/// Where the numbers come from, for the head of the report.
+/// Origin of the numbers, for the head of the report.
 struct ReportOrigin {
   std::string log;         ///< file name of the log
   std::string train;       ///< e.g. "12 to 38 s"
@@ -16,8 +16,9 @@ struct ReportOrigin {
   bool simulated = false;  ///< the log was made by a simulator
 };
 
-/// The page of one axis: first what was declared, found, before, after and what that means for the flight; then the
-/// figures (measured against both models, residual and its autocorrelation, candidates, intervals, horizons).
+/// The page of one axis: first the declared and the final model, the errors before and after and their meaning for the
+/// flight; then the figures (measured against both models, residual and its autocorrelation, candidates, intervals,
+/// horizons).
 plot::Page report_page(const IdentifyResult& result, const ReportOrigin& origin);
 
 /// Writes DIR/<axis>.html. @returns its path. Errors: InputError.

@@ -30,7 +30,7 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
   constexpr double kLatest_s = 3.0;
   const auto step = static_cast<std::ptrdiff_t>(std::max(1L, std::lround(0.02 / period_s)));
   plot::Line declared{.name = "declared model", .x = {}, .y = {}, .color = plot::kOrange};
-  plot::Line found{.name = "with what was found", .x = {}, .y = {}, .color = plot::kBlue};
+  plot::Line found{.name = "with the effects found", .x = {}, .y = {}, .color = plot::kBlue};
   const auto last = static_cast<std::ptrdiff_t>(std::lround(kLatest_s / period_s));
   for (auto lag = static_cast<std::ptrdiff_t>(std::lround(kEarliest_s / period_s)); lag <= last; lag += step) {
     for (plot::Line* line : {&declared, &found}) {
@@ -43,13 +43,13 @@ void against_input(plot::Page& page, const Direction& d, const Stretches& pieces
       independent_band(d.input, d.final_residual, static_cast<std::size_t>(std::lround(2.0 / period_s)), pieces);
   page.figure(
       plot::svg(plot::Figure{.title = "Residual against the input" + d.name,
-                             .x_label = "residual later than the input by [s]",
+                             .x_label = "delay of the residual after the input [s]",
                              .y_label = "correlation",
                              .lines = {declared, found},
                              .levels = {{band, "95 % if independent"}, {-band, ""}, {0.0, ""}},
                              .height = 230}),
-      "Beyond the band the input predicts what is left; before nought, where no cause can be, it is the loop that "
-      "was closed in flight, or a clock.");
+      "Outside of the band the input predicts the residual. At negative delays no input can be the cause: there the "
+      "correlation comes from a control loop that was closed in flight, or from a clock error.");
 }
 
 /// Up to kHighest_hz.
@@ -72,7 +72,7 @@ void spectrum(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   };
   add(d.measured, "measured", plot::kBlack);
   add(d.declared_residual, "residual, declared model", plot::kOrange);
-  add(d.final_residual, "residual, with what was found", plot::kBlue);
+  add(d.final_residual, "residual, with the effects found", plot::kBlue);
   page.figure(plot::svg(figure), "Welch's method, segments of 5 s that overlap by half.");
 }
 
@@ -83,7 +83,7 @@ struct ResponseLines {
 
 /// @param empty  name, colour and width of the lines
 ResponseLines response_lines(const Spectra& spectra, const plot::Line& empty) {
-  constexpr double kLeastCoherence = 0.3;  // below, the ratio is that of two noises
+  constexpr double kLeastCoherence = 0.3;  // below it the ratio is dominated by noise
   ResponseLines out{empty, empty, empty};
   double turns = 0.0;
   double before = 0.0;
@@ -120,13 +120,13 @@ void response(plot::Page& page, const Direction& d, const Stretches& pieces, dou
   };
   add(d.measured, "measured", plot::kBlack, true);
   add(d.declared, "declared model", plot::kOrange, false);
-  add(d.final_model, "with what was found", plot::kBlue, false);
+  add(d.final_model, "with the effects found", plot::kBlue, false);
   agree.y_range = std::pair{0.0, 1.0};
   page.figure(plot::svg(gain),
-              "Drawn where the coherence is above 0.3. A gain of a dead zone depends on the size of the sticks: "
-              "models are simulated with the sticks of the log and treated alike.");
-  page.figure(plot::svg(phase), "Against the same input.");
-  page.figure(plot::svg(agree), "What is missing to one is air, noise, or a cause that is not this input.");
+              "Drawn where the coherence is above 0.3. With a dead zone the gain depends on the size of the stick "
+              "movements, so the models are simulated with the sticks of the log and evaluated in the same way.");
+  page.figure(plot::svg(phase), "Phase relative to the same input.");
+  page.figure(plot::svg(agree), "The part below one comes from air, noise, or a cause other than this input.");
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ void specialist_figures(plot::Page& page, const IdentifyResult& result) {
                       .final_residual = of("final_residual")->values};
     against_input(page, d, pieces, f.sample_period_s);
     if (welch(d.input, d.measured, pieces, f.sample_period_s).segments < 2) {
-      page.paragraph("No spectrum: the ranges have no two stretches of 5 s.");
+      page.paragraph("No spectrum: the ranges do not contain two stretches of 5 s.");
       continue;
     }
     spectrum(page, d, pieces, f.sample_period_s);

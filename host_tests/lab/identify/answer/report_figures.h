@@ -6,12 +6,12 @@
 
 namespace m100::lab::identify {
 
-/// What a specialist asks for beside the time histories: the residual against the input, spectra, and the frequency
-/// response of the data and of both models with its coherence, for each direction of the answer. Needs the series
-/// "input", "measured", "declared" and "final" with their residuals; what is missing is left out.
+/// Adds the figures for a specialist: the cross-correlation of the residual with the input, spectra, and the frequency
+/// response of the data and of both models with its coherence, for each direction of the result. Uses the series
+/// "input", "measured", "declared" and "final" with their residuals; figures of missing series are left out.
 void specialist_figures(plot::Page& page, const IdentifyResult& result);
 
-/// The series of an answer by its name; null: it has none.
+/// The series of a result by its name; null: there is none of this name.
 const Series* series_named(const IdentifyResult& result, const std::string& name);
 
 }  // namespace m100::lab::identify

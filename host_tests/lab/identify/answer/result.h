@@ -8,8 +8,9 @@
 
 namespace m100::lab::identify {
 
-// The answer of `m100-lab identify`, for the stick axes and for translation alike: one field for each key of its JSON,
-// plus the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2 (translation).
+// The result of `m100-lab identify`, the same for the stick axes and for translation: one field for each key of its
+// JSON, plus the series that the report draws. Units: rad (roll, pitch), rad/s (yaw_rate), m/s (climb), m/s^2
+// (translation).
 
 /// A number and its 95 % block-jackknife interval.
 struct Interval {
@@ -36,7 +37,7 @@ struct ModelResult {
   double train_rmse = 0.0;
   double validation_rmse = 0.0;
   double fit_percent = 0.0;                             ///< on the validation part
-  std::vector<std::pair<double, double>> horizon_rmse;  ///< horizon [s], root mean square at that age of the prediction
+  std::vector<std::pair<double, double>> horizon_rmse;  ///< horizon [s], root mean square prediction error there
 };
 
 struct Rival {
@@ -45,7 +46,7 @@ struct Rival {
   double cv_ratio = 1.0;  ///< its cross-validated error over the winner's
 };
 
-/// One accepted effect. What is said of it was found when it was added to those before it.
+/// One accepted effect. Its numbers are those found when it was added to the effects before it.
 struct EffectResult {
   std::string name;
   std::vector<NamedInterval> parameters;
@@ -57,7 +58,7 @@ struct EffectResult {
   std::vector<Rival> rivals;
 };
 
-/// One line of the candidate table: everything that was tried, accepted or not.
+/// One line of the candidate table, which lists every edit that was tried, accepted or not.
 struct CandidateRow {
   int round = 0;  ///< 0: first addition
   std::string name;
@@ -71,23 +72,23 @@ struct CandidateRow {
 };
 
 struct Alignment {
-  double stick_shift_samples = 0.0;  ///< how much later the stick must be put, to match the response
+  double stick_shift_samples = 0.0;  ///< by how many samples the stick must be delayed to match the response
   std::string evidence = "none";     ///< "sequence", "correlation" or "none"
 };
 
-/// Something that is to be known about the log, the fit or the flight. `what` is one of the contract's names:
+/// A finding about the log, the fit or the flight. `what` is one of the contract's names:
 /// sign_reversed, swapped_axes, wrong_unit, frozen, outliers, clock_shift, on_ground, gap, position_force, note.
 struct Finding {
   std::string what = "note";
-  std::string signal{};  ///< empty: of no single one
+  std::string signal{};  ///< empty: no single signal
   double from_s = 0.0;
-  double to_s = 0.0;   ///< equal to from_s: of no certain time
+  double to_s = 0.0;   ///< equal to from_s: no time range
   std::string text{};  ///< a sentence
   bool certain = true;
 };
 inline Finding note(std::string text) { return {.text = std::move(text)}; }
 
-/// Something about the vehicle that is not the same in the whole log.
+/// A property of the vehicle that changes within the log.
 struct Change {
   double at_s = 0.0;
   double low_s = 0.0;  ///< 95 % interval of the date
@@ -98,7 +99,7 @@ struct Change {
   double likelihood_ratio = 0.0;
 };
 
-/// A parameter that the model had before the fit, and what the fit makes of it.
+/// A parameter of the believed model, and the value that the fit found.
 struct Refitted {
   std::string parameter;
   double believed = 0.0;
@@ -134,8 +135,8 @@ struct IdentifyResult {
   std::vector<std::string> unexplained;
   std::string verdict;  ///< "nothing_missing", "explained" or "unexplained"
   std::vector<Finding> findings;
-  std::vector<Change> changes;            ///< they stand here and not among the effects
-  std::vector<Refitted> refitted;         ///< only where the request says what was believed
+  std::vector<Change> changes;            ///< not repeated among the effects
+  std::vector<Refitted> refitted;         ///< filled only where a believed vehicle file was given
   double validation_over_training = 0.0;  ///< ratio of the root mean squares of the final model
   std::vector<CandidateRow> candidates;
   Figures figures;

@@ -25,7 +25,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Clock before structure, structure before change: the order in which a log is asked.
+/// The order of the tests of a log: clock before structure, structure before change.
 class AxisInquiry {
  public:
   explicit AxisInquiry(const Request& request) : request_(request) { request_.asked = asked_of(request, true); }
@@ -36,7 +36,7 @@ class AxisInquiry {
     const bool own_trims = request_.log->flights.size() > 1 && take_trims(declared_fit());
     chosen_ = choose(*study_, request_, {});
     if (own_trims &&
-        take_trims(chosen_.final_model.fit)) {  // a dead zone hides trims: asked again under what was found
+        take_trims(chosen_.final_model.fit)) {  // a dead zone hides trims: tested again under the selected model
       chosen_ = choose(*study_, request_, {});
     }
     if (own_trims) {
@@ -62,7 +62,7 @@ class AxisInquiry {
     return family.fit(request_.declared, std::vector<int>(family.block_count(), 1), nullptr);
   }
 
-  /// Gives each flight of a joined log a trim of its own where they differ. @returns whether the study is a new one.
+  /// Gives each flight of a joined log its own trim where the trims differ. @returns whether this made a new study.
   bool take_trims(const Fit& fit) {
     std::vector<FlightTrim> more = flight_trims(*study_, fit);
     if (!(flight_trims_.empty() ? differ(*study_, more) : moved(*study_, more))) {
@@ -80,7 +80,7 @@ class AxisInquiry {
     return true;
   }
 
-  /// Asked first: a column that stops while the hand goes on looks like a change, or like a clock.
+  /// Tested first: a column that freezes while the hand moves on looks like a change, or like a clock shift.
   bool stick_froze() {
     const std::vector<Finding> found = stick_freeze({&study_->training(), &study_->validation()},
                                                     study_->axis_family().model(chosen_.final_model.fit));
@@ -88,20 +88,20 @@ class AxisInquiry {
     return !found.empty();
   }
 
-  /// Neutral points that differ are an effect like any other: what nobody declared or named forbids a clean bill,
-  /// though they were taken from the sticks.
+  /// Neutral points that differ are an effect like any other. If it was neither declared nor named, it forbids a clean
+  /// bill, although the trims were subtracted from the sticks.
   void ask_for_trims() {
     constexpr const char* kTrim = "trim_offset";
     const auto is_trim = [](const Step& step) { return step.name == kTrim; };
     const bool declared =
         std::find(request_.declared.begin(), request_.declared.end(), kTrim) != request_.declared.end();
     if (!flight_trims_.empty() && !declared && std::none_of(chosen_.steps.begin(), chosen_.steps.end(), is_trim)) {
-      beside_.unexplained.emplace_back("neutral points that differ from flight to flight; declare trim_offset");
+      beside_.unexplained.emplace_back("the neutral points differ from flight to flight; declare trim_offset");
     }
   }
 
-  /// What was named must be so however the stick moved between slow rows, by what selection asks of whitened residuals
-  /// at the least; else it is said, unnamed.
+  /// A named effect must be certain for every reading of the stick between slow rows, by the selection's threshold for
+  /// whitened residuals. Otherwise it loses its name and is reported as unexplained.
   void ask_between_rows() {
     const double least = SelectionOptions{}.least_delta_white;
     const AxisFamily& family = study_->axis_family();
@@ -115,12 +115,12 @@ class AxisInquiry {
       }
     }
     for (const std::string& name : open) {
-      beside_.unexplained.push_back(name + " would fit, but the stick's rows are too slow to tell");
+      beside_.unexplained.push_back(name + " would fit, but the stick was logged too slowly to confirm it");
       forget(name);
     }
   }
 
-  /// Asked last, where all else would end in a clean bill.
+  /// Tested last, where the result would otherwise be a clean bill.
   void ask_for_traces() {
     const bool clean = chosen_.steps.empty() && beside_.changes.empty() && beside_.unexplained.empty() &&
                        std::none_of(beside_.findings.begin(), beside_.findings.end(), forbids_clean_bill);
@@ -136,14 +136,15 @@ class AxisInquiry {
     std::array<char, 200> text{};
     std::snprintf(
         text.data(), text.size(),
-        "something like %s is certain (likelihood ratio %.0f beyond its price), and too little of what is left "
-        "is explained by it to name it",
+        "an effect like %s is certain (likelihood ratio %.0f above its penalty), but it explains too little of "
+        "the residual to be named",
         trace->name.c_str(), trace->likelihood_ratio);
     beside_.unexplained.emplace_back(text.data());
   }
 
-  /// Where the response begins before its stick, the sticks are moved and the structure is chosen again: what explained
-  /// the shift (a lead zero, mostly) is no longer needed. The shift must still be there under the new structure.
+  /// Where the response begins before its stick, the sticks are shifted and the structure is selected again: the effect
+  /// that explained the shift (mostly a lead zero) is no longer needed. The shift must still be there under the new
+  /// structure.
   void ask_the_clock() {
     const ClockShift first = clock_of(study_->free_run(), study_->axis_family(), chosen_.final_model.fit);
     if (!first.likely) {
@@ -158,10 +159,10 @@ class AxisInquiry {
       return;
     }
     std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(),
-                  "the response begins %.3f s (+-%.3f) before its stick: the clocks disagree%s", -clock.shift_s,
+    std::snprintf(text.data(), text.size(), "the response begins %.3f s (+-%.3f) before its stick: %s", -clock.shift_s,
                   2.0 * clock.sigma_s,
-                  clock.certain ? "; the sticks were moved" : ", or hardly do: these data cannot tell");
+                  clock.certain ? "the clocks disagree; the stick samples were shifted"
+                                : "the clocks may disagree, but these data cannot confirm it");
     beside_.findings.push_back(
         {.what = "clock_shift", .signal = moved->stick_name(), .text = text.data(), .certain = clock.certain});
     beside_.unexplained.emplace_back(text.data());
@@ -171,20 +172,20 @@ class AxisInquiry {
     forget("lead_zero");  // never beside a response that begins before its stick
   }
 
-  /// Where rows are too slow to tell a shift, they are too slow to name the zero that would be its shadow.
+  /// Where rows are too slow to confirm a shift, they are too slow to name a lead zero, which may be caused by it.
   void doubt_the_zero(const ClockShift& clock) {
     constexpr const char* kZero = "lead_zero";
     const bool named =
         std::any_of(chosen_.steps.begin(), chosen_.steps.end(), [&](const Step& step) { return step.name == kZero; });
     if (clock.zero_in_doubt && named) {
       beside_.unexplained.emplace_back(
-          "a lead zero would fit, and so would a response that begins before its stick: these data cannot tell");
+          "these data cannot distinguish a lead zero from a response that begins before its stick");
       forget(kZero);
     }
   }
 
-  /// A climb speed that falls with the height flown: asked before a change, which it imitates, under what was found and
-  /// under what was declared, which may be all there is beside it.
+  /// Tests for a climb speed that falls with the height flown, before a change, which it imitates. It is tested under
+  /// the selected and under the declared model, because beside it the declared model may be complete.
   bool pulled_back() {
     if (request_.axis != "climb" || !study_->training().signals.data.other.empty()) {
       return false;
@@ -215,7 +216,7 @@ class AxisInquiry {
     return tether.has_value();
   }
 
-  /// A change must stand under the structure that one side of it shows.
+  /// A change must remain under the structure that is selected on one side of it.
   void ask_for_a_change() {
     FreeRun run = study_->free_run();
     weigh_by_what_is_known({&run, 1}, study_->training().signals.data,
@@ -225,7 +226,7 @@ class AxisInquiry {
       if (first.likely && chosen_.steps.empty() &&
           ratio_between_rows(study_->training().signals.data, study_->free_ranges(), study_->axis_family(),
                              chosen_.final_model.fit, first) >= kChangeIsChance) {
-        doubt(first.change, "that is not certain enough to be named, and too likely for a clean bill");
+        doubt(first.change, "the change is too uncertain to be named and too likely for a clean bill");
       }
       return;
     }
@@ -248,8 +249,8 @@ class AxisInquiry {
     take(change.change);
   }
 
-  /// An effect that only one side shows and another change beside it tell of the same log as the first change alone:
-  /// where they hardly pay the price of their numbers, neither name is certain.
+  /// An effect found on one side together with another change may explain the log as well as the first change alone.
+  /// Unless they are clearly worth the penalty of their parameters, neither name is certain.
   static void add_the_other_tale(const AxisChange& first, const FreeRun& run, AxisChange& change) {
     const double more = static_cast<double>(change.numbers) - static_cast<double>(first.numbers);
     const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));
@@ -258,23 +259,22 @@ class AxisInquiry {
     }
   }
 
-  /// @returns false for what slow rows of the stick leave open, which is said, or make. What came and went is said
-  /// beside the change.
+  /// @returns false for a change that slow rows of the stick make uncertain, which is reported, or may have caused. A
+  /// temporary change is reported beside the change.
   bool believe(const AxisChange& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = study_->training().signals.data;
     const std::vector<Range> ranges = study_->free_ranges();
     const std::optional<Change> another = another_change(data, ranges, family, fit, change);
     if (another) {
       std::array<char, 120> text{};
-      std::snprintf(text.data(), text.size(),
-                    "something that came and went: the response changes at %.1f s, and again at %.1f s",
+      std::snprintf(text.data(), text.size(), "a temporary change: the response changes at %.1f s and again at %.1f s",
                     std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s));
       beside_.unexplained.emplace_back(text.data());
       return true;
     }
     const double ratio = ratio_between_rows(data, ranges, family, fit, change);
     if (ratio >= kChangeIsChance && ratio < kChangeIsCertain) {
-      doubt(change.change, "the stick's rows are too slow to tell");
+      doubt(change.change, "the stick was logged too slowly to confirm it");
     }
     return ratio >= kChangeIsCertain;
   }
@@ -296,14 +296,16 @@ class AxisInquiry {
     add_change(beside_, change);
   }
 
-  /// The model keeps the effect, the answer says it elsewhere: as a change, or as a shift of the clock.
+  /// Removes the effect's name from the result; the model keeps the effect. It is reported as a change, as a clock
+  /// shift or as unexplained instead.
   void forget(const std::string& name) {
     std::erase_if(chosen_.steps, [&](const Step& step) { return step.name == name; });
     std::erase_if(chosen_.not_separable,
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
   }
 
-  /// Under the final structure; or under the declared one, where the change explains more than all that was named.
+  /// The change under the final structure; or under the declared one, where the change explains more than all named
+  /// effects.
   AxisChange change_under(const FreeRun& run, const Selection& chosen) const {
     const AxisFamily& family = study_->axis_family();
     AxisChange with_effects = change_of(run, family, chosen.final_model.fit);
@@ -311,7 +313,7 @@ class AxisInquiry {
       return with_effects;
     }
     const AxisChange plain = change_of(run, family, chosen.declared.fit);
-    if (with_effects.found) {  // a change is imitated by an effect and another change: the shorter tale is preferred
+    if (with_effects.found) {  // an effect with another change can imitate one change: the simpler explanation wins
       const double more = static_cast<double>(chosen.final_model.fit.free_parameters) -
                           static_cast<double>(chosen.declared.fit.free_parameters);
       const double price = std::max(0.0, more) * std::log(static_cast<double>(run.size()));

@@ -18,7 +18,7 @@ struct State {
   double rate_per_s = 0.0;
 };
 
-// Least-squares quadratic through up to eleven valid samples around `at`, read at `at`.
+// Value and slope at `at` of the least-squares quadratic through up to eleven valid samples around it.
 State measured_state(const AxisData& data, std::size_t at) {
   const std::size_t first = at > kHalfWindow ? at - kHalfWindow : 0;
   const std::size_t last = std::min(data.measured.size() - 1, at + kHalfWindow);
@@ -55,7 +55,7 @@ std::vector<double model::StickAxis::*> numbers_of_the_law() {
   constexpr std::array kBehind{&StickAxis::time_constant_s,   &StickAxis::natural_frequency_rad_s,
                                &StickAxis::damping_ratio,     &StickAxis::lead_zero_s,
                                &StickAxis::transport_delay_s, &StickAxis::rate_limit_per_s};
-  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // no effect of its own: a variant of one
+  std::vector<double StickAxis::*> out{&StickAxis::command_slew_per_s};  // a variant of an effect
   model::for_each_axis_number([&](const model::AxisNumber& number) {
     if (std::find(kBehind.begin(), kBehind.end(), number.member) == kBehind.end()) {
       out.push_back(number.member);
@@ -64,7 +64,7 @@ std::vector<double model::StickAxis::*> numbers_of_the_law() {
   return out;
 }
 
-/// Whether the two make the same commands of every stick.
+/// Whether both make the same commands from every stick.
 bool same_stick_law(const model::StickAxis& a, const model::StickAxis& b) {
   static const std::vector<double model::StickAxis::*> kNumbers = numbers_of_the_law();
   return a.dead_zone_shape == b.dead_zone_shape &&
@@ -73,8 +73,8 @@ bool same_stick_law(const model::StickAxis& a, const model::StickAxis& b) {
 
 using Dynamics = sysid::AxisDynamics<double>;
 
-/// Several vehicles at once, each with a command after the other of its own, which its response takes the place of: one
-/// vehicle alone would wait for each product of its recurrence.
+/// Simulates several vehicles at once and replaces the commands of each by its response. A single vehicle would wait
+/// for each product of its recurrence.
 template <std::size_t Vehicles>
 void respond(std::span<Dynamics> dynamics, std::span<double> driven, std::size_t samples) {
   for (std::size_t i = 0; i < samples; ++i) {
@@ -107,7 +107,7 @@ AxisBlocks::AxisBlocks(const AxisData& data, const std::vector<Range>& ranges, d
     stretches_.push_back({begin > past ? begin - past : 0, begin, end});
     for (std::size_t at = begin; at < end;) {
       if (!data.valid[at]) {
-        ++at;  // nothing to start from
+        ++at;  // no measured state to start from
         continue;
       }
       const auto from = data.valid.begin() + static_cast<std::ptrdiff_t>(at);
@@ -130,7 +130,7 @@ AxisBlocks::Block AxisBlocks::start_of(std::size_t begin, std::size_t end, std::
 AxisBlocks::Law& AxisBlocks::law_of(const model::StickAxis& axis) const {
   auto memory = std::find_if(laws_.begin(), laws_.end(),
                              [&](const Law& one) { return !one.commands.empty() && same_stick_law(one.axis, axis); });
-  if (memory == laws_.end()) {  // the one that was used last stays: a Jacobian comes back to it for every column
+  if (memory == laws_.end()) {  // keep the entry used last: a Jacobian returns to it for every column
     memory = laws_.begin() + (last_law_ == 0 ? 1 : 0);
     memory->axis = axis;
     memory->commands.resize(stretches_.size());
@@ -154,9 +154,9 @@ void AxisBlocks::command(const model::StickAxis& axis, const Stretch& around, st
   const AxisData& data = *data_;
   const bool has_other = !data.other.empty();
   model::StickLaw<double> law(axis, data.period_s);
-  const double since_s = data.since_begin_s(around.begin);  // what drifts begins anew with every flight
+  const double since_s = data.since_begin_s(around.begin);  // a drift restarts with every flight
   out.resize(around.end - around.past);
-  // A stick that is held asks for the same command again, unless the command goes on by itself.
+  // A held stick gives the same command again, unless the command changes by itself.
   const bool rests = !(std::abs(axis.gain_drift_per_minute) > 0.0) && !(axis.command_slew_per_s > 0.0);
   for (std::size_t i = around.past; i < around.end; ++i) {
     if (rests && i > around.past && data.stick[i] == data.stick[i - 1] &&
@@ -294,7 +294,7 @@ double AxisBlocks::fit_percent(const model::StickAxis& axis) const {
 
 namespace {
 
-/// Squared errors by the time since the prediction began.
+/// Squared errors by the age of the prediction.
 class ErrorsByAge {
  public:
   ErrorsByAge(const AxisData& data, const std::vector<double>& ages_s)

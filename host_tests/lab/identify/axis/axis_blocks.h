@@ -17,14 +17,14 @@ namespace m100::lab::identify {
 struct AxisData {
   double start_s = 0.0;
   double period_s = 0.01;
-  double row_s = 0.0;                ///< between the rows in which the response was logged; 0: a period
-  double stick_row_s = 0.0;          ///< the same of the stick
+  double row_s = 0.0;                ///< between the logged rows of the response; 0: a period
+  double stick_row_s = 0.0;          ///< between the logged rows of the stick; 0: a period
   std::vector<double> stick;         ///< counts from neutral
   std::vector<double> other;         ///< stick of the other axis; empty: not logged
   std::vector<double> measured;      ///< unit of the axis
   std::vector<char> valid;           ///< 0 where the log had a gap; same length as measured
   std::vector<std::size_t> flights;  ///< first samples of the logs that were joined; empty: one log
-  /// Seconds since the log began in which the sample lies.
+  /// Seconds from the start of the sample's log (of joined logs, its own) to the sample.
   double since_begin_s(std::size_t sample) const {
     std::size_t begin = 0;
     for (const std::size_t flight : flights) {
@@ -35,9 +35,9 @@ struct AxisData {
   double time_s(std::size_t sample) const { return start_s + period_s * static_cast<double>(sample); }
 };
 
-/// Part of a log, cut into consecutive blocks that each start from the measured state: the smoothed value and slope of
-/// a quadratic through eleven samples. A block ends before a gap and another begins after it; less than half of 2.5 s
-/// is none.
+/// Part of a log, divided into consecutive blocks. Each block starts from the measured state: value and slope of a
+/// quadratic fitted to eleven samples. A block ends before a gap and another begins after it; a piece shorter than half
+/// of 2.5 s is left out.
 class AxisBlocks {
  public:
   struct Block {
@@ -45,9 +45,9 @@ class AxisBlocks {
     std::size_t end;
     double value;
     double rate_per_s;
-    std::size_t stretch;  ///< the contiguous part of the log it lies in
+    std::size_t stretch;  ///< the contiguous part of the log that contains it
   };
-  /// Past input, for the delay and for what remembers the stick.
+  /// Length of the past input, for the delay and for effects with memory of the stick.
   static constexpr double kPast_s = 3.0;
   static constexpr double kBlock_s = 2.5;
 
@@ -59,7 +59,7 @@ class AxisBlocks {
   std::size_t samples() const { return samples_; }
 
   /// Simulated minus measured of the blocks with positive weight, one after the other, times the root of the weight;
-  /// nought at invalid samples. An empty span of weights stands for all ones.
+  /// zero at invalid samples. An empty span of weights means all ones.
   /// @returns the number of values written.
   std::size_t error(const model::StickAxis& axis, std::span<const int> weights, std::span<double> out) const;
   /// The simulated response of all blocks, one after the other.
@@ -71,24 +71,24 @@ class AxisBlocks {
 
  private:
   struct Stretch {
-    std::size_t past;  ///< first sample whose input is looked at
+    std::size_t past;  ///< first sample whose input is used
     std::size_t begin;
     std::size_t end;
   };
-  /// Commands of the stick that were asked for last, by the numbers that make them: a step of frequency, delay or zero
-  /// leaves them as they are.
+  /// Cache of the last commands of the stick, by the parameters that determine them: a step of frequency, delay or zero
+  /// does not change them.
   struct Law {
     model::StickAxis axis;
     std::vector<std::vector<double>> commands;  ///< by stretch
     std::vector<char> known;
   };
-  static constexpr std::size_t kTogether = 4;  ///< blocks that wait for each other's arithmetic, side by side
+  static constexpr std::size_t kTogether = 4;  ///< blocks that are simulated side by side
 
-  /// The memory of the axis' commands; where there is none, the older one begins anew.
+  /// The cache entry of the axis' commands; where there is none, the older entry is reused.
   Law& law_of(const model::StickAxis& axis) const;
   const std::vector<double>& commands(const model::StickAxis& axis, std::size_t stretch) const;
   void command(const model::StickAxis& axis, const Stretch& around, std::vector<double>& out) const;
-  /// The command behind delay and zero, sample by sample of a block.
+  /// The command after delay and zero, sample by sample of a block.
   void drive(const model::StickAxis& axis, const Block& block, std::span<double> out) const;
   /// The response of at most kTogether blocks, one after the other.
   void run(const model::StickAxis& axis, std::span<const Block* const> blocks, std::span<double> out) const;
@@ -105,7 +105,7 @@ class AxisBlocks {
   mutable std::vector<double> driven_;
 };
 
-/// Root mean square of the prediction error at the given ages, over starts every 0.1 s inside the ranges.
+/// Root mean square prediction error at the given horizons, over starts every 0.1 s inside the ranges.
 std::vector<std::pair<double, double>> horizon_rmse(const AxisData& data, const std::vector<Range>& ranges,
                                                     const model::StickAxis& axis, const std::vector<double>& ages_s);
 

@@ -31,7 +31,7 @@ double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges
     }
     const WhitenedFit from_with = fit_whitened(run, with.before, knobs);
     double ratio = std::min(without.score, from_with.score) - with.score;
-    if (change.knob.member == &model::StickAxis::trim_counts) {  // its own autoregression hides a step from no break
+    if (change.knob.member == &model::StickAxis::trim_counts) {  // otherwise the autoregression absorbs the step
       const Rows error = run.error(with.before, with.after, jump.at_s).array() - with.offset;
       const Ar filter = autoregression(error, run.segments());
       const auto power = [&](Rows rows) {
@@ -48,10 +48,10 @@ double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges
 
 std::optional<Change> another_change(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                      const Fit& fit, const AxisChange& change) {
-  constexpr double kBefore_s = 0.5;  // beside the interval of the date: the response follows
+  constexpr double kBefore_s = 0.5;  // before the interval of the date
   constexpr double kAfter_s = 1.0;
   constexpr double kLeast_s = 2.5;
-  constexpr double kAsMuch = 0.5;  // what goes is about as likely as what came: both last as long
+  constexpr double kAsMuch = 0.5;  // the end of a temporary change is about as likely as its start
   const Range before{-1e9, change.change.low_s - kBefore_s};
   const Range after{change.change.high_s + kAfter_s, 1e9};
   for (const auto& [side, model] : {std::pair{before, &change.before}, std::pair{after, &change.after}}) {

@@ -9,16 +9,15 @@
 
 namespace m100::lab::identify {
 
-/// Likelihood ratio of a change under that reading of a log with slow rows (row_readings.h) that speaks least for it,
-/// the innovations weighed by what is known of them; infinity where the rows are not slow. Below kChangeIsCertain the
-/// row that fell between two steps of the stick may have made it: it has no name, and no clean bill is due either,
-/// unless it is below what chance reaches.
+/// Smallest likelihood ratio of a change over all readings of a log with slow rows (row_readings.h), with weighed
+/// innovations; infinity where the rows are not slow. Below kChangeIsCertain the unknown moment of a step of the stick
+/// may have caused it: then it has no name, and there is no clean bill either, unless it is below kChangeIsChance.
 double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                           const Fit& fit, const AxisChange& change);
 
-/// A vehicle that became another one and stayed it is steady on both sides of the date. What comes and goes, a mode of
-/// the autopilot for a while, is two changes, of which each alone has any name that fits.
-/// @returns the change that one of the sides shows by itself, at least half as likely, if there is one.
+/// Searches both sides of a change for another change. A permanent change leaves both sides steady; a temporary one
+/// (another mode of the autopilot for a while) is two changes, and one of them alone could get many names.
+/// @returns the change that one side shows by itself with at least half the likelihood ratio, if there is one.
 std::optional<Change> another_change(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                      const Fit& fit, const AxisChange& change);
 

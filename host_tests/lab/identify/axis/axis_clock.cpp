@@ -12,11 +12,11 @@ namespace {
 using model::StickAxis;
 
 constexpr double kEarliest_s = -0.2;
-constexpr double kMargin = 6.0;         // of the likelihood ratio: a net shift that is certain
-constexpr double kLeastSigmas = 3.0;    // beside half a sample, by which sticks that ramp between rows read early
+constexpr double kMargin = 6.0;         // of the likelihood ratio, for a certain net shift
+constexpr double kLeastSigmas = 3.0;    // beyond half a sample, because interpolated sticks are read early
 constexpr double kHalfOfTen_s = 0.005;  // nearer to -10 ms than to none
 
-/// The same motion as a second order: a first order is one that is heavily damped.
+/// A first order as a heavily damped second order with the same motion.
 StickAxis second_order(StickAxis axis) {
   if (axis.is_first_order()) {
     axis.natural_frequency_rad_s = 60.0;
@@ -40,7 +40,7 @@ std::vector<Knob> knobs_of(const StickAxis& axis) {
 ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   ClockShift out;
   const StickAxis found = family.model(fit);
-  // Sticks that ramp between rows, where they were held, read half a row early: of the log's rows, not of our samples.
+  // A held stick that is interpolated between rows is read half a row early: half a row of the log, not of our samples.
   const double period_s = std::max(family.period_s(), family.stick_row_s());
   constexpr double kClearDelay_s = 0.015;
   const bool has_zero = found.lead_zero_s > 0.0;
@@ -72,12 +72,12 @@ ClockShift clock_of(const FreeRun& run, const AxisFamily& family, const Fit& fit
       *std::min_element(starts.begin(), starts.end(), [&](double a, double b) { return power_at(a) < power_at(b); });
   constexpr std::size_t kDelay = 3;  // of the knobs
   const WhitenedFit early = with(from_s, 0.0, kEarliest_s, false);
-  const bool waits = early.values[kDelay] > -0.25 * period_s;  // with or without a zero
+  const bool waits = early.values[kDelay] > -0.25 * period_s;  // no early response, with or without a zero
   if (waits && !(has_zero && early.values[kDelay] < 0.0)) {
     return out;
   }
   const WhitenedFit lead = with(0.0, std::max(0.01, found.lead_zero_s), 0.0, true);
-  // The zero is one parameter more (Schwarz's criterion): N stands for B, and is likelier than L, within its price.
+  // The zero is one more parameter (Schwarz's criterion): N replaces B, and is likelier than L, within its penalty.
   const double price = std::log(static_cast<double>(run.size()));
   out.zero_in_doubt = has_zero && early.score < lead.score + price + kMargin;
   if (waits) {

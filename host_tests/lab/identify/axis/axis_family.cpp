@@ -18,11 +18,11 @@ using model::AxisNumber;
 using model::StickAxis;
 using Parameters = std::vector<AxisParameter>;
 
-/// What a fit is chosen by. A variant (a jump at the dead zone's edge, say) must earn its place: a log whose sticks
-/// leave out the dead zone, because a controller steps over it, fits with a jump of any width.
+/// The cost by which fits are compared. A variant (such as a jump at the dead zone's edge) has a penalty of 2 %: a log
+/// whose sticks avoid the dead zone, because a controller steps over it, fits with a jump of any width.
 double cost(const Fit& fit) { return fit.shape.empty() ? fit.sum_of_squares : 1.02 * fit.sum_of_squares; }
 
-/// The first of the two where it costs less.
+/// The fit with the lower cost.
 Fit cheaper(Fit one, Fit other) { return cost(one) < cost(other) ? std::move(one) : std::move(other); }
 
 bool has_token(const std::string& shape, std::string_view token) { return shape.find(token) != std::string::npos; }
@@ -31,7 +31,7 @@ std::vector<std::string_view> variants_of(const AxisEffect& effect) {
   return effect.variant.empty() ? std::vector<std::string_view>{""} : std::vector<std::string_view>{"", effect.variant};
 }
 
-/// What a fit before has found, if there was one.
+/// The parameters of an earlier fit, if there was one.
 class Known {
  public:
   explicit Known(const Fit* fit)
@@ -39,7 +39,7 @@ class Known {
 
   bool has(const std::string& effect) const { return fit_ != nullptr && identify::has(fit_->structure, effect); }
 
-  /// The number as it was found; else `start`, in the parameter's unit, as a fitted number.
+  /// The fitted number of the earlier fit; without it `start`, which is in the parameter's unit.
   double or_start(const AxisParameter& parameter, double start) const {
     double value = to_fitted(*parameter.number, start);
     for (std::size_t k = 0; k < parameters_.size(); ++k) {
@@ -50,7 +50,7 @@ class Known {
     return value;
   }
 
-  /// The variants of the structure's effects that were found.
+  /// The variants of the structure's effects in the earlier fit.
   std::string shape_in(const Structure& structure) const {
     std::string out;
     for (const AxisEffect& effect : model::kAxisEffects) {
@@ -67,7 +67,7 @@ class Known {
   Parameters parameters_;
 };
 
-/// The start with the numbers of one more effect, as they are known, else as a row of the effect's starts has them.
+/// The start with the parameters of one more effect: the known ones, and the others from a row of the effect's starts.
 Fit begun_with(Fit start, const AxisEffect& effect, const std::array<double, 3>& row, const Parameters& parameters,
                const Known& known) {
   const bool is_known = known.has(std::string(effect.name));
@@ -84,7 +84,7 @@ Fit begun_with(Fit start, const AxisEffect& effect, const std::array<double, 3>&
   return start;
 }
 
-/// A fit thrown back to a row of one effect's starts, the gain as it was fitted.
+/// A fit with one effect reset to a row of its starts; the gain is kept.
 Fit thrown_back(Fit fit, const AxisEffect& effect, const std::array<double, 3>& row, const Parameters& parameters) {
   std::size_t column = 0;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
@@ -230,7 +230,7 @@ Fit AxisFamily::fit(const Structure& structure, std::span<const int> weights, co
 
 Fit AxisFamily::best_of(std::vector<Fit> starts, std::span<const int> weights) const {
   constexpr std::size_t kMany = 12;
-  constexpr std::size_t kKept = 4;  // one in so many
+  constexpr std::size_t kKept = 4;  // one in four continues
   constexpr int kFirst = 2;
   constexpr int kAll = 5;
   if (starts.size() == 1) {
@@ -364,7 +364,7 @@ bool AxisFamily::stands_at_an_edge(const Fit& fit) const {
 }
 
 bool AxisFamily::means_something(const Fit& fit, std::size_t parameter, const AxisNumber& number) const {
-  // An effect that ends at the edge of what an aircraft can have explains something else.
+  // An effect whose fit ends at the edge of its physical range explains something else.
   if (at_an_edge(fit, parameter, number)) {
     return false;
   }
@@ -378,7 +378,7 @@ bool AxisFamily::means_something(const Fit& fit, std::size_t parameter, const Ax
   if (distance < least) {
     return false;
   }
-  // A trim below what the air leaves anyway is the air's mean over this flight.
+  // A trim below the error that the air causes is the air's mean over this flight.
   const double rmse = std::sqrt(fit.sum_of_squares / static_cast<double>(training_.samples()));
   return !number.must_exceed_air || distance * std::abs(physical(fit, 0)) >= rmse;
 }

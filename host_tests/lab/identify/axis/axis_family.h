@@ -36,12 +36,12 @@ class AxisFamily final : public Family {
     std::string name;
   };
   std::vector<ParameterName> parameter_names(const Structure& structure) const;
-  /// A fit's parameter as a physical number.
+  /// A fit's parameter in its physical unit.
   double physical(const Fit& fit, std::size_t parameter) const;
-  /// A fit of the same structure and shape whose parameters are an axis' numbers, kept inside of their bounds.
+  /// A fit of the same structure and shape with the parameters of `axis`, limited to their bounds.
   Fit moved_to(Fit like, const model::StickAxis& axis) const;
-  /// Where fits of a structure with one effect more begin: at each start and variant of the effect, or, where that is
-  /// as good as no effect, at the least size that means something.
+  /// Starting points for a structure with one more effect: each start and variant of the effect, or, where a start is
+  /// practically no effect, the smallest significant size.
   std::vector<Fit> starts_with(const Edit& edit, const Fit& known) const;
   const AxisScale& scale() const { return scale_; }
   double period_s() const { return training_.data().period_s; }
@@ -50,22 +50,22 @@ class AxisFamily final : public Family {
   static bool knows(const std::string& name);
 
  private:
-  /// Where a fit of `structure` begins: what is known from `warm` stays; every effect that is new is started from each
+  /// Starting points of a fit of `structure`: parameters known from `warm` are kept; every new effect starts from each
   /// of its starts and variants.
   static std::vector<Fit> starts_of(const Structure& structure, const Fit* warm);
-  /// The start from which a few iterations come farthest; of many starts only those that lead after two go on.
-  /// Precondition: there is one.
+  /// The best fit from several starts after a few iterations; of many starts only the best after two iterations
+  /// continue. Precondition: there is at least one start.
   Fit best_of(std::vector<Fit> starts, std::span<const int> weights) const;
   static bool at_an_edge(const Fit& fit, std::size_t parameter, const model::AxisNumber& number);
   bool means_something(const Fit& fit, std::size_t parameter, const model::AxisNumber& number) const;
   Fit run(Fit start, std::span<const int> weights, int iterations) const;
-  /// The fit with a jump at the dead zone's edge. Its width is scanned: the error is flat in it between two stick
-  /// positions, so that steps along a gradient leave it where it began.
+  /// The fit with a jump at the dead zone's edge. Its width is scanned, because the error is constant in it between two
+  /// stick positions and has no gradient there.
   Fit with_jump(Fit fit, std::span<const int> weights) const;
   double sum_of_squares(const Fit& fit, std::span<const int> weights) const;
   const AxisBlocks& training_;
   AxisScale scale_;
-  mutable std::vector<double> scratch_;  ///< of the fits: an hour's is 20 MB, and fits are thousands
+  mutable std::vector<double> scratch_;  ///< of the fits: 20 MB for an hour of log, reused by thousands of fits
 };
 
 }  // namespace m100::lab::identify

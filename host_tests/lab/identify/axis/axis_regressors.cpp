@@ -30,7 +30,7 @@ class Stretch {
  public:
   Stretch(std::size_t begin, std::size_t end, const Thinned& rows) : begin_(begin), end_(end), rows_(rows) {}
 
-  /// The value so many samples ago, for each lag; lags reach into the samples before the stretch.
+  /// The channel delayed by each lag; lags reach into the samples before the stretch.
   RegressorGroup lagged(const std::string& source, const std::vector<double>& channel,
                         const std::vector<std::size_t>& lags) const {
     RegressorGroup group{source, {}};

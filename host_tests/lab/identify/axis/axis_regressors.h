@@ -9,14 +9,14 @@
 
 namespace m100::lab::identify {
 
-/// What the residual of this axis may depend on, over the samples [begin, end) of the log: lags, powers and products of
-/// the sticks, time, and every extra channel. Only causes: a channel that the residual itself would move (rates,
-/// velocities) proves nothing. Every column is thinned as it is made: those of an hour at the log's own rate would take
-/// 260 MB.
-/// @param rows  how the stretch is thinned; its samples are counted from `begin`
+/// Regressors for the residual of this axis, over the samples [begin, end) of the log: lags, powers and products of
+/// the sticks, time, and every extra channel. Only possible causes: a channel that moves with the residual itself
+/// (rates, velocities) proves nothing. Every column is thinned when it is made: an hour at the log's own rate would
+/// take 260 MB.
+/// @param rows  thinning of the stretch; its samples are counted from `begin`
 std::vector<RegressorGroup> axis_regressors(const logs::FlightLog& log, const AxisSignals& signals, std::size_t begin,
                                             std::size_t end, const Thinned& rows);
-/// How busy the sticks were: may explain the residual's size.
+/// Activity of the sticks, which may explain the residual's size.
 std::vector<RegressorGroup> axis_activity(const AxisSignals& signals, std::size_t begin, std::size_t end,
                                           const Thinned& rows);
 

@@ -21,7 +21,7 @@ std::size_t flight_of(const AxisData& data, std::size_t sample) {
       std::count_if(data.flights.begin(), data.flights.end(), [&](std::size_t begin) { return begin <= sample; }));
 }
 
-/// How the residual test will thin a run of so many samples that is cut into blocks of `length`.
+/// The thinning of the residual test for a run of `samples` samples in blocks of `length`.
 Thinned thin_run(double period_s, std::size_t length, std::size_t samples) {
   ResidualInput run;
   run.sample_period_s = period_s;
@@ -36,10 +36,10 @@ struct Settled {
   std::size_t begin;
   std::size_t end;
   std::span<const double> error;
-  std::span<const double> unknown;  ///< of the error; empty: nothing of it is
+  std::span<const double> unknown;  ///< part of the error that slow rows may cause; empty: none
 };
 
-/// Samples of a free run behind what was there already, with what they may depend on.
+/// Appends the samples of a free run to the input, with their regressors.
 void append(const AxisPart& part, std::optional<std::size_t> first_flight, const Settled& run, ResidualInput& input) {
   const AxisData& data = part.signals.data;
   const auto length = static_cast<std::size_t>(std::lround(AxisBlocks::kBlock_s / data.period_s));
@@ -57,7 +57,7 @@ void append(const AxisPart& part, std::optional<std::size_t> first_flight, const
     }
   }
   if (!run.unknown.empty()) {
-    input.unknown.resize(residual.size());  // nothing is unknown of a part in fast rows
+    input.unknown.resize(residual.size());  // in a part with fast rows the stick is known
     input.unknown.insert(input.unknown.end(), run.unknown.begin(), run.unknown.end());
   }
   residual.insert(residual.end(), run.error.begin(), run.error.end());
@@ -66,9 +66,8 @@ void append(const AxisPart& part, std::optional<std::size_t> first_flight, const
   merge(input.activity, axis_activity(part.signals, run.begin, run.end, rows));
 }
 
-/// The final residual as one free run per range (from gap to gap), with what it may depend on.
-/// @param first_flight  number of the log's first flight, so that two logs have no number in common; none: all is one
-///   flight
+/// Appends the final residual as one free run per range (from gap to gap), with its regressors.
+/// @param first_flight  number of the log's first flight, so that two logs share no number; none: all is one flight
 void append_free_run(const AxisPart& part, const model::StickAxis& model, std::optional<std::size_t> first_flight,
                      ResidualInput& input) {
   const AxisData& data = part.signals.data;
@@ -88,7 +87,7 @@ void append_free_run(const AxisPart& part, const model::StickAxis& model, std::o
     for (std::size_t number = 0; number < whole.size(); ++number) {
       const AxisBlocks::Block& block = whole[number];
       const std::size_t samples = block.end - block.begin;
-      if (samples >= settle + length / 2) {  // a block is cut short by the end of its run as well
+      if (samples >= settle + length / 2) {  // the end of a run also shortens a block
         const auto settled = [&](const std::vector<double>& values) {
           return values.empty() ? std::span<const double>{}
                                 : std::span(values).subspan(from + settle, samples - settle);

@@ -9,13 +9,13 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Mean of some squares, and of how many.
+/// Mean of squares, and their number.
 struct Power {
   double mean;
   double count;
 };
 
-/// What the model leaves of the rows on one side of a date.
+/// Power of the model's residual on one side of a date.
 Power left_by(const Rows& error, const FreeRun& run, double date_s, bool after) {
   double sum = 0.0;
   double rows = 0.0;
@@ -28,7 +28,7 @@ Power left_by(const Rows& error, const FreeRun& run, double date_s, bool after) 
   return {sum / rows, rows};
 }
 
-/// What the response varies by about its mean in some ranges.
+/// Variance of the response about its mean in some ranges.
 Power varied_in(const AxisData& data, const std::vector<Range>& ranges) {
   double sum = 0.0;
   double squares = 0.0;
@@ -44,8 +44,8 @@ Power varied_in(const AxisData& data, const std::vector<Range>& ranges) {
   return {squares / samples - (sum / samples) * (sum / samples), samples};
 }
 
-/// Whether the response rests on one side of a date, as no air lets it: less than a fifth of what the model leaves of
-/// the other side, a twenty-fifth in power, which two samples of one air never are over seconds.
+/// Whether the response is too still for flight on one side of a date: less than a fifth of the model's residual on the
+/// other side (a twenty-fifth in power); the power of the same air never differs by so much over seconds.
 bool stands(const AxisStudy& study, const Request& request, const Fit& fit, double date_s, bool after) {
   constexpr double kComesToRest_s = 1.0;
   constexpr double kLeast_s = 3.0;
@@ -68,23 +68,25 @@ bool stands(const AxisStudy& study, const Request& request, const Fit& fit, doub
 }  // namespace
 
 std::string no_flight_beside(const AxisStudy& study, const Request& request, const Fit& fit, const Change& change) {
-  constexpr double kSilent = 0.15;  // of the other side's gain: as in ground_times, no answer
+  constexpr double kSilent = 0.15;  // of the other side's gain; less is no answer, as in ground_times
   std::array<char, 160> text{};
   if (change.name == "gain") {
-    // A reversed answer is an answer: sizes are compared.
+    // A reversed response is still a response, so absolute gains are compared.
     const double before = std::abs(change.parameters.front().value);
     const double after = std::abs(change.parameters.back().value);
     const bool stops = after < before;
     if ((stops ? after / before : before / after) <= kSilent) {
-      std::snprintf(text.data(), text.size(),
-                    "%s is not answered %s %.1f s: on the ground, or in another mode; leave that part out",
-                    study.stick_name().c_str(), stops ? "after" : "before", change.at_s);
+      std::snprintf(
+          text.data(), text.size(),
+          "the vehicle does not answer %s %s %.1f s: it is on the ground or in another mode; leave that part out",
+          study.stick_name().c_str(), stops ? "after" : "before", change.at_s);
       return text.data();
     }
   }
   const bool after = stands(study, request, fit, change.at_s, true);
   if (after || stands(study, request, fit, change.at_s, false)) {
-    std::snprintf(text.data(), text.size(), "%s rests %s %.1f s as no air lets it: on the ground; leave that part out",
+    std::snprintf(text.data(), text.size(),
+                  "%s is too still for flight %s %.1f s: the vehicle is on the ground; leave that part out",
                   request.axis.c_str(), after ? "after" : "before", change.at_s);
   }
   return text.data();

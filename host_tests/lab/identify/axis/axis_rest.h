@@ -7,9 +7,9 @@
 
 namespace m100::lab::identify {
 
-/// Why what changes at a date is no number of the vehicle: on one side of it the stick is not answered, or the response
-/// rests as no air lets it. Empty: it flies on both sides. Preconditions: the change was found in the study's free run;
-/// the fit is of its family.
+/// Why a change is no change of a parameter: on one side of the date the vehicle does not answer the stick, or the
+/// response is too still for flight. Empty: the vehicle flies on both sides. Preconditions: the change was found in the
+/// study's free run; the fit is of its family.
 std::string no_flight_beside(const AxisStudy& study, const Request& request, const Fit& fit, const Change& change);
 
 }  // namespace m100::lab::identify

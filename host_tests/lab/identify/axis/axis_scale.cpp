@@ -9,7 +9,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Response over stick, by least squares at the lag that suits best.
+/// Response over stick, by least squares at the best lag.
 double gain_of(const AxisBlocks& training) {
   const AxisData& data = training.data();
   double gain = AxisScale{}.gain;

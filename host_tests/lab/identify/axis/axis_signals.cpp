@@ -15,16 +15,16 @@ namespace {
 
 using logs::Signal;
 
-constexpr double kStart_s = 0.06;       // before a range, from which the state at its begin is read
-constexpr double kMemory_s = 1.0;       // before a range, in which a spoilt stick still shows
-constexpr double kInputMemory_s = 0.3;  // after a gap, what the delayed stick was is not known for so long
+constexpr double kStart_s = 0.06;       // before a range: samples that give its initial state
+constexpr double kMemory_s = 1.0;       // before a range: a spoilt stick still affects the response
+constexpr double kInputMemory_s = 0.3;  // after a gap: the delayed stick is unknown
 
 struct Choice {
   const char* axis;
   Signal stick, command;  ///< counts, or SI units
   Signal other, other_command;
   Signal response;
-  Signal integral;  ///< its slope stands in for a response that was not logged
+  Signal integral;  ///< its slope replaces a response that was not logged
 };
 
 constexpr Choice kChoices[] = {
@@ -40,7 +40,7 @@ constexpr Choice kChoices[] = {
 
 bool has(const logs::FlightLog& log, Signal signal) { return signal != Signal::kCount && log.has(signal); }
 
-// Between samples by straight lines; the last value is held.
+// Interpolates linearly between samples; the last value is held.
 void move_earlier(std::vector<double>& values, double samples) {
   if (!(samples > 0.0) || values.empty()) {
     return;
@@ -54,8 +54,8 @@ void move_earlier(std::vector<double>& values, double samples) {
   }
 }
 
-/// Beside a gap a stick jumps without a hand: what was held there is no sample. A tenth of a second on either side,
-/// which is as far as an outlier's neighbours are looked at.
+/// Excludes a tenth of a second on either side of a gap, where a held stick may jump without a hand. The outlier test
+/// uses neighbours within this time.
 std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std::uint8_t>& gap, double period_s) {
   constexpr double kBeside_s = 0.1;
   const auto beside = static_cast<std::size_t>(std::lround(kBeside_s / period_s));
@@ -68,7 +68,7 @@ std::vector<char> beside_gaps_out(std::vector<char> used, const std::vector<std:
   return used;
 }
 
-/// The signals of a log that were picked for an axis; kCount: none.
+/// The signals of a log that were selected for an axis; kCount: none.
 struct Picked {
   Signal stick;
   Signal other;
@@ -76,7 +76,7 @@ struct Picked {
   bool is_integral;  ///< of the response
 };
 
-/// @throws InputError naming what is missing.
+/// @throws InputError naming the missing signal.
 Picked pick(const logs::FlightLog& log, const std::string& axis) {
   const Choice* choice =
       std::find_if(std::begin(kChoices), std::end(kChoices), [&](const Choice& one) { return axis == one.axis; });
@@ -104,7 +104,7 @@ void append(std::vector<Finding> more, AxisSignals& out) {
   out.findings.insert(out.findings.end(), more.begin(), more.end());
 }
 
-/// The axis' stick and the other one, mended.
+/// Takes the axis' stick and the other stick from the log and repairs them.
 void take_sticks(const logs::FlightLog& log, const Picked& picked, const std::vector<Range>& asked,
                  double stick_earlier_s, AxisSignals& out) {
   const auto mended = [&](Signal stick, std::vector<double>& counts, std::string& name) {
@@ -128,7 +128,7 @@ void take_response(const logs::FlightLog& log, const Picked& picked, AxisSignals
   out.response_name = logs::name_of(picked.response);
 }
 
-/// Units of an attitude, then samples that are frozen or lie far out, inside of the ranges.
+/// Repairs the units of an attitude, then frozen samples and outliers inside of the ranges.
 void mend_response(const logs::FlightLog& log, const std::string& axis, const Picked& picked,
                    const std::vector<Range>& asked, AxisSignals& out) {
   std::vector<char> used = inside(log, asked, kStart_s);

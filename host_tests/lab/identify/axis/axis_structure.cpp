@@ -38,7 +38,7 @@ std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other) {
     return !effect.not_beside.empty() && has(present, effect.not_beside);
   };
   for (const AxisEffect& effect : model::kAxisEffects) {
-    const bool simplest = &effect == &model::kAxisEffects.front();  // nothing can become simpler by an edit
+    const bool simplest = &effect == &model::kAxisEffects.front();  // no edit makes a structure simpler
     const bool possible =
         (has_other || !effect.needs_other_stick) && (effect.needs.empty() || has(present, effect.needs));
     if (simplest || !possible || contained(effect) || has(present, effect.name)) {

@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-// What a structure of a stick axis (base model, then effects) has for parameters, and how it may be edited. Everything
-// is read from model::kAxisEffects.
+// The parameters of a structure of a stick axis (base model, then effects), and its possible edits. Everything is read
+// from model::kAxisEffects.
 
 /// One free parameter of a structure.
 struct AxisParameter {
@@ -20,22 +20,22 @@ struct AxisParameter {
   bool is(double model::StickAxis::*member) const { return number->member == member; }
 };
 
-/// The free parameters in the order of the structure's effects. A number that an earlier effect brought along is not
-/// free twice: the delay of a lead zero is the transport delay where there is one already.
-/// Precondition: every name of the structure is an effect of the table.
+/// The free parameters in the order of the structure's effects. A number that an earlier effect already has is free
+/// only once: the delay of a lead zero is the transport delay where there is one already. Precondition: every name of
+/// the structure is an effect of the table.
 std::vector<AxisParameter> parameters_of(const Structure& structure);
 
-/// The fitted number for a number in the parameter's unit, and back.
+/// Converts a number in the parameter's unit to the fitted number, and back.
 double to_fitted(const model::AxisNumber& number, double in_unit);
 double from_fitted(const model::AxisNumber& number, double fitted);
 
 bool has(const Structure& structure, std::string_view name);
 
-/// What one more effect can make of a structure.
+/// The structures with one more effect.
 /// @param has_other  whether the log holds the other axis' stick
 std::vector<Family::Edit> axis_edits(const Structure& present, bool has_other);
 
-/// The structure without that effect; the same structure where another effect needs it or it is the first order.
+/// The structure without this effect; the same structure where another effect needs it or where it is the first order.
 Structure without_effect(const Structure& structure, std::string_view name);
 
 /// Removes the letters of `token` from a fit's shape, which lists the variants of its effects one after another.

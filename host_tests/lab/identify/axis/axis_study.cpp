@@ -17,17 +17,17 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kHardlyFollows = 50.0;  // fit [%] below which the stick is not what moves the response
-constexpr double kPoorFit = 80.0;        // fit [%] and
-constexpr double kLittle = 0.25;         // share of the mean square below which a name beside a remainder is a guess
-constexpr double kSwappedOwn = 0.3;      // squared correlation with its own stick below which, and
-constexpr double kSwappedOther = 0.6;    // with the other one above which, the columns are exchanged
+constexpr double kHardlyFollows = 50.0;  // fit [%]; below it the stick is not the main cause of the response
+constexpr double kPoorFit = 80.0;        // fit [%] below which an effect is a guess, if it also removes
+constexpr double kLittle = 0.25;         // less than this share of the mean square
+constexpr double kSwappedOwn = 0.3;      // columns are swapped if the squared correlation with the own stick is below
+constexpr double kSwappedOther = 0.6;    // and that with the other stick is above
 constexpr double kHeld_s = 0.045;
 constexpr double kCutShare = 0.2;      // of the time at the stops
-constexpr double kHardlyMoves = 0.1;   // of the training part's travel of the stick: less tests no model of it
+constexpr double kHardlyMoves = 0.1;   // of the stick's travel in the training part; less tests no model
 constexpr double kFullStick = 660.0;   // counts
 constexpr double kFastestTurn = 40.0;  // rad/s at full stick, beyond any gyro's range
-constexpr double kSteepest = 1.6;      // rad at full stick: nobody commands more than a right angle
+constexpr double kSteepest = 1.6;      // rad at full stick: no command exceeds a right angle
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::array<std::string_view, 2> kBases{"first_order", "second_order"};
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
@@ -65,7 +65,7 @@ void check_moved(const AxisPart& part, const char* option) {
   }
   if (part.blocks.size() > 0 && !(response_high > response_low)) {
     throw InputError(part.log.file, 0, part.signals.stick_name,
-                     std::string("the response is one constant in the ") + option + " ranges");
+                     std::string("the response is constant in the ") + option + " ranges");
   }
 }
 
@@ -82,7 +82,7 @@ AxisStudy::AxisStudy(const Request& request, double stick_earlier_s, const std::
   check_moved(training_, "training");
   if (validation_.signals.stick_name != training_.signals.stick_name) {
     throw InputError(validation_.log.file, 0, validation_.signals.stick_name,
-                     "is the input here, and " + training_.signals.stick_name + " that of the training part");
+                     "is the input of the validation part, but the training part has " + training_.signals.stick_name);
   }
   for (const std::string& name : request.declared) {
     if (model::axis_effect(name)->needs_other_stick && training_.signals.data.other.empty()) {
@@ -146,7 +146,7 @@ ModelResult AxisStudy::errors_of(const Fit& fit) const {
 std::vector<Study::Parameter> AxisStudy::parameters(const Fit& fit) const {
   std::vector<Parameter> out;
   for (const AxisFamily::ParameterName& name : family_->parameter_names(fit.structure)) {
-    const std::string effect = name.name == "gain" ? "" : name.effect;  // of the base model, whatever stands first
+    const std::string effect = name.name == "gain" ? "" : name.effect;  // the gain belongs to the base model
     out.push_back({effect, {name.name, family_->physical(fit, out.size())}});
   }
   return out;
@@ -154,7 +154,7 @@ std::vector<Study::Parameter> AxisStudy::parameters(const Fit& fit) const {
 
 double AxisStudy::reported(const Fit& fit, std::size_t parameter, double coordinate) const {
   const model::AxisNumber& number = *parameters_of(fit.structure)[parameter].number;
-  Fit moved = fit;  // an interval ends where the physical range does
+  Fit moved = fit;  // an interval ends at the physical range
   moved.parameters[parameter] =
       std::clamp(coordinate, to_fitted(number, number.fit.low), to_fitted(number, number.fit.high));
   return family_->physical(moved, parameter);
@@ -168,7 +168,7 @@ void AxisStudy::examine(const Selection& selection, IdentifyResult& result) cons
   if (!(request_.noise_floor > 0.0)) {
     result.noise_floor = quiet_floor(training_, family_->model(fit), family_->scale().minimum_counts);
     if (result.noise_floor > 0.0) {
-      result.findings.push_back(note("noise floor estimated where the stick had rested for 1 s"));
+      result.findings.push_back(note("the noise floor was estimated where the stick had rested for 1 s"));
     }
   }
 }
@@ -178,7 +178,7 @@ void AxisStudy::annotate(const Selection&, IdentifyResult& result) const {
     effect.shape = effect.name == "dead_zone" ? result.final_model.dead_zone_shape : "";
   }
   const logs::Alignment& found = request_.log->alignment;
-  // A correlation is that of the rates with the attitude: it says nothing of the sticks.
+  // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
   result.alignment = {static_cast<double>(found.stick_shift_samples),
                       found.evidence == "sequence" ? found.evidence : "none"};
   for (const AxisPart* part : {&training_, &validation_}) {
@@ -190,9 +190,10 @@ void AxisStudy::annotate(const Selection&, IdentifyResult& result) const {
     result.findings.push_back(note(said));
   }
   if (found.stick_shift_samples != 0) {
-    result.findings.push_back(note("the sticks came " + std::to_string(std::abs(found.stick_shift_samples)) +
+    result.findings.push_back(note("the sticks were logged " + std::to_string(std::abs(found.stick_shift_samples)) +
                                    " samples too " + (found.stick_shift_samples > 0 ? "early" : "late") +
-                                   " for the response (shown by their " + found.evidence + "); they were moved"));
+                                   " relative to the response (evidence: their " + found.evidence +
+                                   "); the shift was removed"));
   }
 }
 
@@ -237,14 +238,14 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
                                  std::to_string(std::lround(fit_percent)) + " %)");
   }
   if (travel(validation_) < kHardlyMoves * travel(training_)) {
-    result.unexplained.push_back("the validation part hardly moves " + signals.stick_name + ": it tests nothing");
+    result.unexplained.push_back(signals.stick_name + " hardly moves in the validation part: it tests nothing");
   }
   const double cut = cut_share(signals.data.stick, signals.data.valid,
                                {signals.data.start_s, signals.data.period_s, signals.data.stick_row_s});
   if (cut > kCutShare && fit_percent < kPoorFit && !at_floor) {
     result.unexplained.push_back(signals.stick_name + " stands at its largest value for " +
                                  std::to_string(std::lround(100.0 * cut)) +
-                                 " % of the time, and what it did beyond is unknown: was the log cut there?");
+                                 " % of the time: the log may have clipped it there");
   }
   const double held_s = hold_s(signals.data.measured, signals.data.valid, signals.data.period_s);
   if (held_s > kHeld_s) {
@@ -257,7 +258,7 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
     result.findings.push_back({.what = "swapped_axes",
                                .signal = signals.stick_name,
                                .text = signals.response_name + " follows " + signals.other_name + " and not " +
-                                       signals.stick_name + ": two columns are probably exchanged"});
+                                       signals.stick_name + ": two columns are probably swapped"});
   }
   if (fit_percent > kHardlyFollows) {
     misreadings(model, result);
@@ -265,14 +266,14 @@ void AxisStudy::doubts(const Selection& selection, IdentifyResult& result) const
 }
 
 void AxisStudy::undersampled(const model::StickAxis& model, IdentifyResult& result) const {
-  constexpr double kShows = 0.3;  // of the root mean square that is left: a tenth of its power
+  constexpr double kShows = 0.3;  // of the residual's root mean square: a tenth of its power
   const AxisData& data = training_.signals.data;
   const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
   if (row < 2) {
     return;
   }
-  // Between two rows the stick went by a straight line, or jumped: what the response makes of the difference is what
-  // nobody can know.
+  // Between two rows the stick may have moved along a straight line or jumped. The difference between the two responses
+  // is unknown.
   AxisData jumping = data;
   for (std::size_t i = 0; i < data.stick.size(); ++i) {
     jumping.stick[i] = data.stick[std::min(i / row * row + row / 2, data.stick.size() - 1)];
@@ -290,8 +291,8 @@ void AxisStudy::undersampled(const model::StickAxis& model, IdentifyResult& resu
   }
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(),
-                "%s is undersampled: one row every %.3f s, and it moves in between; %.0f %% of what is left may come "
-                "from there, and no delay is known to better than half a row",
+                "%s is undersampled: it moves between its rows, which are %.3f s apart; this may cause %.0f %% of the "
+                "residual power and makes every delay uncertain by half a row",
                 training_.signals.stick_name.c_str(), data.stick_row_s,
                 100.0 * std::min(1.0, square / std::max(1e-300, rmse * rmse)));
   result.findings.push_back(note(text.data()));
@@ -307,7 +308,8 @@ void AxisStudy::misreadings(const model::StickAxis& model, IdentifyResult& resul
   const AxisSignals& signals = training_.signals;
   const double gain = model.scale_per_count;
   // The yaw stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
-  // Where it turns round in mid-flight, that is what is said: no sign of the map is right for both sides.
+  // Where the response reverses in mid-flight, the change is reported instead: no sign of the map is right for both
+  // sides.
   const bool turns_round = std::any_of(result.changes.begin(), result.changes.end(), [](const Change& change) {
     return change.name == "gain" && change.parameters.front().value * change.parameters.back().value < 0.0;
   });
@@ -327,8 +329,9 @@ void AxisStudy::misreadings(const model::StickAxis& model, IdentifyResult& resul
     }
     return;
   }
-  constexpr double kCounts = 5.0;  // a stick that never goes beyond is a share of its travel
-  // By what large sticks of this log do: beside a dead zone the gain alone may be anything where only they were flown.
+  constexpr double kCounts = 5.0;  // a stick that never exceeds this is logged as a fraction of its travel
+  // From the response to large sticks of this log: beside a dead zone the gain alone is not determined if only large
+  // sticks were flown.
   const double large = family_->scale().stick;
   const model::StickLaw<double> law(model, signals.data.period_s);
   const double per_count = 0.5 * std::abs(law.shaped(large) - law.shaped(-large)) / large;
@@ -337,7 +340,7 @@ void AxisStudy::misreadings(const model::StickAxis& model, IdentifyResult& resul
   if (request_.axis != "climb" && full > (turns ? kFastestTurn : kSteepest)) {
     result.findings.push_back({.what = "wrong_unit",
                                .signal = signals.response_name,
-                               .text = signals.response_name + " would go to " + std::to_string(full) +
+                               .text = signals.response_name + " would reach " + std::to_string(full) +
                                        (turns ? " rad/s" : " rad") + " at full stick: it is probably in degrees"});
   }
 }

@@ -13,11 +13,11 @@
 
 namespace m100::lab::identify {
 
-/// One stick axis of a request: its models, its errors, its own questions.
+/// One stick axis of a request: its models, its errors, its own tests.
 class AxisStudy final : public Study {
  public:
-  /// @param stick_earlier_s  by which the sticks are moved first: clocks that disagree
-  /// @param flight_trims  of each flight of a joined log, taken from its stick; empty: none
+  /// @param stick_earlier_s  by which the sticks are shifted first, for clocks that disagree
+  /// @param flight_trims  of each flight of a joined log, subtracted from its stick; empty: none
   explicit AxisStudy(const Request& request, double stick_earlier_s = 0.0,
                      const std::vector<double>& flight_trims = {});
   const Family& family() const override { return *family_; }
@@ -26,11 +26,11 @@ class AxisStudy final : public Study {
   const AxisPart& validation() const { return validation_; }
   const Request& request() const { return request_; }
   const std::string& stick_name() const { return training_.signals.stick_name; }
-  /// Of the training part, and of the validation part where it is in the same log.
+  /// Ranges of the training part, and of the validation part where it is in the same log.
   std::vector<Range> free_ranges() const;
-  /// These, without restarts.
+  /// These ranges simulated without restarts.
   FreeRun free_run() const { return free_run(training_.signals.data); }
-  /// The same of another reading of the log, which must outlive it.
+  /// The same for another reading of the log, which must outlive the run.
   FreeRun free_run(const AxisData& data) const;
   double validation_rmse(const Fit& fit) const override { return validation_.blocks.rmse(family_->model(fit)); }
   std::vector<std::vector<double>> validation_errors(const Fit& fit) const override;
@@ -49,13 +49,14 @@ class AxisStudy final : public Study {
   Traces traces(const Fit& declared, const Fit& final_fit) const override;
 
  private:
-  /// What makes any name a guess, or the log unfit, though no regression finds it.
+  /// Adds reasons that make every name a guess, or the log unfit, and that no regression finds.
   void doubts(const Selection& selection, IdentifyResult& result) const;
-  /// Says so where the stick moved between the rows of the log by so much that the response shows it.
+  /// Adds a note where the stick moved so much between the rows of the log that the response shows it.
   void undersampled(const model::StickAxis& model, IdentifyResult& result) const;
-  /// Whether the response is that of the other stick. Precondition: the other stick was logged.
+  /// Whether the response follows the other stick. Precondition: the other stick was logged.
   bool follows_the_other() const;
-  /// What a gain [unit per count, or per unit of the command] says about the signs and units of the column map.
+  /// Adds findings about wrong signs and units of the column map, from the gain [unit per count, or per unit of the
+  /// command].
   void misreadings(const model::StickAxis& model, IdentifyResult& result) const;
   Request request_;
   AxisPart training_;

@@ -14,10 +14,10 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kThreshold = 30.0;  // as for a change: the best of several questions
+constexpr double kThreshold = 30.0;  // as for a change: the best of several tests
 constexpr std::array<double, 5> kEdges{0.0, 0.2, 0.4, 0.6, 0.8};
 
-/// The integral of the response, from each flight's beginning.
+/// The distance flown: the integral of the response from the start of each flight.
 std::vector<double> way_of(const AxisData& data) {
   std::vector<double> out(data.measured.size(), 0.0);
   double way = 0.0;
@@ -48,7 +48,7 @@ struct Edge {
   double farthest_m;
 };
 
-/// The way beyond an edge stands where the other axis' stick would: it moves the command in proportion.
+/// Puts the distance beyond an edge in the place of the other axis' stick, so that it moves the command in proportion.
 AxisData tied(AxisData data, const std::vector<double>& way, const Edge& edge) {
   data.other.resize(way.size());
   std::transform(way.begin(), way.end(), data.other.begin(),
@@ -56,7 +56,7 @@ AxisData tied(AxisData data, const std::vector<double>& way, const Edge& edge) {
   return data;
 }
 
-/// The edge at which a force that begins there promises most.
+/// An edge, and the likelihood ratio that a force beginning there promises.
 struct Promise {
   Edge edge;
   double likelihood_ratio = 0.0;
@@ -119,8 +119,8 @@ Finding tether_finding(const AxisTether& tether, const std::string& response) {
   std::array<char, 240> text{};
   std::snprintf(
       text.data(), text.size(),
-      "%s falls by %.2f 1/s times the way flown %s %.2f m from where the log begins (likelihood ratio %.0f): a "
-      "force of the place, as of a tether, a wall or the ground",
+      "%s falls by %.2f m/s per metre of height %s %.2f m, counted from the start of the log (likelihood ratio %.0f): "
+      "a force that depends on position, such as a tether, a wall or the ground",
       response.c_str(), tether.rate_per_s, tether.above ? "above" : "below", tether.edge_m, tether.likelihood_ratio);
   return {.what = "position_force", .signal = response, .text = text.data()};
 }

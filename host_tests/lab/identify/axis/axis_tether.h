@@ -12,26 +12,26 @@
 
 namespace m100::lab::identify {
 
-/// A pull back by the way flown: a tether, a wall, a floor of air.
+/// A force that pulls back in proportion to the distance flown: a tether, a wall, the ground.
 struct AxisTether {
-  double rate_per_s = 0.0;        ///< of the response that each metre beyond the edge takes away
-  double edge_m = 0.0;            ///< counted from where the log begins, along the response
-  bool above = false;             ///< it pulls back from beyond the edge upward; else downward
-  double largest = 0.0;           ///< of the response, in its unit: what it takes away at its farthest
+  double rate_per_s = 0.0;        ///< reduction of the response [m/s] per metre beyond the edge
+  double edge_m = 0.0;            ///< position of the edge from the start of the log, along the response
+  bool above = false;             ///< it acts above the edge; otherwise below it
+  double largest = 0.0;           ///< reduction at the farthest point, in the unit of the response
   double likelihood_ratio = 0.0;  ///< over the model without it
   double score = 0.0;             ///< of the model with it, as WhitenedFit::score
 };
 
-/// For responses that are a speed: whether what a fit leaves is a pull toward where the vehicle came from, in
-/// proportion to the way beyond an edge (either sense, four edges each and none). The way is the integral of the
-/// measured response, which needs no other channel. A speed's error and its own integral hang together a little by
-/// themselves (a random walk seems to return to its mean), as in the tests for a unit root; those ratios stay below 16.
-/// @returns nothing where the likelihood ratio is below 30, where it pulls away or where even its largest is below what
-///   the model leaves. Precondition: the data have no other stick, and the fit is of `family`.
+/// For responses that are a speed: tests whether the residual is a pull back in proportion to the distance beyond an
+/// edge (both directions, four edges each and none). The distance is the integral of the measured response, so no other
+/// channel is needed. A speed's error correlates a little with its own integral (a random walk seems to return to its
+/// mean), as in tests for a unit root; such ratios stay below 16.
+/// @returns nothing where the likelihood ratio is below 30, where the force pushes away, or where its largest value is
+///   below the residual. Precondition: the data have no other stick, and the fit is of `family`.
 std::optional<AxisTether> tether_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                     const Fit& fit);
 
-/// In words. @param response  name of the signal that is pulled back
+/// The finding of a tether. @param response  name of the signal that it reduces
 Finding tether_finding(const AxisTether& tether, const std::string& response);
 
 }  // namespace m100::lab::identify

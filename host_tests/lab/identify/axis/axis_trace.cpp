@@ -16,11 +16,11 @@ namespace m100::lab::identify {
 namespace {
 
 struct Fitted {
-  Fit fit;  ///< the whitened numbers
+  Fit fit;  ///< with the parameters of the whitened fit
   WhitenedFit white;
 };
 
-/// Walks on from where a fit's last step still gained: numbers that trade against each other end in long valleys.
+/// Repeats the fit until it gains nothing: parameters that compensate each other converge slowly.
 Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   constexpr int kRounds = 4;
   constexpr double kSettled = 0.5;
@@ -40,8 +40,8 @@ Fitted fitted(const FreeRun& run, const AxisFamily& family, const Fit& start) {
   return out;
 }
 
-/// The fit, and where it jumps at a dead zone's edge the one without the jump: which of the two predicts blocks better
-/// is no evidence here, and a jump stands in for much else that is steep about neutral.
+/// The fit, and if it jumps at a dead zone's edge also the fit without the jump. Which of the two predicts blocks
+/// better is no evidence here, and a jump can imitate other effects that are steep about neutral.
 std::vector<Fitted> shapes_of(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
   std::vector<Fitted> out{fitted(run, family, fit)};
   if (!fit.shape.empty()) {
@@ -52,7 +52,7 @@ std::vector<Fitted> shapes_of(const FreeRun& run, const AxisFamily& family, cons
   return out;
 }
 
-/// The likeliest of several fits to one reading of the log.
+/// The score of the likeliest of several fits to one reading of the log.
 double score_of(const FreeRun& run, const AxisFamily& family, const std::vector<Fit>& starts) {
   double best = std::numeric_limits<double>::infinity();
   for (const Fit& start : starts) {
@@ -89,9 +89,9 @@ class Search {
   }
 
  private:
-  // What selection asks of the same criterion; over 240 logs with nothing hidden none passed 7.1 (README).
+  // The selection's threshold for the same criterion; over 240 logs with nothing hidden none passed 7.1 (README).
   static constexpr double kCertain = 15.0;
-  static constexpr double kPromising = 8.0;  // a step along a line: the fit that starts there gains more
+  static constexpr double kPromising = 8.0;  // of one linear step; the fit that starts there gains more
 
   struct Beginning {
     std::string name;
@@ -114,7 +114,7 @@ class Search {
         sharpens_the_rows(with.fit)) {
       return;
     }
-    // The numbers beside the effect help the fits without it as well: a valley that they were still walking down is no
+    // The other parameters of this fit improve the fits without the effect, too: a fit that has not yet converged is no
     // evidence.
     std::vector<Fit> without{family_.moved_to(shape.fit, with.white.before)};
     ratio = std::min(ratio, score_of(log, family_, without) - with.white.score);
@@ -129,8 +129,9 @@ class Search {
     }
   }
 
-  /// A straight line between two rows, and a stick that was held over one, smooth what the hand did by (w T)^2 / 12 and
-  /// / 24; a lead zero gives (w t)^2 / 2 back: up to half a row it mends the reading of the log.
+  /// Whether a lead zero only corrects the reading of the log. A straight line between two rows, and a stick held over
+  /// one row, smooth the hand's motion by (w T)^2 / 12 and / 24; a lead zero restores (w t)^2 / 2, so up to half a row
+  /// it may be such a correction.
   bool sharpens_the_rows(const Fit& fit) const {
     const double zero_s = family_.model(fit).lead_zero_s;
     return readings_.size() > 1 && zero_s > 0.0 && zero_s < 0.5 * family_.stick_row_s();
@@ -139,7 +140,7 @@ class Search {
   std::span<const FreeRun> readings_;
   const AxisFamily& family_;
   std::vector<Fitted> shapes_;
-  double chance_ = 0.0;  ///< what the best of so many questions reaches where nothing is hidden
+  double chance_ = 0.0;  ///< ratio that the best of all tests reaches by chance
   std::optional<AxisTrace> out_;
 };
 

@@ -8,11 +8,11 @@
 namespace m100::lab::identify {
 namespace {
 
-constexpr double kLeastCounts = 6.0;  // as of a trim of all flights
+constexpr double kLeastCounts = 6.0;  // the same as for the trim of all flights
 constexpr double kStandardErrors = 4.0;
 constexpr double kWidest = 0.4;  // of the largest stick
 
-/// Blocks of one flight, with what a trim of its own makes of their errors.
+/// Blocks of one flight, and their errors with a trim of this flight.
 class OneFlight {
  public:
   OneFlight(const AxisPart& part, std::size_t flight, const model::StickAxis& axis)
@@ -45,7 +45,7 @@ class OneFlight {
     return sum;
   }
 
-  /// The best trim within +-widest: a coarse scan, because a dead zone makes hollows of its own, then bisected steps.
+  /// The best trim within +-widest: a coarse scan, because a dead zone causes local minima, then bisected steps.
   double best(double widest, double least_step) const {
     constexpr int kSteps = 10;
     double found = 0.0;
@@ -147,7 +147,7 @@ bool moved(const AxisStudy& study, const std::vector<FlightTrim>& more) {
 }
 
 std::string in_words(const std::vector<FlightTrim>& trims) {
-  std::string out = "each flight has a trim of its own, about the mean of all:";
+  std::string out = "each flight has a trim of its own; deviations from the mean trim [counts]:";
   for (std::size_t k = 0; k < trims.size(); ++k) {
     char text[96];
     std::snprintf(text, sizeof text, "%s log %zu %+.4g [%.4g, %.4g]", k > 0 ? "," : "", k + 1, trims[k].size.value,

@@ -10,27 +10,26 @@
 namespace m100::lab::identify {
 
 // Several flights of one vehicle share its parameters, but not the neutral point of their sticks: battery, load and the
-// pilot's own trim differ from flight to flight. One trim for all of them would be found as a change at their joint.
+// pilot's own trim differ from flight to flight. One trim for all of them would be found as a change where they join.
 
-/// What is to be taken from the stick of one flight, in its unit, beside the trim that all flights share.
+/// Trim of one flight relative to the trim that all flights share, in the unit of the stick.
 struct FlightTrim {
-  Interval size;       ///< about the mean of all flights; 95 %, the spread over blocks
-  bool known = false;  ///< the flight has blocks to see it in
+  Interval size;       ///< deviation from the mean of all flights; 95 %, from the spread over blocks
+  bool known = false;  ///< the flight has blocks that show it
 };
 
-/// The trims by which the flights of the study's log differ from their mean, under `fit`, asked in the training part. A
-/// flight that stands in the validation part alone is judged with the mean: what was fitted there would be quoted too.
+/// Estimates the deviations of the flights' trims from their mean, under `fit`, in the training part. A flight that is
+/// only in the validation part keeps the mean: otherwise the quoted validation error would contain a fitted parameter.
 /// Cost: some forty simulations of each flight. @returns nothing for a log that is one flight.
 std::vector<FlightTrim> flight_trims(const AxisStudy& study, const Fit& fit);
 
-/// Whether one of them is worth a parameter of its own: beyond four standard errors and beyond the least trim that
-/// means something.
+/// Whether one of them deserves its own parameter: above four standard errors and above the smallest significant trim.
 bool differ(const AxisStudy& study, const std::vector<FlightTrim>& trims);
 
-/// Whether the trims that are left beside those that were taken are still worth a second look: half a standard error.
+/// Whether the trims that remain after subtraction justify another iteration: above half a standard error.
 bool moved(const AxisStudy& study, const std::vector<FlightTrim>& more);
 
-/// One sentence for the report.
+/// The trims in one sentence for the report.
 std::string in_words(const std::vector<FlightTrim>& trims);
 
 }  // namespace m100::lab::identify

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLookAhead_s = 0.3;  // of the stick, for delays below zero
 
-/// A command's way through delay and zero.
+/// Delay and lead zero of a command.
 class Way {
  public:
   Way(const model::StickAxis& axis, double period_s)
@@ -20,7 +20,7 @@ class Way {
         part_(axis.transport_delay_s / period_s - std::floor(axis.transport_delay_s / period_s)),
         lead_(axis.lead_zero_s / period_s) {}
 
-  /// What arrives at a sample of the commands; before the first and behind the last they are held.
+  /// The command after delay and zero at a sample; the first and the last command are held.
   double arrived(const std::vector<double>& command, std::ptrdiff_t sample) const {
     const double now = delayed(command, sample);
     return lead_ > 0.0 || lead_ < 0.0 ? now + lead_ * (now - delayed(command, sample - 1)) : now;
@@ -42,11 +42,11 @@ class Way {
   double lead_;
 };
 
-/// Means of so many values each, one row after the other.
+/// Writes means of a fixed number of values, one row after the other.
 class MeanRows {
  public:
   MeanRows(std::size_t values, Rows& out) : values_(values), out_(out) {}
-  /// Leaves a mean that is not complete.
+  /// Discards an incomplete mean.
   void begin_anew() {
     sum_ = 0.0;
     counted_ = 0;
@@ -67,7 +67,7 @@ class MeanRows {
   std::size_t counted_ = 0;
 };
 
-/// Another vehicle in the same state.
+/// The dynamics of another vehicle in the same state.
 sysid::AxisDynamics<double> taken_over(const sysid::AxisDynamics<double>& from, const model::StickAxis& axis,
                                        double period_s) {
   sysid::AxisDynamics<double> dynamics(axis, period_s);
@@ -215,7 +215,7 @@ class Descent {
     out.offset = offset_;
     out.score = run_.score(error_);
     out.values.assign(values_.begin(), values_.end());
-    Columns regular = normal_;  // each column by itself: their units differ by many powers of ten
+    Columns regular = normal_;  // each column by itself, because their units differ by many powers of ten
     regular.diagonal() = regular.diagonal() * (1.0 + 1e-9) + Rows::Constant(regular.rows(), 1e-300);
     const Columns inverse = regular.ldlt().solve(Columns::Identity(regular.rows(), regular.cols()));
     const double variance =
@@ -275,7 +275,7 @@ class Descent {
     normal_ = slopes_.transpose() * slopes_;
   }
 
-  /// @returns the share of the whitened power that one step took away.
+  /// @returns the share of the whitened power that one step removed.
   double step() {
     linearise();
     Rows gradient = slopes_.transpose() * white_;

@@ -12,9 +12,9 @@
 namespace m100::lab::identify {
 
 /// One stick axis simulated without restarts, from gap to gap, and compared with the log in means over 50 ms, or over a
-/// row of the log where that is more: between two rows nothing was measured, and a mean of a straight line between them
-/// would count as evidence of its own. What blocks of 2.5 s hide shows here: clocks that disagree by a hundredth of a
-/// second, and a vehicle that changes.
+/// row of the log if that is longer: between two rows nothing was measured, and the mean of an interpolated line is no
+/// independent evidence. It shows effects that blocks of 2.5 s hide: clocks that disagree by a hundredth of a second,
+/// and a vehicle that changes.
 class FreeRun {
  public:
   static constexpr double kLeastMean_s = 0.05;
@@ -27,10 +27,10 @@ class FreeRun {
   std::size_t size() const { return time_s_.size(); }  ///< rows, one for each mean
   const std::vector<double>& time_s() const { return time_s_; }
   const std::vector<Segment>& segments() const { return segments_; }
-  /// Innovations of some rows count less than those of others. @param weights  one for each row; empty: all alike
+  /// Sets the weights of the innovations. @param weights  one for each row; empty: equal weights
   void weigh(Rows weights) { weights_ = std::move(weights); }
   const Rows& weights() const { return weights_; }
-  /// Innovations of rows under an autoregression, weighed.
+  /// Replaces rows by their weighed innovations under an autoregression.
   void make_white(const Ar& filter, Eigen::Ref<Rows> values) const;
   /// n ln(mean square of the weighed innovations of an error under its own autoregression).
   double score(const Rows& error) const;
@@ -38,22 +38,22 @@ class FreeRun {
   double mean_s() const { return static_cast<double>(mean_) * data_.period_s; }
   double seconds() const { return static_cast<double>(size()) * mean_s(); }
 
-  /// Simulated less measured. A transport delay below zero takes the stick from the future.
+  /// Simulated minus measured. A transport delay below zero takes the stick from the future.
   Rows error(const model::StickAxis& axis) const { return error(axis, axis, 1e300); }
-  /// The same of a vehicle that is another one from `switch_s` on.
+  /// The same for a vehicle that changes from `before` to `after` at `switch_s`.
   Rows error(const model::StickAxis& before, const model::StickAxis& after, double switch_s) const;
 
  private:
   struct Run {
-    std::size_t past;   ///< first sample whose input is looked at
-    std::size_t begin;  ///< first sample, where the measured state is taken
+    std::size_t past;   ///< first sample whose input is used
+    std::size_t begin;  ///< first sample, which gives the measured initial state
     std::size_t end;
     double value;
     double rate_per_s;
   };
   bool switches(const Run& run, double switch_s) const { return data_.time_s(run.end) > switch_s; }
   void command(const model::StickAxis& axis, const Run& run, std::vector<double>& out) const;
-  /// Into command_: what changes at the stick changes before the delay.
+  /// Writes into command_: changes at the stick act before the delay.
   void command_with_switch(const model::StickAxis& before, const model::StickAxis& after, double switch_s,
                            const Run& run) const;
 
@@ -67,7 +67,7 @@ class FreeRun {
   mutable std::vector<double> command_, command_after_;  // scratch
 };
 
-/// One number of an axis that a whitened fit may move.
+/// One free parameter of a whitened fit.
 struct Knob {
   std::string name;
   double model::StickAxis::*member = nullptr;
@@ -83,18 +83,18 @@ struct WhitenedFit {
   double offset = 0.0;         ///< of the simulated response
   double score = 0.0;          ///< n ln(mean square of the innovations)
   std::vector<double> values;  ///< of the knobs, then of the change if there is one
-  std::vector<double> sigmas;  ///< standard errors of the same
+  std::vector<double> sigmas;  ///< their standard errors
 };
 
-/// Where the axis becomes another one: `knob` jumps by a free amount at `at_s`.
+/// A change of the axis: `knob` jumps by a free amount at `at_s`.
 struct Break {
   Knob knob;
   double at_s = 0.0;
   double size = 0.0;  ///< to start from
 };
 
-/// Gauss-Newton from `start`, a constant offset of the response and the knobs free. Cost: some ten iterations of one
-/// simulation for each knob.
+/// Gauss-Newton from `start`; the knobs and a constant offset of the response are free. Cost: some ten iterations, each
+/// with one simulation per knob.
 WhitenedFit fit_whitened(const FreeRun& run, const model::StickAxis& start, std::span<const Knob> knobs,
                          const Break* change = nullptr);
 

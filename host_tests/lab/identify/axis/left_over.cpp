@@ -31,7 +31,7 @@ LeftOver::LeftOver(const FreeRun& run, const WhitenedFit& fit, std::span<const K
 }
 
 double LeftOver::promise(const Rows& error) const {
-  constexpr double kParallel = 1e-9;  // of the power: what the own numbers do as well
+  constexpr double kParallel = 1e-9;  // of the power; below it the own parameters can make the same step
   Rows step = toward(error);
   const double whole = step.squaredNorm();
   step -= own_ * (own_.transpose() * step).eval();

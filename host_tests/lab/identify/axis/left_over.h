@@ -7,15 +7,15 @@
 
 namespace m100::lab::identify {
 
-/// What a whitened fit leaves, and what its own numbers could still explain of it: for asking of many models whether
-/// a fit of theirs would be worth its time.
+/// The residual of a whitened fit without the part that its own parameters could still explain. It estimates for many
+/// other models whether fitting them is worth the time.
 class LeftOver {
  public:
-  /// @param fit, knobs  a fit of the run and what was free in it. The run must outlive this.
+  /// @param fit, knobs  a fit of the run and its free parameters. The run must outlive this object.
   LeftOver(const FreeRun& run, const WhitenedFit& fit, std::span<const Knob> knobs);
 
-  /// Likelihood ratio of a step of free size toward another model, beside steps of all own numbers: what a fit that
-  /// starts there will gain, to first order.
+  /// Likelihood ratio of a step of free size toward another model, together with steps of all own parameters: the gain
+  /// of a fit that starts there, to first order.
   /// @param error  of the other model, row by row of the run
   double promise(const Rows& error) const;
 
@@ -26,8 +26,8 @@ class LeftOver {
   double offset_;
   Rows error_;
   Ar filter_;
-  Rows white_;   ///< innovations, without what the own numbers explain
-  Columns own_;  ///< orthonormal: steps of the own numbers and of the offset
+  Rows white_;   ///< innovations, without the part that the own parameters explain
+  Columns own_;  ///< orthonormal: steps of the own parameters and of the offset
 };
 
 }  // namespace m100::lab::identify

@@ -26,8 +26,8 @@ RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges) 
 
 namespace {
 
-/// Means over `mean` samples of the response to one count for one sample, whitened: how a stick that moved earlier or
-/// later than read shows in the innovations.
+/// Means over `mean` samples of the response to one count for one sample, whitened: the effect on the innovations of a
+/// stick that moved earlier or later than logged.
 std::vector<double> innovations_of_a_moment(const AxisData& data, std::size_t mean, const model::StickAxis& model,
                                             const Ar& filter) {
   constexpr double kLasts_s = 1.5;
@@ -50,8 +50,8 @@ std::vector<double> innovations_of_a_moment(const AxisData& data, std::size_t me
   return out;
 }
 
-/// Variance of each innovation where every way of the stick between two rows was made at one moment of the row, all
-/// moments alike: the way times the row, squared, over twelve.
+/// Variance of each innovation if every step of the stick between two rows happened at one moment of the row, uniformly
+/// distributed: (step times row) squared over twelve.
 Rows variance_of_moments(const FreeRun& run, const AxisData& data, const model::StickAxis& model, const Ar& filter) {
   const auto row = static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s));
   const std::size_t mean = run.mean();
@@ -71,8 +71,9 @@ Rows variance_of_moments(const FreeRun& run, const AxisData& data, const model::
   return out;
 }
 
-/// How much of that variance there is beside the air's, by maximum likelihood: a hand that moves smoothly leaves
-/// nothing open though its rows are slow. At most a moment at either end of the row, three times a moment anywhere.
+/// The share of that variance beside the variance of the air, by maximum likelihood: a hand that moves smoothly leaves
+/// nothing uncertain although its rows are slow. The upper limit 3 is a step at either end of the row, which has three
+/// times the variance of a uniformly distributed step.
 double share_of_moments(const Rows& white, const Rows& moments, double power) {
   constexpr double kMost = 3.0;
   constexpr int kSteps = 24;
@@ -80,7 +81,7 @@ double share_of_moments(const Rows& white, const Rows& moments, double power) {
   double least = std::numeric_limits<double>::infinity();
   for (int step = 0; step <= kSteps; ++step) {
     const double share = step == 0 ? 0.0 : kMost * std::pow(0.75, kSteps - step);
-    // The air's own power goes down as more is owed to the rows: a few rounds of the fixed point.
+    // The estimated power of the air falls as the share rises: a few fixed-point iterations.
     double air = power;
     for (int round = 0; round < 4; ++round) {
       air = (white.array().square() / (1.0 + share * moments.array() / air)).mean();

@@ -12,30 +12,31 @@
 
 namespace m100::lab::identify {
 
-/// A log as it was read, and where its stick's rows are further apart than samples also with the stick held at its last
-/// and at its next row all the way: what it did in between nobody knows, and what is certain is so in all three.
+/// The readings of a log: interpolated, and, where the rows of its stick are further apart than samples, also with the
+/// stick held at its last row and with its next row used early. The stick between rows is unknown, so only a result
+/// that all three readings confirm is certain.
 struct RowReadings {
-  std::vector<AxisData> held;  ///< what the later runs are of; empty where the rows leave nothing open
+  std::vector<AxisData> held;  ///< data of the second and third run; empty where the rows are not slow
   std::vector<FreeRun> runs;
 };
 
 /// The data must outlive the readings.
 RowReadings readings_of(const AxisData& data, const std::vector<Range>& ranges);
 
-/// Weighs the innovations of all readings by what slow rows of the stick leave open: each way between two rows may have
-/// been made at any moment of the row, which gives the rows after it a variance; how much of it there is beside the
-/// air's is estimated by maximum likelihood. Nothing where the rows are not slow. Precondition: the first is of `data`.
+/// Weighs the innovations of all readings by the uncertainty that slow rows of the stick cause. Each step between two
+/// rows may have happened at any moment of the row, which adds a variance to the rows after it; the share of this
+/// variance beside that of the air is estimated by maximum likelihood. Does nothing where the rows are not slow.
+/// Precondition: the first reading is of `data`.
 void weigh_by_what_is_known(std::span<FreeRun> readings, const AxisData& data, const model::StickAxis& model);
 
-/// Everything that a structure has, as knobs_of(), and the delay free down to a row below nought: a row shows what the
-/// stick was since the row before, so a response without delay may begin up to a row early. More than that is for the
-/// clock to say.
+/// All parameters of a structure as knobs_of(), with the delay free down to one row below zero: a row shows the stick
+/// since the row before, so a response without delay may begin up to a row early. A larger shift is left to clock_of().
 std::vector<Knob> knobs_within_a_row(const AxisFamily& family, const Fit& fit);
 
-/// Likelihood ratio of an effect that a fit has under that reading of a log with slow rows which speaks least for it,
-/// the innovations weighed by what is known of them; infinity where the rows are not slow, or where the effect cannot
-/// be taken out. A straight line between two rows lets a stick that jumped begin early and end late: a dead zone gives
-/// that back, and under a stick that was held there is none.
+/// Smallest likelihood ratio of an effect of the fit over all readings of a log with slow rows, with weighed
+/// innovations; infinity where the rows are not slow, or where the effect cannot be removed. A straight line between
+/// two rows makes a stick that jumped begin early and end late. A dead zone compensates this, but with the held
+/// readings it disappears.
 double ratio_between_rows(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                           const Fit& fit, const std::string& effect);
 

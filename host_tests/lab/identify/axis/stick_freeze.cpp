@@ -14,13 +14,13 @@ namespace m100::lab::identify {
 namespace {
 
 constexpr double kHeld_s = 0.4;
-constexpr double kAfter_s = 0.6;  // until the response has come back to the stick
+constexpr double kAfter_s = 0.6;  // until the response follows the stick again
 constexpr double kDenser = 10.0;
 constexpr double kLeastPower = 0.4;
 constexpr double kLeastTime = 0.5;    // outside of all holds
-constexpr double kLeastHolds = 0.25;  // of the time held: a hand that often rests did not freeze where all went wrong
-constexpr double kGrain = 1e-6;       // of its large values: less is no other value of a stick
-constexpr double kQuick = 0.95;       // of the steps that are not nought
+constexpr double kLeastHolds = 0.25;  // of all held time: a few errors of a hand that often rests are no freeze
+constexpr double kGrain = 1e-6;       // of its large values; a smaller difference is rounding
+constexpr double kQuick = 0.95;       // quantile of the steps that are not zero
 
 struct Hold {
   std::size_t begin;
@@ -31,7 +31,7 @@ std::size_t row_of(const AxisData& data) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(data.stick_row_s / data.period_s)));
 }
 
-/// What a moving stick hardly ever does from one row to the next.
+/// A step from one row to the next that a moving stick rarely exceeds.
 double quick_step(const AxisData& data) {
   std::vector<double> steps;
   const std::size_t row = row_of(data);
@@ -44,10 +44,10 @@ double quick_step(const AxisData& data) {
   return steps.empty() ? 0.0 : quantile(std::move(steps), kQuick);
 }
 
-/// Stretches of one value that no other stretch has and that end in a jump, in time order.
+/// Holds of a value that occurs in no other hold and that end in a jump, in time order.
 std::vector<Hold> lonely_holds(const AxisData& data) {
   const auto least = static_cast<std::size_t>(std::lround(kHeld_s / data.period_s));
-  // Between rows a value is a sum of two shares of itself, equal but for rounding.
+  // Interpolation between two equal rows changes the value by rounding only.
   const double grain = kGrain * std::max(1e-9, large(data.stick));
   const auto grains = [&](std::size_t at) { return std::llround(data.stick[at] / grain); };
   std::vector<Hold> holds;
@@ -140,8 +140,8 @@ std::vector<Finding> stick_freeze(const std::vector<const AxisPart*>& parts, con
   const AxisSignals& signals = parts.front()->signals;
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(),
-                "%s holds one value for up to %.1f s while %s goes on: %.0f %% of what is left stands there; did the "
-                "column freeze?",
+                "%s holds one value for up to %.1f s while %s keeps moving; %.0f %% of the residual power lies there: "
+                "the column may be frozen",
                 signals.stick_name.c_str(), static_cast<double>(longest) * signals.data.period_s,
                 signals.response_name.c_str(), 100.0 * frozen.sum / all.sum);
   return {{.what = "frozen", .signal = signals.stick_name, .text = text.data()}};

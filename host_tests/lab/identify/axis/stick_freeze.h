@@ -9,11 +9,11 @@
 
 namespace m100::lab::identify {
 
-/// A column that stops while the hand goes on: the stick holds one value that it holds only once, for 0.4 s or more,
-/// then jumps as it hardly ever does from one row to the next, and in such holds and the 0.6 s after them the model
-/// leaves ten times the power per time that it leaves outside of all of them, 40 % of all power together. A hand that
-/// rests, or that flies steps, holds as well, but its vehicle does what the model says. Where the holds fill half of
-/// the log nobody can tell.
+/// Detects a column of a stick that freezes while the hand moves on. Criteria: the stick holds a value for 0.4 s or
+/// more that it holds only once; then it jumps further than it usually moves from one row to the next; in these holds
+/// and the 0.6 s after them the residual has ten times the power per time that it has outside of them, and 40 % of all
+/// power together. A hand that rests or flies steps also holds values, but then the vehicle follows the model. Where
+/// holds fill half of the log, nothing can be decided.
 /// @returns at most one finding.
 std::vector<Finding> stick_freeze(const std::vector<const AxisPart*>& parts, const model::StickAxis& model);
 

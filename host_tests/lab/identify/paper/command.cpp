@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab paper: the paper's identified numbers from the paper's own logs, and what the right alignment changes.
+// m100-lab paper: reproduces the paper's identified numbers from the paper's own logs, and shows what correct alignment
+// changes.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -42,7 +43,7 @@ void run(const PaperOptions& options) {
          {"reproduced", line.reproduced},
          {"aligned", line.aligned}});
   }
-  std::printf("sticks %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
+  std::printf("the sticks are %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
               report.evidence.c_str());
   write_json(options.json, nlohmann::ordered_json{{"lines", std::move(lines)},
                                                   {"stick_shift_samples", report.stick_shift_samples},
@@ -57,7 +58,7 @@ void add_paper(CLI::App& lab) {
   auto options = std::make_shared<PaperOptions>();
   app->add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat")->required();
   app->add_option("--height", options->height, "ExperimentHeight.mat")->required();
-  app->add_option("--json", options->json, "the table as JSON");
+  app->add_option("--json", options->json, "file for the table as JSON");
   app->callback([options] { run(*options); });
 }
 

@@ -14,7 +14,7 @@ double mean_period(const std::vector<double>& t_s) {
   return (t_s.back() - t_s.front()) / static_cast<double>(t_s.size() - 1);
 }
 
-/// First row within one period of `t_s`, counted on a clock that `shift` samples were taken from.
+/// First row whose time plus `moved_s` lies within one period of `at_s`; row 0 if there is none.
 std::size_t row_near(const std::vector<double>& clock_s, double at_s, double moved_s, double period_s) {
   for (std::size_t row = 0; row < clock_s.size(); ++row) {
     if (std::abs(clock_s[row] + moved_s - at_s) < period_s) {
@@ -81,7 +81,7 @@ model::StickAxis model_of(std::span<const double> x, bool second) {
   return axis;
 }
 
-/// Where a fit begins, and what bounds it; the simulation begins at the first measured value.
+/// Starting point and bounds of a fit; the simulation starts at the first measured value.
 std::pair<std::vector<double>, std::vector<Box>> start_of(double first_value, bool second) {
   std::vector<double> x{1.0, std::log(second ? 5.0 : 0.3)};
   std::vector<Box> box{{-10.0, 10.0, 1e-5}, {std::log(1e-2), std::log(50.0), 1e-5}};

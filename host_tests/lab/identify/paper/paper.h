@@ -6,7 +6,7 @@
 
 namespace m100::lab::identify::paper {
 
-// The way the paper identified (III-D), as its authors' published scripts do it, on the rows of their own MAT-files.
+// The identification method of the paper (III-D), as in its authors' published scripts, on the rows of their MAT-files.
 
 /// One recorded pair, row by row, on the clock of the response.
 struct Record {
@@ -15,16 +15,16 @@ struct Record {
   std::vector<double> response;  ///< rad, rad/s or m/s
 };
 
-/// Samples by which the response follows the stick: the largest raw cross-correlation (no mean taken off, as the
-/// authors have it), searched over |lag| <= 3 s.
+/// Samples by which the response follows the stick: the lag of the largest raw cross-correlation (means are not
+/// removed, as in the authors' scripts), searched over |lag| <= 3 s.
 int correlation_lag(const std::vector<double>& stick, const std::vector<double>& response, double period_s);
 
-/// Eq. (1): the stick is moved by `lag` samples, both are cut to [from_s, to_s], straight lines are taken off both, and
-/// the factor follows by least squares.
+/// Eq. (1): shifts the stick by `lag` samples, cuts both signals to [from_s, to_s], removes a straight line from each,
+/// and fits the factor by least squares.
 double scale_factor(const Record& record, int lag, double from_s, double to_s);
 
-/// A transfer function without zeros fitted to one long simulation: means taken off both signals, input held between
-/// samples, start of the simulation free.
+/// A transfer function without zeros, fitted to one long simulation: means removed from both signals, input held
+/// between samples, initial state free.
 struct Dynamics {
   double gain = 0.0;             ///< per unit of the scaled stick
   double time_constant_s = 0.0;  ///< first order

@@ -30,7 +30,7 @@ Record record(const logs::RawLog& log, const std::string& stick, const std::stri
   return {column(log, "Vicon.t", 0.0), column(log, stick, -model::paper::kNeutral_vrc), column(log, response, 0.0)};
 }
 
-// Forward differences, the last one doubled, as the authors' scale factor of the climb wants them.
+// Forward differences with the last one repeated, as in the authors' script for the scale factor of the climb.
 Record differentiated(Record height) {
   const double period_s = (height.t_s.back() - height.t_s.front()) / static_cast<double>(height.t_s.size() - 1);
   for (std::size_t row = 0; row + 1 < height.response.size(); ++row) {
@@ -58,7 +58,7 @@ double scale_of(const Record& one, double to_s, int lag) { return scale_factor(o
 
 int lag_of(const Record& one) { return correlation_lag(one.stick, one.response, period_of(one)); }
 
-// The authors' script prints a factor with six decimals, and that is what the next script starts from.
+// The authors' script prints a factor with six decimals, and the next script uses the printed value.
 double as_printed(double scale) { return std::round(scale * 1e6) / 1e6; }
 
 const char* kMap = R"(time = "Experiment1.Vicon.t"
@@ -85,7 +85,7 @@ Report reproduce(const std::string& pitch_roll_file, const std::string& height_f
   const auto add = [&](const char* quantity, double paper, double raw, double right) {
     report.lines.push_back({quantity, paper, raw, right});
   };
-  // The authors move pitch by the lag they found for roll.
+  // The authors shift pitch by the lag that they found for roll.
   const int roll_lag = lag_of(roll);
   const int right_lag = lag_of(moved(roll, shift));
   add("lag of the roll response [samples]", std::nan(""), roll_lag, right_lag);

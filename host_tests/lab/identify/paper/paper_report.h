@@ -6,8 +6,8 @@
 
 namespace m100::lab::identify::paper {
 
-/// One number of the paper, what the authors' own rows give with the authors' method, and what they give once the
-/// streams are aligned by their message counters.
+/// One number of the paper; the same from the authors' own rows with the authors' method; and the same after aligning
+/// the streams by their message counters.
 struct Line {
   std::string quantity;
   double paper;
@@ -21,7 +21,7 @@ struct Report {
   std::string evidence;         ///< of the shift
 };
 
-/// Table I and the climb dynamics of III-D.3, from ExperimentPitchRoll.mat and ExperimentHeight.mat.
+/// Reproduces Table I and the climb dynamics of III-D.3 from ExperimentPitchRoll.mat and ExperimentHeight.mat.
 /// @throws InputError: files of another kind.
 Report reproduce(const std::string& pitch_roll_file, const std::string& height_file);
 

@@ -12,12 +12,12 @@ constexpr double kMiddle = 0.8;
 constexpr std::size_t kFilters = 48;
 constexpr double kDateDrop = 7.35;  // of the likelihood ratio: 95 % of the dates on simulated logs
 
-/// Each column by itself: their units differ by many powers of ten.
+/// Regularises each column by itself, because their units differ by many powers of ten.
 void make_regular(Columns& normal) {
   normal.diagonal() = normal.diagonal() * (1.0 + 1e-9) + Rows::Constant(normal.rows(), 1e-300);
 }
 
-/// Solves a symmetric system that may be singular: columns that the log does not excite do no harm.
+/// Solves a symmetric system that may be singular, because the log may not excite every column.
 template <typename Right>
 Columns solve(Columns normal, const Right& right) {
   make_regular(normal);
@@ -47,7 +47,7 @@ class Scan {
     if (dates_.size() < 2) {
       return best;
     }
-    // A filter serves the dates around its own.
+    // Each filter is used for the dates around its own.
     const std::size_t pieces = std::min(kFilters, dates_.size());
     for (std::size_t piece = 0; piece < pieces; ++piece) {
       const std::size_t begin = piece * dates_.size() / pieces;
@@ -96,7 +96,7 @@ class Scan {
     }
   }
 
-  /// Whitens everything by the autoregression of the residual that the best fit with a break at `date_s` leaves.
+  /// Whitens everything by the autoregression of the residual of the best fit with a change at `date_s`.
   void filter_for(double date_s) {
     const Eigen::Index p = rows_.base.cols();
     const Eigen::Index k = columns_.cols();
@@ -129,8 +129,8 @@ class Scan {
     accumulate();
   }
 
-  // Sums over all rows not earlier than each place of the time order: products of the break's columns with themselves,
-  // the base and the residual.
+  // For each position in time order, sums over all rows from there to the end: products of the change's columns with
+  // themselves, the base and the residual.
   void accumulate() {
     const Eigen::Index k = columns_.cols();
     const Eigen::Index width = k + white_base_.cols() + 1;
@@ -147,7 +147,7 @@ class Scan {
     }
   }
 
-  /// Of a break after `date_s`, with the present filter.
+  /// Likelihood ratio of a change after `date_s`, with the present filter.
   double likelihood_ratio(double date_s, Rows* size) const {
     const Eigen::Index k = columns_.cols();
     const Eigen::Index p = white_base_.cols();
@@ -176,7 +176,7 @@ class Scan {
     return share > 0.0 ? -count_ * std::log(std::max(1e-12, 1.0 - share)) : 0.0;
   }
 
-  // The rows just after the break see a past without it: whitened, they differ from the whitened whole column.
+  // The past of the rows just after the change lies before it, so whitened they differ from the whitened whole column.
   void correct(double date_s, Columns& own, Columns& with_base, Rows& with_residual) const {
     for (const Segment& segment : rows_.segments) {
       if (time(segment.begin) > date_s || time(segment.end - 1) <= date_s) {

@@ -7,16 +7,16 @@
 
 namespace m100::lab::identify {
 
-// When does a parameter take another value? Shared by the stick axes and by translation.
+// Finds the date at which a parameter takes another value. Shared by the stick axes and by translation.
 
-/// Residual of a model with what it depends on, in rows of 50 ms: several directions of motion stand one after the
-/// other, each with segments of its own.
+/// Residual of a model with its sensitivities, in rows of 50 ms. Several directions of motion follow one another, each
+/// with its own segments.
 struct ScanRows {
   std::vector<double> time_s;  ///< of each row; ascending within a segment
   std::vector<Segment> segments;
   Rows residual;
-  Columns base;  ///< sensitivities of the parameters that the model has: what they can explain is no change
-  Rows weights;  ///< of the innovations, one for each row; empty: all alike
+  Columns base;  ///< sensitivities of the model's own parameters: a residual that they explain is no change
+  Rows weights;  ///< of the innovations, one for each row; empty: equal weights
 };
 
 /// The best date of a change of one parameter (or of two together).
@@ -30,7 +30,7 @@ struct ScanHit {
 
 /// Supremum over the middle 80 % of the time of LR(tau) = -N ln(1 - share of the whitened residual that
 /// columns 1[t > tau] explain beside the base columns). The autoregression is estimated from the residual with the
-/// break in it: from the unbroken residual it swallows a step entirely. Scanned on every row, because the profile is
+/// change in it: without the change it would absorb a step entirely. Every row is scanned, because the profile is
 /// jagged.
 /// @param columns  residual rows x 1 or 2: sensitivity of the parameter over the whole log
 /// Preconditions: at least 40 rows; shapes agree. Cost: 48 whitenings of all columns and a pass over the rows for each.

@@ -19,7 +19,7 @@ constexpr std::size_t kFewestHovering = 100;
 
 double omega(double frequency_hz) { return 2.0 * std::numbers::pi * frequency_hz; }
 
-/// Takes off the best straight line in time.
+/// Subtracts the best straight line over time.
 std::vector<double> detrended(const LineSeries& series) {
   const auto n = static_cast<double>(series.values.size());
   double t_mean = 0.0;
@@ -81,7 +81,7 @@ double power(const std::vector<double>& values) {
 
 using BothAxes = std::array<LineSeries, 2>;
 
-/// The residual where the vehicle moves, and where it hovers.
+/// The residual, divided into the parts where the vehicle moves and where it hovers.
 struct Parted {
   BothAxes moving;
   BothAxes hovering;
@@ -95,7 +95,7 @@ Parted parted(const OwnMotion& motion) {
   for (std::size_t k = 0; k < count; ++k) {
     resting += at_rest(k) ? 1U : 0U;
   }
-  // A log that hovers nearly throughout: its first half stands for "moving".
+  // In a log that hovers nearly throughout, the first half is used as "moving".
   const bool all_hover = 10 * resting > 7 * count;
   for (std::size_t n = 0; n < 2; ++n) {
     for (std::size_t k = 0; k < count; ++k) {
@@ -108,7 +108,7 @@ Parted parted(const OwnMotion& motion) {
   return out;
 }
 
-/// Fits both axes where the vehicle moves, predicts them where it hovers.
+/// Fits both axes where the vehicle moves, and predicts them where it hovers.
 bool hovering_shows(const OwnMotion& motion) {
   const auto [moving, hovering] = parted(motion);
   if (hovering[0].values.size() < kFewestHovering || moving[0].values.size() < kFewestHovering) {

@@ -17,31 +17,32 @@ struct SpectralLine {
   double share = 0.0;  ///< of the variance of all series together
 };
 
-/// The strongest line of several series with the same clock, from two and a half periods in the span up to 5 Hz, by
-/// least squares on a grid of a quarter of the resolution. Cost: samples times frequencies.
+/// The strongest spectral line of several series with the same clock, between two and a half periods in the time span
+/// and 5 Hz, by least squares on a grid of a quarter of the resolution. Cost: samples times frequencies.
 SpectralLine strongest_line(const std::vector<LineSeries>& series);
 
 /// Share of the variance about a straight line that a line at this frequency holds.
 double share_at(const LineSeries& series, double frequency_hz);
 
-/// A periodic force may only be claimed where the vehicle itself does not move with that period, because a vehicle that
-/// flies a periodic path has that line in everything that it feels.
+/// Input of judge_own_motion(). A periodic force may only be claimed where the vehicle itself does not move with that
+/// period, because on a periodic path every measured signal has that line.
 struct OwnMotion {
   double frequency_hz;
   std::array<std::array<double, 2>, 2> force;  ///< cosine and sine amplitude on x and y [m/s^2]
   std::array<LineSeries, 2> residual;          ///< before the force is taken out
   struct Channel {
     std::string name;
-    int moved_by_axis;  ///< velocity: the force moves it; what the force itself does there is taken off first. -1: none
+    int moved_by_axis;  ///< velocity: axis of the force that moves it, whose effect is subtracted first; -1: none
     std::vector<double> values;
   };
   std::vector<Channel> channels;
   std::vector<double> speed_m_s;  ///< empty: not logged
 };
 
-/// @returns empty: no channel has more than 15 % of its power at the line, or hovering shows the force (the line,
-///   fitted while moving, predicts more than 30 % of the residual while hovering). Otherwise which channel has how
-///   much.
+/// Decides whether the vehicle itself moves at the line.
+/// @returns empty if no channel has more than 15 % of its power at the line, or if hovering shows the force (the line,
+///   fitted while moving, predicts more than 30 % of the residual while hovering); otherwise a sentence with the
+///   channel and its share.
 std::string judge_own_motion(const OwnMotion& motion);
 
 }  // namespace m100::lab::identify

@@ -28,7 +28,7 @@ double power_in(std::span<const double> piece, std::size_t bin) {
   return 2.0 * (newer * newer + older * older - twice * newer * older) / static_cast<double>(piece.size());
 }
 
-/// How far a bin stands out of the mean of those around it, from `first` to the last; 0: nothing is there.
+/// Ratio of a bin to the mean of the bins around it, from `first` to the last; 0 where there is no power.
 double peak(const std::vector<double>& power, std::size_t bin, std::size_t first) {
   constexpr std::size_t kAround = 12;
   constexpr std::size_t kOwn = 2;
@@ -66,7 +66,7 @@ FastLine fast_line(const std::vector<double>& residual, double period_s, double 
   }
   const auto strongest = static_cast<std::size_t>(
       std::max_element(power.begin() + static_cast<std::ptrdiff_t>(first), power.end()) - power.begin());
-  // A line between two bins shares its power among neighbours.
+  // The power of a line between two bins is spread over its neighbours.
   double held = 0.0;
   for (std::size_t bin = std::max(first, strongest - 1); bin <= std::min(last, strongest + 1); ++bin) {
     held += power[bin];
@@ -110,7 +110,7 @@ Drift drift(const std::vector<double>& residual, const std::vector<std::size_t>&
     return out;
   }
   const double r2 = std::min(1.0 - 1e-12, xy * xy / (xx * yy));
-  // The line's share of the whole residual, not of its means only.
+  // The share refers to the whole residual and not only to its means.
   double power = 0.0;
   for (const double value : residual) {
     power += value * value / static_cast<double>(residual.size());

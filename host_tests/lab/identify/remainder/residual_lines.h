@@ -6,7 +6,7 @@
 
 namespace m100::lab::identify {
 
-// Two patterns that no regression on causes sees: a fast line (vibration) and a slow drift.
+// Two patterns that a regression on causes does not show: a fast line (vibration) and a slow drift.
 
 struct FastLine {
   double hz = 0.0;
@@ -14,9 +14,10 @@ struct FastLine {
   double peak = 0.0;   ///< over the mean of its neighbourhood
 };
 
-/// Strongest line between 4 Hz and 0.45 of the sample rate: periodograms of 5 s pieces, averaged. Above what the
-/// thinned residual can show, where a line would appear under a false frequency. Cost: linear in samples.
-/// @param row_s  between the log's own rows, where it was resampled from slower ones: what lies above is its own making
+/// Strongest line between 4 Hz and 0.45 of the sample rate, from averaged periodograms of 5 s pieces. In the thinned
+/// residual such a line would appear under a false frequency. Cost: linear in samples.
+/// @param row_s  between the log's own rows, where it was resampled from slower ones: lines above 0.45 of that rate are
+///   made by the resampling
 FastLine fast_line(const std::vector<double>& residual, double period_s, double row_s = 0.0);
 
 struct Drift {
@@ -24,8 +25,8 @@ struct Drift {
   double t = 0.0;      ///< of its slope
 };
 
-/// A straight line through the means of blocks. Air forgets within a second: means over 2.5 s are independent of each
-/// other, so the slope's t says whether the aircraft (or its sensor) wanders.
+/// Fits a straight line through the means of blocks. Air is correlated over about a second, so means over 2.5 s are
+/// independent of each other, and the slope's t shows whether the aircraft (or its sensor) drifts.
 Drift drift(const std::vector<double>& residual, const std::vector<std::size_t>& block_begin,
             const std::vector<double>& time_s);
 

@@ -16,7 +16,7 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 constexpr double kWorkRate_hz = 10.0;
-constexpr double kRidge = 0.02;  // of a column's own power: prior share of the signal that is noise
+constexpr double kRidge = 0.02;  // of a column's own power: assumed share of noise in it
 
 /// Ridge regression of many targets on one group, cross-validated; normal equations are made once per fold.
 class GroupRegression {

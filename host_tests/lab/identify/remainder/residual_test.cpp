@@ -24,25 +24,25 @@ struct Line {
   double peak = 0.0;  // over the mean of its neighbourhood
 };
 
-constexpr double kLongestPiece_s = 120.0;  // longer ones need more frequencies than a residual is worth
-constexpr double kLongestHole_s = 10.0;    // pieces with a longer one between them show a line many times beside itself
+constexpr double kLongestPiece_s = 120.0;  // longer pieces would need too many frequencies
+constexpr double kLongestHole_s = 10.0;    // across a longer gap a line would appear with many side lines
 constexpr double kHighest_hz = 4.0;        // of means at 10 Hz
-constexpr double kPerBin = 2.0;            // frequencies for each independent one: a line between two keeps its power
+constexpr double kPerBin = 2.0;            // frequencies per independent one: a line between two keeps its power
 
-/// One mean of the residual with the moment that it belongs to.
+/// One mean of the residual with its time.
 struct Moment {
   std::size_t flight;
   double t_s;
   double value;
 };
 
-/// Consecutive moments [first, last) of one flight without a long hole.
+/// Consecutive moments [first, last) of one flight without a long gap.
 struct Piece {
   std::size_t first;
   std::size_t last;
 };
 
-/// In the order of time, whatever order training and validation ranges have.
+/// The means in order of time, whatever the order of training and validation ranges.
 std::vector<Moment> moments_of(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
   const double mean = target.mean();
   std::vector<Moment> out;
@@ -58,7 +58,7 @@ std::vector<Moment> moments_of(const Vector& target, const ResidualInput& input,
   return out;
 }
 
-/// Pieces in which a line keeps its phase; what is longer than 120 s is cut into equal ones.
+/// Pieces in which a line keeps its phase; a piece longer than 120 s is divided into equal ones.
 std::vector<Piece> pieces_of(const std::vector<Moment>& moments) {
   std::vector<Piece> out;
   std::size_t first = 0;
@@ -95,7 +95,7 @@ double power_at(const std::vector<Moment>& moments, const Piece& piece, double h
   return 2.0 * (c * c + s * s) / static_cast<double>(piece.last - piece.first);
 }
 
-/// How far a line stands out of the mean power on both sides of it; 0: nothing is there.
+/// Ratio of a line to the mean power on both sides of it; 0 where there is no power.
 double peak(const std::vector<double>& power, std::size_t bin) {
   constexpr std::size_t kAround = 32;  // frequencies on both sides, without the line's own
   constexpr std::size_t kOwn = 7;
@@ -111,7 +111,7 @@ double peak(const std::vector<double>& power, std::size_t bin) {
   return around > 0.0 ? power[bin] * count / around : 0.0;
 }
 
-// Periodogram over the thinned residual by plain sums: a thousand frequencies, a few hundred samples per minute. A line
+// Periodogram of the thinned residual by direct sums: a thousand frequencies, a few hundred samples per minute. A line
 // keeps its phase within a piece, and its power from piece to piece.
 Line strongest_line(const Vector& target, const ResidualInput& input, const Thinned& thinned) {
   const std::vector<Moment> moments = moments_of(target, input, thinned);
@@ -124,7 +124,7 @@ Line strongest_line(const Vector& target, const ResidualInput& input, const Thin
   for (const Moment& moment : moments) {
     total += moment.value * moment.value;
   }
-  const double lowest_hz = 6.0 / span_s;  // fewer periods cannot be told from slow air
+  const double lowest_hz = 6.0 / span_s;  // fewer periods look like slow air
   const auto bins = static_cast<std::size_t>(kPerBin * kHighest_hz * span_s);
   std::vector<double> power(bins, 0.0);
   for (std::size_t bin = 0; bin < bins; ++bin) {
@@ -143,8 +143,8 @@ Line strongest_line(const Vector& target, const ResidualInput& input, const Thin
   return line;
 }
 
-// A coloured Gaussian residual stays within four robust sigmas; a command that was lost for a while does not. What the
-// unknown input may have done is no burst: `beyond` is the size of the target without it.
+// A coloured Gaussian residual stays within four robust sigmas; with commands lost for a while it does not. An error
+// that the unknown input may have caused is no burst: `beyond` is the size of the target without it.
 void report_bursts(const Vector& target, const Vector& beyond, const Thinned& thinned,
                    const std::vector<double>& time_s, const ResidualOptions& options, std::vector<std::string>& out) {
   std::vector<double> sizes(target.data(), target.data() + target.size());
@@ -180,13 +180,13 @@ void report_best(const std::vector<ResidualFinding::Share>& shares, const Residu
   const ResidualFinding::Share& best = shares.front();
   if (best.predicted > options.minimum_share &&
       best.predicted > options.shift_factor * best.shifted + options.shift_margin) {
-    out.push_back(before + best.source + " (" + percent(best.predicted) + " of what is left, chance reaches " +
+    out.push_back(before + best.source + " (" + percent(best.predicted) + " of the residual; chance reaches " +
                   percent(std::max(0.0, best.shifted)) + ")");
   }
 }
 
-// Sizes of a residual without what is owed to an input that is not known between its rows: by least squares, and never
-// more than that can be, so that an input that is known takes nothing away.
+// Sizes of a residual minus the part that an input which is unknown between its rows explains, by least squares. The
+// factor is limited to 1, so that never more than the possible error is subtracted, and nothing for a known input.
 Vector less_unknown(const Vector& sizes, const Vector& unknown) {
   const Vector about = unknown.array() - unknown.mean();
   const double power = about.squaredNorm();
@@ -194,7 +194,7 @@ Vector less_unknown(const Vector& sizes, const Vector& unknown) {
   return sizes - std::clamp(slope, 0.0, 1.0) * unknown;
 }
 
-// One line of the residuals, and one drift.
+// Reports at most one line of the residuals, and one drift.
 void report_lines(const ResidualInput& input, const std::vector<Vector>& targets, const Thinned& thinned,
                   const ResidualOptions& options, ResidualFinding& finding) {
   const auto say = [&](const char* format, double a, double b = 0.0) {
@@ -225,7 +225,7 @@ void report_lines(const ResidualInput& input, const std::vector<Vector>& targets
   for (const std::vector<double>& residual : input.residuals) {
     const Drift wander = drift(residual, input.block_begin, input.time_s);
     if (wander.share > options.drift_share && wander.t > options.drift_t) {
-      say("drifts with time (%.0f %% of what is left, t %.1f)", 100.0 * wander.share, wander.t);
+      say("drifts with time (%.0f %% of the residual, t %.1f)", 100.0 * wander.share, wander.t);
       break;
     }
   }
@@ -288,7 +288,7 @@ double autocorrelation(const std::vector<double>& values, std::size_t lag, bool 
 ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions& options) {
   ResidualFinding finding;
   if (input.residuals.empty() || input.residuals.front().empty() || input.block_begin.size() < kResidualFolds) {
-    finding.unexplained.emplace_back("what is left was not tested: it has fewer than five stretches without a gap");
+    finding.unexplained.emplace_back("the residual was not tested: it has fewer than five stretches without a gap");
     return finding;
   }
   const Thinned thinned = thin(input, input.residuals.front().size());
@@ -306,7 +306,7 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
   finding.rms = std::sqrt(square / static_cast<double>(input.residuals.size()));
 
   finding.shares = shares_of(targets, input.groups, thinned, options.shifts);
-  // What the log does not know of its input may follow what it does know: in a loop, the row to come.
+  // The unknown part of the input may correlate with its known part: in a closed loop, the next row does.
   std::vector<std::string> known;
   if (unknown.squaredNorm() > 0.0) {
     std::vector<Vector> beyond;
@@ -329,7 +329,7 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
     }
   }
   if (input.noise_floor > 0.0 && finding.rms > options.floor_factor * input.noise_floor) {
-    finding.unexplained.emplace_back("disturbance " + percent(finding.rms / input.noise_floor) +
+    finding.unexplained.emplace_back("the residual is " + percent(finding.rms / input.noise_floor) +
                                      " of the declared noise floor");
   }
   return finding;

@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-// What air and autopilot leave is coloured. An autoregression of order 4 on 50 ms means makes it white, and likelihood
-// ratios between models then mean what they say.
+// Air and autopilot leave a coloured residual. An autoregression of order 4 on 50 ms means makes it white; only then
+// are likelihood ratios between models valid.
 
 using Rows = Eigen::VectorXd;
 using Columns = Eigen::MatrixXd;
@@ -28,14 +28,14 @@ struct Segment {
 /// Least-squares autoregression within the segments. Precondition: the rows are finite.
 Ar autoregression(const Rows& values, const std::vector<Segment>& segments);
 
-/// Innovations: value less what the filter foretells. The first kArOrder rows of a segment are zero and do not count.
+/// Innovations: value minus the filter's prediction. The first kArOrder rows of a segment become zero and do not count.
 void whiten(const Ar& filter, const std::vector<Segment>& segments, Eigen::Ref<Rows> values);
 
 /// Rows that count after whitening.
 double whitened_rows(const std::vector<Segment>& segments);
 
-/// n ln(mean square of the innovations) under the values' own autoregression: differences between two models of the
-/// same rows are likelihood ratios. 0 where no row counts.
+/// n ln(mean square of the innovations) under the values' own autoregression; the difference between two models of the
+/// same rows is a likelihood ratio. 0 where no row counts.
 double whitened_score(const Rows& values, const std::vector<Segment>& segments);
 
 }  // namespace m100::lab::identify

@@ -30,7 +30,7 @@ double paired_t(const std::vector<double>& without, const std::vector<double>& w
   return variance > 0.0 ? mean / std::sqrt(variance / n) : 0.0;
 }
 
-/// Sum of squares of what comes after the first `start` samples of each block; a block that is not longer counts whole.
+/// Sum of squares without the first `start` samples of each block; a block that is not longer counts as a whole.
 double beyond_starts(const std::vector<std::vector<double>>& blocks, std::size_t start) {
   double sum = 0.0;
   for (const std::vector<double>& block : blocks) {
@@ -65,8 +65,8 @@ bool convincing(const Comparison& comparison, const SelectionOptions& options) {
   if (comparison.t > least_t && comparison.delta_white > options.minimum_delta_white) {
     return true;
   }
-  // In coloured air the first criterion is not an efficient test, and in a closed loop not even a fair one: a stick
-  // that works against the air moves nothing, which looks like play. The whitened one must not contradict it.
+  // In coloured air the first criterion is not an efficient test, and in a closed loop it is biased: a stick that
+  // counteracts the air moves nothing, which looks like backlash. The whitened criterion must not contradict it.
   return comparison.delta_white >= options.least_delta_white && comparison.delta_bic > options.minimum_delta_bic &&
          (comparison.t > options.minimum_t ||
           (comparison.delta_bic > options.strong_delta_bic && comparison.t > options.minimum_t_strong));

@@ -5,20 +5,21 @@
 
 namespace m100::lab::identify {
 
-// What an edit of a model is worth: cross validation and two information criteria.
+// Judges edits of a model by cross-validation and two information criteria.
 
 /// Fills everything but the fit. Folds are interleaved blocks.
 void cross_validate(const Family& family, Judged& judged, std::size_t folds);
 /// Fits `structure` to everything and cross-validates it.
 Judged judge(const Family& family, const Structure& structure, const Fit* warm, std::size_t folds);
 
-/// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum cut
-/// at its first non-positive term. Blocks are correlated within, not across; they may differ in length.
+/// Number of independent samples that a coloured residual is worth: n / (1 + 2 sum of autocorrelations), the sum ending
+/// before its first non-positive term. Samples are correlated within a block, not across blocks; blocks may differ in
+/// length.
 double effective_sample_size(const std::vector<std::vector<double>>& blocks);
 
-/// The same criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over 50 ms,
-/// filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from the
-/// criterion on the effective sample size; it does not hide them from this one. Both hold the same blocks, sample by
+/// The information criterion on whitened residuals, `without` minus `with` an effect of `extra` parameters: means over
+/// 50 ms, filtered by the autoregression of order 4 that whitens `with`. Slow air hides fast effects (a lead zero) from
+/// the criterion on the effective sample size, but not from this one. Both arguments hold the same blocks, sample by
 /// sample. @returns 0 where no block is long enough to be whitened.
 double whitened_criterion(const std::vector<std::vector<double>>& without, const std::vector<std::vector<double>>& with,
                           std::size_t extra);
@@ -26,24 +27,26 @@ double whitened_criterion(const std::vector<std::vector<double>>& without, const
 /// n_eff ln(mean square) + k ln(n_eff)
 double information_criterion(double mean_square, double effective_samples, std::size_t parameters);
 
-/// Two structures set against each other.
+/// Comparison of two structures.
 struct Comparison {
   double cv_gain = 0.0;
   double delta_bic = 0.0;
   double delta_white = 0.0;
   double t = 0.0;
-  /// Share of the fit's error beyond the starts of the blocks that it removes. A block that begins while the stick
-  /// jumps begins in a wrong state, and what mends that (a rate limit, beside a lead zero) is nothing of the vehicle.
+  /// Share of the fit's error that the edit removes after the starts of the blocks. A block that begins while the stick
+  /// jumps starts from a wrong state; an edit that only corrects this (a rate limit, beside a lead zero) is no effect
+  /// of the vehicle.
   double gain_beyond_starts = 0.0;
 };
 
-/// Both criteria on the effective sample size of the better-explained residual: the one without the effect is coloured
-/// by the very effect that is asked about. `samples`: of all training blocks together. Precondition: both are
-/// cross-validated over the same blocks.
-/// @param start  samples of each block in which its start shows
+/// Compares two judged fits. The criteria use the effective sample size of the better-explained residual, because the
+/// residual without the effect is coloured by this very effect. Precondition: both are cross-validated over the same
+/// blocks.
+/// @param samples  of all training blocks together
+/// @param start  samples at the start of each block that depend on its initial state
 Comparison compare(const Judged& without, const Judged& with, double samples, std::size_t start);
 
-/// Whether that is enough to believe the effect, its physical size apart.
+/// Whether this evidence is enough to accept the effect; its physical size is checked elsewhere.
 bool convincing(const Comparison& comparison, const SelectionOptions& options);
 
 }  // namespace m100::lab::identify

@@ -25,7 +25,7 @@ ForwardSelection::ForwardSelection(const Family& family, const SelectionOptions&
 Selection ForwardSelection::run(const Structure& declared) {
   out_.declared = judge(family_, declared, nullptr, options_.folds);
   out_.final_model = out_.declared;
-  // A swap may open the way for another addition; the bound only guards against a cycle.
+  // After a swap another addition may be accepted; the bound only prevents an endless cycle.
   for (int pass = 0; pass < 4; ++pass) {
     while (out_.steps.size() < options_.maximum_effects && (add_one() || add_two())) {
       retest();
@@ -50,7 +50,7 @@ ForwardSelection::Tried ForwardSelection::judged_edit(const Judged& from, const 
                                                       double worth) const {
   Tried tried{edit, {}, {}, false};
   tried.judged.fit = std::move(fit);
-  // An edit that does not even fit better cannot predict better: its cross validation would be time wasted.
+  // An edit that does not fit better cannot predict better, so it is not cross-validated.
   const double kept = tried.judged.fit.sum_of_squares / from.fit.sum_of_squares;
   if (1.0 - kept < options_.minimum_cv_gain || tried.judged.fit.sum_of_squares > worth) {
     tried.judged.cv_block = from.cv_block;
@@ -87,7 +87,7 @@ void ForwardSelection::start_anew(const Judged& from, std::vector<Tried>& tried)
   std::sort(tried.begin(), tried.end(), [](const Tried& a, const Tried& b) { return a.judged.cv < b.judged.cv; });
 }
 
-// The best accepted one; a simpler one that is as good comes first.
+// The best accepted edit; a simpler one that is as good is preferred.
 const ForwardSelection::Tried* ForwardSelection::winner_of(const std::vector<Tried>& tried) const {
   const Tried* winner = nullptr;
   for (const Tried& one : tried) {
@@ -148,8 +148,8 @@ bool ForwardSelection::add_one() {
   return true;
 }
 
-// `second` was accepted beside `first`; it is a pair where `first` convinces beside the other as well, and both
-// together.
+// `second` was accepted beside `first`. The two are a pair if `first` is also accepted beside `second`, and both are
+// accepted together.
 std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const Judged& from, const Tried& first,
                                                                 const Judged& other_alone, const Tried& second) const {
   const Comparison beside = compare(other_alone, second.judged, samples_, options_.start_samples);
@@ -161,15 +161,15 @@ std::optional<ForwardSelection::Pair> ForwardSelection::pair_of(const Judged& fr
   return Pair{&first, second, beside};
 }
 
-// The pair of `first` and the edit `second`, where it fits and predicts well enough. `alone` and `other_alone` are what
-// either is by itself; they are cross-validated here, when it first matters.
+// The pair of `first` and the edit `second`, if it fits and predicts well enough. `alone` and `other_alone` are the two
+// single edits; they are cross-validated here when they are first needed.
 std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const Judged& from, const Tried& first,
                                                                  const Family::Edit& second, Judged& alone,
                                                                  Judged& other_alone, double worth) const {
   Fit fit = family_.fit(second.structure, std::vector<int>(family_.block_count(), 1), &alone.fit);
   const double least = std::min(alone.fit.sum_of_squares, other_alone.fit.sum_of_squares);
   if (fit.sum_of_squares > (1.0 - options_.minimum_cv_gain) * least || fit.sum_of_squares > worth) {
-    return std::nullopt;  // it does not even fit better
+    return std::nullopt;  // it does not fit better
   }
   const auto judged = [this](Judged& one) -> const Judged& {
     if (one.errors.empty()) {
@@ -181,9 +181,9 @@ std::optional<ForwardSelection::Pair> ForwardSelection::try_pair(const Judged& f
   return beside.accepted ? pair_of(from, first, judged(other_alone), beside) : std::nullopt;
 }
 
-// Two effects may hide each other (a dead zone and a trim): each must convince beside the other, and have a size there.
-// What either is alone says nothing then: it may be next to nothing, and not have been judged. `tried` are the single
-// edits of `from`, best first.
+// Two effects may hide each other (a dead zone and a trim), so each must be accepted beside the other and have a
+// significant size there. Its gain alone is no evidence: it may be near zero, and may not have been cross-validated.
+// `tried` are the single edits of `from`, best first.
 std::vector<ForwardSelection::Pair> ForwardSelection::pairs(const Judged& from, const std::vector<Tried>& tried,
                                                             double worth) const {
   const auto few = std::span(tried).first(std::min(options_.pair_candidates, tried.size()));
@@ -243,7 +243,7 @@ bool ForwardSelection::add_two() {
   return pair.has_value();
 }
 
-// Drops earlier effects that no longer earn their place beside the later ones.
+// Drops earlier effects whose gain beside the later ones is too small.
 void ForwardSelection::retest() {
   for (std::size_t at = 0; at + 1 < out_.steps.size();) {
     const std::string name = out_.steps[at].name;

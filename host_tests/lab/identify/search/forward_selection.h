@@ -10,8 +10,8 @@
 
 namespace m100::lab::identify {
 
-/// The search behind select(): what was found so far, and the moves that change it. Growing is in
-/// forward_selection.cpp; what may stand in for what was found is in rivals.cpp.
+/// The search of select(): the present model and the moves that change it. Additions are in forward_selection.cpp,
+/// alternatives to the effects found in rivals.cpp.
 class ForwardSelection {
  public:
   ForwardSelection(const Family& family, const SelectionOptions& options);
@@ -30,7 +30,7 @@ class ForwardSelection {
     Tried second;
     Comparison first_beside_second;
   };
-  /// What else could stand in the place of one effect, all the rest being known.
+  /// Alternatives to one effect, with all other effects kept.
   struct Replacements {
     std::size_t step;
     Judged without;
@@ -48,11 +48,12 @@ class ForwardSelection {
   };
 
   bool banned(const std::string& name) const;
-  /// Fits and judges; with a training error above `worth` (mean squares summed) it is not judged and not accepted.
+  /// Fits and cross-validates an edit; one with a training error above `worth` (sum of mean squares) is only fitted and
+  /// not accepted.
   Tried try_edit(const Judged& from, const Family::Edit& edit, double worth = kAny) const;
   Tried judged_edit(const Judged& from, const Family::Edit& edit, Fit fit, double worth = kAny) const;
   std::vector<Tried> try_edits(const Judged& from) const;
-  /// The best few edits of a fit that ended at an edge, fitted from the beginning.
+  /// Fits the best few edits again from default values, because the present fit ended at an edge.
   void start_anew(const Judged& from, std::vector<Tried>& tried) const;
   const Tried* winner_of(const std::vector<Tried>& tried) const;
   void take(const Tried& winner);

@@ -15,7 +15,7 @@ namespace m100::lab::identify {
 /// At most this many free parameters in one fit.
 inline constexpr int kMaxParameters = 16;
 
-/// Bounds of one parameter. A positive parameter is fitted as its logarithm, which is what the caller makes of it.
+/// Bounds of one parameter. For a positive parameter the caller passes the logarithm.
 struct Box {
   double low;
   double high;
@@ -71,7 +71,7 @@ class LmSearch {
   std::span<double> trial() const { return scratch_.subspan(rows_, rows_); }
   std::span<double> column(std::size_t j) const { return scratch_.subspan((j + 2) * rows_, rows_); }
   double dot(std::span<const double> a, std::span<const double> b) const {
-    std::array<double, 4> totals{};  // four sums side by side: one alone waits for each of its additions
+    std::array<double, 4> totals{};  // four independent sums, because a single sum would wait for each addition
     std::size_t row = 0;
     for (; row + totals.size() <= rows_; row += totals.size()) {
       for (std::size_t k = 0; k < totals.size(); ++k) {
@@ -99,7 +99,7 @@ class LmSearch {
     report_.evaluations += static_cast<int>(x_.size());
   }
 
-  /// J'J and J'r at x, which is kept as the point that every attempt starts from.
+  /// Computes J'J and J'r at x, and keeps x as the starting point of every attempt.
   void linearise() {
     const auto n = static_cast<Index>(x_.size());
     hessian_.resize(n, n);
@@ -115,13 +115,13 @@ class LmSearch {
     }
   }
 
-  /// A parameter at its bound whose gradient pushes outwards takes no part.
+  /// Whether a parameter is at its bound and its gradient points outwards; such a parameter is not moved.
   bool is_stuck(Index i) const {
     const Box& box = box_[static_cast<std::size_t>(i)];
     return (from_(i) <= box.low && gradient_(i) > 0.0) || (from_(i) >= box.high && gradient_(i) < 0.0);
   }
 
-  /// Puts x one damped step away from `from_`, inside the box.
+  /// Moves x one damped step from `from_`, inside the box.
   void move() {
     Matrix damped = hessian_;
     Vector right = gradient_;
@@ -145,8 +145,8 @@ class LmSearch {
     }
   }
 
-  /// Looks for a smaller sum of squares with more and more damping.
-  /// @returns whether there was one; if not, x is where it was.
+  /// Searches a smaller sum of squares with increasing damping.
+  /// @returns whether there was one; if not, x is unchanged.
   bool descend() {
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
       move();
@@ -181,7 +181,7 @@ class LmSearch {
 /// Minimises |residual(x)|^2 inside a box, by Levenberg-Marquardt with a one-sided numerical Jacobian.
 ///
 /// @param residual  callable (std::span<const double> x, std::span<double> out): fills `out`, finite numbers only
-/// @param x         start, and the answer
+/// @param x         start, then the result
 /// @param scratch   (x.size() + 2) * rows doubles: two residuals and the Jacobian, column after column
 /// Cost per iteration: x.size() + 1 evaluations and rows * x.size()^2 / 2 multiplications. Never leaves the box, never
 /// returns a worse point than it was given.

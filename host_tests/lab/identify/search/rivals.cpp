@@ -7,18 +7,18 @@
 
 namespace m100::lab::identify {
 
-// Error of the final model, as a rival's is called near it.
+// Whether a cross-validated error is within the rival margin of the final model's.
 bool ForwardSelection::near(double cv) const {
   return cv < (1.0 + options_.rival_margin) * (1.0 + options_.rival_margin) * out_.final_model.cv;
 }
 
 double ForwardSelection::error_ratio(const Tried& one) const { return one.judged.cv / out_.final_model.cv; }
 
-// What fits the training part clearly worse than the final model will not predict as well as it does.
+// A rival that fits the training part clearly worse than the final model will not predict as well.
 double ForwardSelection::worth_judging() const { return options_.worth_judging * out_.final_model.fit.sum_of_squares; }
 
-// Every effect against every other edit, and every other two, in its place, all the rest being known: who is better
-// takes the place, who is as good is named beside it.
+// Compares every effect with every other edit, and every pair of edits, in its place, with all other effects kept. A
+// better one replaces it; an equally good one is reported as not separable.
 bool ForwardSelection::exchange_or_note_rivals() {
   std::vector<Replacements> all;
   for (std::size_t at = 0; at < out_.steps.size(); ++at) {
@@ -47,7 +47,7 @@ bool ForwardSelection::exchange_or_note_rivals() {
   return false;
 }
 
-// One effect that stood in for two: a gain asymmetry for a trim on a curved stick.
+// Replaces one effect that imitated two, such as a gain asymmetry instead of a trim on a curved stick.
 bool ForwardSelection::split(const std::vector<Replacements>& all) {
   if (out_.steps.size() + 1 > options_.maximum_effects || out_.steps.size() > 2) {
     return false;
@@ -117,7 +117,7 @@ void ForwardSelection::note_pair(const Pair& pair, Step& step) {
     step.rivals.push_back({first + " + " + second, pair.second.judged.fit, error_ratio(pair.second)});
     out_.not_separable.push_back({step.name, first, second});
     out_.notes.push_back(first + " + " + second + " predict as well as " + step.name +
-                         " in its place: the log cannot tell them apart, and the simpler one is named");
+                         ": the log cannot tell them apart, and the simpler one is named");
   }
 }
 
@@ -142,8 +142,8 @@ bool ForwardSelection::join_or_note_pairs() {
   return false;
 }
 
-// Two effects against any one, and against any other two, in their place: fewer effects that predict as well are the
-// better answer; two others that do are named beside them.
+// Compares two effects with any single effect, and with any other two, in their place. A single effect that predicts as
+// well replaces them; two others that do are reported as not separable.
 bool ForwardSelection::join_or_note(const Two& two) {
   const Structure& whole = out_.final_model.fit.structure;
   const Structure one_less = family_.without(whole, out_.steps[two.later].name);
@@ -170,13 +170,13 @@ bool ForwardSelection::join_or_note(const Two& two) {
   return std::any_of(others.begin(), others.end(), [&](const Pair& pair) { return exchange_or_note(two, pair); });
 }
 
-// Another two take the place of two where they predict clearly better, and are named beside them where as well.
+// Replaces two effects by another two that predict clearly better; reports another two that predict equally well.
 bool ForwardSelection::exchange_or_note(const Two& two, const Pair& pair) {
   const std::array<std::string, 2> own{out_.steps[two.earlier].name, out_.steps[two.later].name};
   const std::array<std::string, 2> other{pair.first->edit.name, pair.second.edit.name};
   const bool shares = std::find_first_of(own.begin(), own.end(), other.begin(), other.end()) != own.end();
   if (shares || !near(pair.second.judged.cv)) {
-    return false;  // one of two exchanged is a rival of that one alone
+    return false;  // if only one of the two differs, it is a single rival
   }
   const double ratio = error_ratio(pair.second);
   if (ratio < 1.0 - options_.simpler_margin) {
@@ -207,7 +207,7 @@ bool ForwardSelection::alias_of(const std::string& winner, const std::string& na
                      [&](const Alias& alias) { return alias.winner == winner && alias.name == name; });
 }
 
-// Two of a kind change places: the first look may have chosen the wrong one while something else was missing.
+// Exchanges an effect with its alias: the first choice may have been wrong while another effect was missing.
 void ForwardSelection::exchange_alias(const std::string& old_name, const std::string& new_name, double cv_ratio) {
   for (Alias& alias : aliases_) {
     if (alias.winner == old_name && alias.name == new_name) {

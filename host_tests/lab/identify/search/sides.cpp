@@ -33,7 +33,7 @@ constexpr double kLeastTraining_s = 5.0 * kBlock_s;
 
 bool enough(const Request& side) { return length_s(side.train) >= kLeastTraining_s && !side.validate.empty(); }
 
-/// Training and validation divided anew, two thirds to one, where a change left too little of either.
+/// Divides the side again, two thirds for training and one for validation, where a change left too little of either.
 void divide_again(Request& side) {
   std::vector<Range> all = side.train;
   all.insert(all.end(), side.validate.begin(), side.validate.end());
@@ -75,7 +75,7 @@ void add_change(Beside& beside, const Change& change) {
     for (const std::string& rival : change.rivals) {
       names += " or " + rival;
     }
-    beside.unexplained.push_back("something that changed in mid-flight: " + names);
+    beside.unexplained.push_back("a change in mid-flight without a certain name: " + names);
   }
   beside.changes.push_back(change);
 }
@@ -83,7 +83,7 @@ void add_change(Beside& beside, const Change& change) {
 Finding side_note(const Request& side) {
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(),
-                "effects, errors and intervals are those of one side of the change: %.1f to %.1f s",
+                "effects, errors and intervals are from one side of the change only: %.1f to %.1f s",
                 side.train.front().first, side.validate.back().second);
   return note(text.data());
 }

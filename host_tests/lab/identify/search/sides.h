@@ -13,11 +13,12 @@
 
 namespace m100::lab::identify {
 
-/// The request cut to the sides of a change on which a model can be chosen and tested, the longer one first. Where the
-/// cut leaves no validation part, the last third is taken for it. Empty: neither side is long enough.
+/// The request limited to each side of a change on which a model can be selected and tested, the longer side first.
+/// Where a side contains no validation part, its last third becomes the validation part. Empty: neither side is long
+/// enough.
 std::vector<Request> sides_of(const Request& request, const Change& change);
 
-/// One side of a change, with the structure that was chosen on it alone.
+/// One side of a change, with the structure that was selected on it alone.
 template <typename StudyOf>
 struct CalmSide {
   std::unique_ptr<Request> request;  ///< outlives the study
@@ -25,10 +26,10 @@ struct CalmSide {
   Selection chosen;
 };
 
-/// A change spoils the structure, and a missing structure looks like a change: so the structure is chosen again on one
-/// side of the date. The longer side is tried first. A side on which the stick rests, or that gaps cut up, makes no
-/// study and is passed over. Empty: neither side makes one.
-/// @param more  what the study's constructor takes behind the request
+/// Selects the structure again on one side of the date, because a change distorts the structure, and a missing effect
+/// looks like a change. The longer side is tried first. A side without a usable study (the stick rests, too many gaps)
+/// is skipped. Empty: neither side is usable.
+/// @param more  arguments of the study's constructor after the request
 template <typename StudyOf, typename... More>
 std::optional<CalmSide<StudyOf>> calm_side(const Request& request, const Change& change,
                                            const SelectionOptions& options, const More&... more) {
@@ -45,10 +46,10 @@ std::optional<CalmSide<StudyOf>> calm_side(const Request& request, const Change&
   return std::nullopt;
 }
 
-/// Adds a change to the answer. Where other names fit as well, what changed is unexplained.
+/// Adds a change to the result. Where other names fit as well, it is added to the unexplained, too.
 void add_change(Beside& beside, const Change& change);
 
-/// Says that effects, errors and intervals are those of one side of a change.
+/// A note that effects, errors and intervals are from one side of a change only.
 Finding side_note(const Request& side);
 
 }  // namespace m100::lab::identify

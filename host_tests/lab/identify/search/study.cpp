@@ -22,7 +22,7 @@ void tell(const Request& request, const std::string& line) {
   }
 }
 
-/// An effect that makes unseen data worse is none, however well it fitted: a veto, never a choice between candidates.
+/// Removes effects that predict unseen data worse, however well they fit: a veto, never a choice between candidates.
 void withdraw_what_does_not_hold(const Study& study, Selection& selection) {
   const Family& family = study.family();
   const std::vector<int> all(family.block_count(), 1);
@@ -37,7 +37,7 @@ void withdraw_what_does_not_hold(const Study& study, Selection& selection) {
     if (study.validation_rmse(fit) < most_in_validation(selection.steps[at]) * study.validation_rmse(plain)) {
       continue;
     }
-    selection.notes.push_back(name + " improves the training part but not the validation part: it was withdrawn");
+    selection.notes.push_back(name + " improves the training error but not the validation error: it was withdrawn");
     std::erase_if(selection.not_separable,
                   [&](const auto& group) { return std::find(group.begin(), group.end(), name) != group.end(); });
     selection.steps.erase(selection.steps.begin() + static_cast<std::ptrdiff_t>(at));
@@ -59,7 +59,7 @@ class Conclusion {
     result_.axis = request_.axis;
     result_.candidates = selection_.table;
     add_notes(selection_.notes);
-    tell(request_, "what is left");
+    tell(request_, "residual tests");
     result_.noise_floor = request_.noise_floor;
     study_.examine(selection_, result_);
     withdraw_what_is_a_guess();
@@ -68,7 +68,7 @@ class Conclusion {
     const Fit& final_fit = selection_.final_model.fit;
     result_.declared = model_result(selection_.declared.fit);
     result_.final_model = model_result(final_fit);
-    tell(request_, "intervals by leaving out blocks");
+    tell(request_, "intervals (block jackknife)");
     intervals(final_fit);
     effects(final_fit);
     study_.annotate(selection_, result_);
@@ -91,8 +91,9 @@ class Conclusion {
   }
 
  private:
-  /// As the errors are, and of what the log knows of them: neither alone is evidence. What is left where most is taken
-  /// away as unknown is no Gaussian series.
+  /// The comparison with the larger probability of chance, of two: with the whole errors, and with the part that an
+  /// unknown input cannot have caused. Neither alone is evidence: an error from which most is subtracted as unknown is
+  /// no Gaussian series.
   PartsCompared compared(const Fit& fit, std::vector<std::vector<double>> training,
                          std::vector<std::vector<double>> validation) const {
     const std::size_t start = study_.start_samples();
@@ -103,7 +104,7 @@ class Conclusion {
     return known.probability > whole.probability ? known : whole;
   }
 
-  /// Parts of two logs have clocks of their own: no date says on which side of a change they lie.
+  /// Whether a change lies within the time of both parts. Parts of two logs have different clocks: any change counts.
   bool across_a_change() const {
     double from_s = std::numeric_limits<double>::infinity();
     double to_s = -from_s;
@@ -128,12 +129,12 @@ class Conclusion {
     }
     for (const Step& step : selection_.steps) {
       result_.findings.push_back(
-          note(step.name + " would fit, but what is left has a cause of its own: naming it would be a guess"));
+          note(step.name + " would fit, but an unknown cause dominates the residual: naming it would be a guess"));
     }
     selection_.steps.clear();
     selection_.not_separable.clear();
     selection_.final_model.fit = selection_.declared.fit;
-    // The name was withdrawn for a cause that is not known: a second look that finds nothing does not take it away.
+    // The names were withdrawn for an unknown cause: it stays in the result even if the second test finds nothing.
     const std::vector<std::string> cause = std::move(result_.unexplained);
     result_.unexplained.clear();
     study_.examine(selection_, result_);
@@ -142,7 +143,7 @@ class Conclusion {
     }
   }
 
-  /// Of a parameter among those of the whole model: two gains of translation must not share a key.
+  /// A unique name of a parameter within the whole model: two gains of translation must not share a key.
   static std::string own_name(const Study::Parameter& parameter) {
     return parameter.value.name == "gain" && !parameter.effect.empty() ? parameter.effect : parameter.value.name;
   }

@@ -10,13 +10,13 @@
 
 namespace m100::lab::identify {
 
-// From a request to its answer, for the stick axes and for translation alike: choose the effects, withdraw what the
-// validation part does not confirm, look at what is left, give intervals, and derive the verdict.
+// From a request to its result, the same for the stick axes and for translation: select the effects, withdraw those
+// that the validation part does not confirm, test the residual, compute intervals, and derive the verdict.
 
-/// What is shown of one direction of motion, one value for each sample of training and validation part together.
+/// The series of one direction of motion, one value for each sample of training and validation part together.
 struct Trace {
   std::string suffix;         ///< of the series' names: "", or "_x", ...
-  std::vector<double> input;  ///< the stick or command; of translation the acceleration that the tilted thrust gives
+  std::vector<double> input;  ///< the stick or command; for translation the acceleration of the tilted thrust
   std::vector<double> measured;
   std::vector<double> declared;
   std::vector<double> final_model;
@@ -29,10 +29,10 @@ struct Traces {
   double sample_period_s = 0.01;
   std::size_t lag_step = 1;  ///< of the autocorrelations, in samples
   double longest_lag_s = 2.0;
-  bool about_mean = false;  ///< the mean of the residual is taken off before its autocorrelation
+  bool about_mean = false;  ///< the mean of the residual is subtracted before its autocorrelation
 };
 
-/// What one kind of motion contributes: its models, its errors, and the questions that only it can ask.
+/// The part of an identification that depends on the kind of motion: its models, its errors, and its own tests.
 class Study {
  public:
   Study() = default;
@@ -41,37 +41,37 @@ class Study {
   virtual ~Study() = default;
 
   virtual const Family& family() const = 0;
-  /// The log's validation part predicted by the fit: root mean square error in the unit of the axis.
+  /// Root mean square prediction error of the fit on the validation part, in the unit of the axis.
   virtual double validation_rmse(const Fit& fit) const = 0;
   /// The same error, block by block and sample by sample, for the comparison with the training part.
   virtual std::vector<std::vector<double>> validation_errors(const Fit& fit) const = 0;
-  /// Takes from errors of the training and of the validation part, both block by block, what may be owed to an input
-  /// that is not known between the rows of its log: sizes only, never beyond nought.
+  /// Reduces the errors of training and validation part, both block by block, by the part that an input which is
+  /// unknown between the rows of its log may have caused. Signs stay; no error is reduced beyond zero.
   virtual void keep_what_is_known(const Fit&, std::vector<std::vector<double>>&,
                                   std::vector<std::vector<double>>&) const {}
-  /// Samples of a block in which the state shows that it was started from; none where a model has no memory.
+  /// Samples at the start of a block that depend on its initial state; none where a model has no memory.
   virtual std::size_t start_samples() const { return 0; }
-  /// All of the fit's results but its parameters. Both parts of the log have at least one block.
+  /// All results of the fit except its parameters. Both parts of the log have at least one block.
   virtual ModelResult errors_of(const Fit& fit) const = 0;
 
-  /// A reported number and the effect that it belongs to; empty: to the base model.
+  /// A reported number and the effect to which it belongs; empty: the base model.
   struct Parameter {
     std::string effect;
     NamedValue value;
   };
-  /// In the order of the structure; as many for every fit of the same structure.
+  /// The reported parameters in the order of the structure; the same count for every fit of one structure.
   virtual std::vector<Parameter> parameters(const Fit& fit) const = 0;
-  /// The numbers whose spread the jackknife looks at: one for each of parameters(), in which that one is monotone.
+  /// The numbers whose spread the jackknife estimates: one for each of parameters(), which is monotone in it.
   virtual std::vector<double> coordinates(const Fit& fit) const = 0;
   /// The reported number `parameter` of the fit if its coordinate were `coordinate`.
   virtual double reported(const Fit& fit, std::size_t parameter, double coordinate) const = 0;
 
-  /// What may still be predicted, and other doubts, after the selection: fills unexplained and noise_floor of the
+  /// Tests the residual after the selection, and other grounds for doubt: fills unexplained and noise_floor of the
   /// result, and adds findings.
   virtual void examine(const Selection& selection, IdentifyResult& result) const = 0;
-  /// Whether what was named is likelier the shadow of what is still unexplained than a finding of its own.
+  /// Whether the named effects are probably side effects of the unexplained cause and not findings of their own.
   virtual bool shadow_only(const Selection& selection, const IdentifyResult& result) const = 0;
-  /// Findings about the log and the effects, once all else of the result is there.
+  /// Adds findings about the log and the effects, once the rest of the result is complete.
   virtual void annotate(const Selection& selection, IdentifyResult& result) const = 0;
   virtual Traces traces(const Fit& declared, const Fit& final_fit) const = 0;
 };
@@ -81,15 +81,15 @@ class Study {
 /// select(). Cost: of select().
 Selection choose(const Study& study, const Request& request, SelectionOptions options);
 
-/// What was found about a log before and beside the selection.
+/// Results about a log that do not come from the selection.
 struct Beside {
   std::vector<Finding> findings;
   std::vector<Change> changes;
   std::vector<std::string> unexplained;
 };
 
-/// Tests what is left, gives intervals and the verdict (verdict.h). Precondition: the selection is of this study.
-/// Cost: one warm fit for each group of blocks left out, and the residual test.
+/// Tests the residual, computes the intervals and the verdict (verdict.h). Precondition: the selection is of this
+/// study. Cost: one warm fit for each group of blocks left out, and the residual test.
 IdentifyResult conclude(const Study& study, const Request& request, Selection selection, Beside beside);
 
 /// @throws InputError unless the first declared name is one of `bases` and every other one is an effect that `knows`

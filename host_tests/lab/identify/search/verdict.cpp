@@ -48,7 +48,7 @@ Power power_of(const std::vector<std::vector<double>>& blocks) {
   return {power / n, std::max(1.0, n / squares)};
 }
 
-/// Blocks without their first samples; as they are where nothing would be left.
+/// Blocks without their first samples; unchanged if no sample would remain.
 std::vector<std::vector<double>> beyond(const std::vector<std::vector<double>>& blocks, std::size_t start) {
   std::vector<std::vector<double>> out;
   for (const std::vector<double>& block : blocks) {
@@ -69,10 +69,10 @@ double mean_square(const std::vector<std::vector<double>>& blocks) {
   return sum / std::max(1.0, samples);
 }
 
-/// Independent squares that a block is worth, by how far the blocks' mean squares differ: a mean of n squares of one
-/// Gaussian series has a variance of two over n times its own square. Air that comes in gusts is worth fewer than its
-/// autocorrelation says, and so is an error that grows from the start of each block.
-/// @returns infinity where too few blocks say it, or where they differ less than chance lets them.
+/// Number of independent squares in a block, from the spread of the blocks' mean squares: a mean of n squares of a
+/// Gaussian series has a variance of two over n times its own square. Gusty air is worth fewer squares than its
+/// autocorrelation suggests, and so is an error that grows from the start of each block.
+/// @returns infinity with too few blocks, or where they differ less than by chance.
 double squares_in_a_block(const std::vector<std::vector<double>>& blocks) {
   constexpr std::size_t kEnough = 8;
   double sum = 0.0;
@@ -143,7 +143,7 @@ PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
   const std::vector<std::vector<double>> fresh = beyond(validation, start);
   Power seen = power_of(fitted);
   Power unseen = power_of(fresh);
-  // By the training part alone: what is wrong with the validation part must not excuse itself.
+  // From the training part alone: an error of the validation part must not widen its own tolerance.
   const double in_a_block = squares_in_a_block(fitted);
   seen.degrees = std::max(1.0, std::min(seen.degrees, in_a_block * static_cast<double>(fitted.size())));
   unseen.degrees = std::max(1.0, std::min(unseen.degrees, in_a_block * static_cast<double>(fresh.size())));
@@ -151,11 +151,11 @@ PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
   out.validation_degrees = unseen.degrees;
   out.training_degrees = std::max(1.0, seen.degrees - static_cast<double>(parameters));
   if (!(seen.mean_square > 0.0)) {
-    return out;  // a perfect fit: made, not measured
+    return out;  // a perfect fit: synthetic data
   }
   out.ratio = mean_square(validation) / mean_square(training);
   out.beyond_start = unseen.mean_square / seen.mean_square;
-  // The fit has made the training error smaller by its share of parameters.
+  // The fit reduces the training error by its share of parameters.
   const double fair = out.beyond_start * out.training_degrees / seen.degrees;
   out.probability = fair > 1.0 ? f_tail(fair, out.validation_degrees, out.training_degrees) : 1.0;
   return out;
@@ -168,32 +168,33 @@ void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult
   const bool at_floor =
       result.noise_floor > 0.0 && result.final_model.validation_rmse < limits.floor_factor * result.noise_floor;
   if (result.final_model.fit_percent < limits.least_fit_percent && !at_floor) {
-    std::snprintf(text, sizeof text, "much of the validation part: the model explains %.0f %% of what is seen there",
+    std::snprintf(text, sizeof text, "the model explains only %.0f %% of the motion in the validation part",
                   std::max(0.0, result.final_model.fit_percent));
     result.unexplained.emplace_back(text);
   }
   if (parts.across_a_change) {
     return;
   }
-  // What was named has passed the validation part already, and a change its own level: there only the ratio counts.
+  // Named effects have passed the validation part, and a change its own threshold: for them only the ratio counts.
   const bool named = !result.effects.empty() || !result.changes.empty();
   const bool by_chance = named || parts.probability >= limits.least_probability;
   const double later_ratio = std::sqrt(parts.beyond_start);
   const bool little = later_ratio < limits.least_ratio;
-  // A clean bill is asked of the whole error; of a name, what is there once the starts of the blocks are forgotten: the
-  // stronger a lead zero is, the further off is the state that a block begins with, and the name is right all the same.
-  // A change on a wrong date shows there first.
+  // A clean bill is judged by the whole error, a named effect by the error without the starts of the blocks: a strong
+  // lead zero makes the initial states of blocks wrong, although its name is right. A change keeps the whole error,
+  // because a wrong date shows there first.
   const bool effects_alone = !result.effects.empty() && result.changes.empty();
   const double most = effects_alone ? later_ratio : rms_ratio;
   if (most > limits.most_ratio || !(by_chance || little)) {
     const bool alone = result.unexplained.empty();
-    std::snprintf(text, sizeof text, "validation error %.2f times that of training (chance: %.1g)",
+    std::snprintf(text, sizeof text,
+                  "the validation error is %.2f times the training error (probability by chance %.1g)",
                   most > limits.most_ratio ? most : later_ratio, parts.probability);
     result.unexplained.emplace_back(text);
     if (alone) {
       result.findings.push_back(
-          note("the air changed, the model did not: the validation part is predicted worse, yet no parameter of the "
-               "model has another value there and nothing logged predicts what is left"));
+          note("probably the air changed and the vehicle did not: the validation part is predicted worse, but no model "
+               "parameter has another value there and no logged signal predicts the residual"));
     }
   }
 }
@@ -203,7 +204,7 @@ bool forbids_clean_bill(const Finding& finding) {
 }
 
 std::string verdict_of(const IdentifyResult& result) {
-  // A finding about the log is no effect of the vehicle: what was named beside it may be its shadow.
+  // A finding about the log is no effect of the vehicle: an effect named beside it may be its side effect.
   if (!result.unexplained.empty() || std::any_of(result.findings.begin(), result.findings.end(), forbids_clean_bill)) {
     return "unexplained";
   }

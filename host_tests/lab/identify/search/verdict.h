@@ -7,30 +7,29 @@
 
 namespace m100::lab::identify {
 
-// Whether a clean bill ("nothing_missing") may be given: one rule for the stick axes and for translation.
+// Decides whether a clean bill ("nothing_missing") may be given: one rule for the stick axes and for translation.
 
-/// How much worse unseen data are predicted than those that were fitted.
+/// Comparison of the prediction errors on validation and training part.
 struct PartsCompared {
   double ratio = 1.0;         ///< mean square of validation over mean square of training
-  double beyond_start = 1.0;  ///< the same of what comes after the start of each block: what the F test is asked of
+  double beyond_start = 1.0;  ///< the same ratio without the starts of the blocks; the F test uses it
   double probability = 1.0;   ///< of so large a ratio by chance (F test); 1 where the ratio is below one
   double training_degrees = 0.0;
   double validation_degrees = 0.0;
-  bool across_a_change = false;  ///< the parts do not lie on one side of what changed: they need not agree
+  bool across_a_change = false;  ///< a change lies between or within the parts, so they need not agree
 };
 
 /// F test of two coloured residuals. Degrees of freedom: samples over the sum of squared autocorrelations (summed over
 /// both signs of the lag to the first value below 0.05), the number of independent squares that a coloured Gaussian
-/// series is worth; and no more than the training part's blocks show by how far their mean squares differ, where there
-/// are eight or more: air in gusts is worth less. Errors stand block by block; blocks are correlated within, not
-/// across.
+/// series is worth. With eight training blocks or more they are limited by the spread of the blocks' mean squares,
+/// because gusty air is worth less. Errors are given block by block; they are correlated within a block, not across.
 ///
-/// A block that begins where the stick has just jumped begins in a wrong state, because no smoothing of a measurement
-/// follows a kink: its first half second can hold a third of the power of thirty blocks. That is one accident and not
-/// as many squares as it has samples, and says nothing of the model: the F test leaves the starts out.
-/// @param parameters  that were fitted to the training part; they take their number of degrees of freedom.
-/// @param start  samples of each block in which its start shows; a block that is not longer than that is left out, and
-///   where that would be all of a part, nothing is.
+/// A block that begins where the stick has just jumped starts from a wrong state, because no smoothing of a measurement
+/// follows a kink: its first half second can hold a third of the power of thirty blocks. This is one event, not as many
+/// squares as it has samples, and no evidence about the model. So the F test leaves the starts out.
+/// @param parameters  number fitted to the training part; each takes one degree of freedom
+/// @param start  samples at the start of each block that depend on its initial state. A block that is not longer is
+///   left out; if that removed a whole part, nothing is left out.
 PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
                             const std::vector<std::vector<double>>& validation, std::size_t parameters,
                             std::size_t start = 0);
@@ -38,25 +37,25 @@ PartsCompared compare_parts(const std::vector<std::vector<double>>& training,
 /// Upper tail of the F distribution, P(F > ratio), for degrees of freedom above zero.
 double f_tail(double ratio, double numerator_degrees, double denominator_degrees);
 
-/// What the guard asks beside the result itself.
+/// Limits of guard().
 struct GuardLimits {
-  double least_probability = 0.003;  ///< nominal, and asked only where nothing was named,
-  double least_ratio = 1.1;          ///< of root mean squares: less is no other vehicle, however certain it is;
-  double most_ratio = 1.5;  ///< of root mean squares: more forbids a clean bill whatever the F test says; a name
-                            ///< only beyond the starts of the blocks
-  double least_fit_percent = 50.0;  ///< a model that explains half of what is seen is not the whole truth,
-  double floor_factor = 2.0;        ///< unless what is left is at the declared or measured floor
+  double least_probability = 0.003;  ///< of the F test, nominal; used only where nothing was named
+  double least_ratio = 1.1;          ///< of root mean squares; a smaller ratio is no other vehicle, however certain
+  double most_ratio = 1.5;  ///< of root mean squares; a larger one forbids a clean bill whatever the F test says, and a
+                            ///< name only if it is larger without the starts of the blocks, too
+  double least_fit_percent = 50.0;  ///< a model that explains less than half of the motion is incomplete,
+  double floor_factor = 2.0;        ///< unless the residual is within this factor of the declared or measured floor
 };
 
-/// Adds to `unexplained` what the comparison of the two parts, of fit and of floor forbids to call complete. What
-/// changed stands in result.changes: then it is the answer and the parts need not agree.
+/// Adds to `unexplained` the reasons against a complete model: the comparison of the two parts, and the fit. Where
+/// result.changes has a change, the change is the result and the parts need not agree.
 /// Preconditions: final_model, noise_floor and changes of the result are there.
 void guard(const PartsCompared& parts, const GuardLimits& limits, IdentifyResult& result);
 
-/// Whether a finding forbids a clean bill: all but notes, gaps and time on the ground.
+/// Whether a finding forbids a clean bill: all do except notes, gaps and time on the ground.
 bool forbids_clean_bill(const Finding& finding);
 
-/// "nothing_missing", "explained" or "unexplained", from all else of the result.
+/// "nothing_missing", "explained" or "unexplained", from the rest of the result.
 std::string verdict_of(const IdentifyResult& result);
 
 }  // namespace m100::lab::identify

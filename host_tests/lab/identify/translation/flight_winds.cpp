@@ -127,7 +127,7 @@ Winds winds_in(const Fit& fit) {
 
 namespace {
 
-/// The winds that each block says by itself.
+/// The winds estimated from each block alone.
 std::vector<Winds> winds_of_blocks(const TranslationBlocks& blocks, const Matrix& columns, const Vector& left) {
   std::vector<Winds> out;
   std::vector<char> seen;
@@ -139,7 +139,7 @@ std::vector<Winds> winds_of_blocks(const TranslationBlocks& blocks, const Matrix
   return out;
 }
 
-/// A flight's wind with the standard error that the spread of its blocks about `middle` says; of one block none.
+/// A flight's wind with its standard error from the spread of its blocks about `middle`; unknown for a single block.
 FlightWind flight_wind(const TranslationBlocks& blocks, const std::vector<Winds>& by_block, std::size_t flight,
                        const Eigen::Vector2d& wind, const Eigen::Vector2d& middle) {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
@@ -201,7 +201,7 @@ bool differ(const std::vector<FlightWind>& winds) {
 }
 
 std::string in_words(const std::vector<FlightWind>& winds) {
-  std::string out = "each flight has a wind of its own, about the mean of all (acceleration at rest, 95 %):";
+  std::string out = "each flight has a wind of its own; deviations from the mean wind (acceleration at rest, 95 %):";
   for (std::size_t k = 0; k < winds.size(); ++k) {
     char text[120];
     std::snprintf(text, sizeof text, "%s log %zu x %+.3f +-%.3f, y %+.3f +-%.3f m/s^2", k > 0 ? ";" : "", k + 1,
@@ -232,7 +232,7 @@ std::string first_winds_in_words(const Part& part, const Fit& fit, double head_s
   const Winds winds = least_squares(head, wind_columns(head), rows_left(head, fit), {}, seen);
   char text[120];
   std::snprintf(text, sizeof text,
-                "the wind of each flight is that of its first %.4g s (acceleration at rest):", head_s);
+                "the wind of each flight was estimated in its first %.4g s (acceleration at rest):", head_s);
   std::string out = text;
   for (std::size_t k = 0; k < seen.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);

@@ -35,7 +35,7 @@ bool keeps_time(const Family& family, const Fit& fit, const std::string& name) {
   return without_line - foretold > kForetoldShare * (without_line - with_line);
 }
 
-/// The fit with the effect's columns taken away and nothing fitted again.
+/// The fit without the effect's columns, not fitted again.
 Fit line_taken_away(const Fit& fit, const std::string& name) {
   Fit plain = fit;
   const auto first = static_cast<std::ptrdiff_t>(kSearched + column_of(fit.structure, name));

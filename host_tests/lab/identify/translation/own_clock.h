@@ -8,9 +8,9 @@
 
 namespace m100::lab::identify::translation {
 
-/// Whether a force with a clock of its own may be claimed although its line is there: the vehicle itself does not move
-/// with that period, and a line fitted to the first part of the training predicts the rest. A force with its own clock
-/// does that; what swings and is shaken anew does not.
+/// Whether a spectral line in the residual may be named as a force with its own clock: the vehicle itself must not move
+/// with that period, and a line fitted to the first part of the training must predict the rest. A force with its own
+/// clock passes this; an oscillation that is excited again and again does not.
 /// Preconditions: the fit is of `family`, to all blocks of `training`, and has the effect; the effect has `own_clock`
 /// and two columns, cosine and sine, for each horizontal axis.
 bool has_own_clock(const Family& family, const TranslationBlocks& training, const Fit& fit,

@@ -16,15 +16,15 @@ namespace {
 
 using namespace translation;  // its own parts
 
-constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory: less is needed than on a stick axis
+constexpr double kMinimumCvGain = 0.03;  // the force residual has no memory, so less than on a stick axis is enough
 
-/// The order in which a log is asked: what may be wrong with it, structure, place, change, and the structure again on
-/// one side of the change.
+/// The order of the tests of a log: its defects, structure, force that depends on position, change, and the structure
+/// again on one side of the change.
 class TranslationInquiry {
  public:
   TranslationInquiry(const Request& request, Beside beside) : request_(request), beside_(std::move(beside)) {}
 
-  /// @param misread  the log's axes or signs are wrong: whatever is fitted would be the shadow of that
+  /// @param misread  the log's axes or signs are wrong, so every fitted effect would be caused by that
   IdentifyResult run(bool misread) {
     options_.minimum_cv_gain = kMinimumCvGain;
     options_.maximum_effects = misread ? 0 : options_.maximum_effects;
@@ -34,7 +34,7 @@ class TranslationInquiry {
       ask_for_winds();
       const std::vector<Finding> tether = study_->tether(chosen_.final_model.fit);
       beside_.findings.insert(beside_.findings.end(), tether.begin(), tether.end());
-      if (tether.empty()) {  // a force that depends on the place changes with it
+      if (tether.empty()) {  // a force that depends on position looks like a change
         ask_for_a_change();
       }
     }
@@ -42,8 +42,8 @@ class TranslationInquiry {
   }
 
  private:
-  /// The air of one flight is not that of another. Winds that differ are an effect like any other: what nobody declared
-  /// or named forbids a clean bill, though they were fitted.
+  /// Flights may have different winds. Winds that differ are an effect like any other: if it was neither declared nor
+  /// named, it forbids a clean bill, although the winds were fitted.
   void ask_for_winds() {
     if (request_.log->flights.empty() || request_.wind_from_first_s > 0.0 ||
         !differ(study_->winds(chosen_.final_model.fit))) {
@@ -56,11 +56,11 @@ class TranslationInquiry {
     beside_.findings.push_back(note(in_words(study_->winds(chosen_.final_model.fit))));
     const auto& structure = chosen_.final_model.fit.structure;
     if (std::find(structure.begin(), structure.end(), kWind) == structure.end()) {
-      beside_.unexplained.emplace_back("winds that differ from flight to flight; declare steady_wind");
+      beside_.unexplained.emplace_back("the winds differ from flight to flight; declare steady_wind");
     }
   }
 
-  /// A change must stand under the structure that one side of it shows.
+  /// A change must remain under the structure that is selected on one side of it.
   void ask_for_a_change() {
     std::vector<Change> changes = study_->changes(chosen_.final_model.fit);
     if (changes.empty()) {
@@ -82,9 +82,9 @@ class TranslationInquiry {
     }
   }
 
-  /// What changed is not named among the effects, nor is what these data cannot tell from it.
+  /// Removes the changed effect from the named effects, and also any effect that these data cannot distinguish from it.
   void take(const Change& change) {
-    const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // what the change looks like
+    const std::string effect = change.name == "mass" ? "thrust_gain" : change.name;  // with the same signature
     const std::string twin(model::translation_effect(effect)->twin);
     const bool alike = std::any_of(chosen_.not_separable.begin(), chosen_.not_separable.end(), [&](const auto& group) {
       return std::find(group.begin(), group.end(), effect) != group.end() &&

@@ -33,7 +33,7 @@ std::vector<double> slopes(const std::vector<double>& values, std::size_t half, 
   return out;
 }
 
-/// What a mean over 2 half samples (a trapezoidal integral over its time) does; half of zero: nothing.
+/// Weights of a mean over 2 half samples (a trapezoidal integral divided by its time); half of zero: no filter.
 std::vector<double> mean_weights(std::size_t half) {
   std::vector<double> out(2 * half + 1, 1.0 / static_cast<double>(std::max<std::size_t>(1, 2 * half)));
   if (half > 0) {
@@ -53,7 +53,7 @@ std::vector<double> convolved(const std::vector<double>& a, const std::vector<do
   return out;
 }
 
-/// What slopes() of the trapezoidal integral does to an acceleration.
+/// Weights that slopes() of the trapezoidal integral applies to an acceleration.
 std::vector<double> slope_weights(std::size_t half) {
   std::vector<double> weights(2 * half + 1);
   for (std::size_t m = 0; m < weights.size(); ++m) {
@@ -79,7 +79,7 @@ void body_axes(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// Roll and pitch each by itself, as if the other were level; T is g.
+/// Takes roll and pitch separately, as if the other angle were zero; T is g.
 void take_tangents(const FlightLog& log, TranslationData& data) {
   const auto tangent = [](double angle) {
     constexpr double kSteepest_rad = 1.2;
@@ -95,7 +95,7 @@ void take_tangents(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// The accelerometer's reading turned into the world, gravity taken off.
+/// The specific force rotated into the world frame, minus gravity.
 std::array<std::vector<double>, 3> force_in_world(const FlightLog& log, const TranslationData& data) {
   std::array<std::vector<double>, 3> out;
   out.fill(std::vector<double>(log.size));
@@ -119,7 +119,7 @@ bool has_force(const FlightLog& log) {
   return log.has3(Signal::kForceX) && log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
 }
 
-/// The acceleration that the force says, with the data's weights.
+/// Takes the acceleration from the specific force, with the data's weights.
 void take_force(const FlightLog& log, TranslationData& data) {
   const std::array<std::vector<double>, 3> force = force_in_world(log, data);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -130,7 +130,7 @@ void take_force(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// Acceleration, and velocity where it can be had, with the weights that both saw.
+/// Takes the acceleration, and velocity where there is one, with the weights of both.
 void take_motion(const FlightLog& log, TranslationData& data) {
   const auto half = static_cast<std::size_t>(std::max(2L, std::lround(kHalfWindow_s / data.period_s)));
   data.weights = slope_weights(half);
@@ -161,8 +161,8 @@ void take_motion(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// The vertical acceleration from neighbours, not filtered: the thrust is multiplied by the tilt, and the product
-/// passes the filter. Filtered before as well, it would lose twice what the measured acceleration loses once.
+/// The unfiltered vertical acceleration, from neighbouring samples: the thrust is multiplied by the tilt, and the
+/// product passes the filter. With a filter here it would be filtered twice, but the measured acceleration only once.
 std::vector<double> vertical_acceleration(const FlightLog& log, const TranslationData& data) {
   std::vector<double> out(log.size, 0.0);
   const bool velocity = log.has(Signal::kVelocityZ);
@@ -178,7 +178,7 @@ void take_thrust(const FlightLog& log, Thrust thrust_from, TranslationData& data
   const bool force = has_force(log);
   data.thrust.assign(log.size, kStandardGravity_m_s2);
   const std::vector<double> upward = force ? std::vector<double>{} : vertical_acceleration(log, data);
-  constexpr double kSteepest = 0.3;  // cosine of a tilt at which the vertical says nothing any more
+  constexpr double kSteepest = 0.3;  // cosine of the tilt; beyond it the vertical no longer shows the thrust
   for (std::size_t i = 0; i < log.size; ++i) {
     const double upright = std::max(kSteepest, data.direction[2][i]);
     if (data.has_thrust) {
@@ -200,7 +200,7 @@ void require(const FlightLog& log, bool there, const char* key, const char* what
   }
 }
 
-/// Where one of the signals that the data were taken from was not sampled.
+/// 1 where one of the signals of the data was not sampled.
 std::vector<std::uint8_t> gap_of_motion(const FlightLog& log, const TranslationData& data) {
   const Signal motion = data.source == "velocity"   ? Signal::kVelocityX
                         : data.source == "position" ? Signal::kPositionX
@@ -210,7 +210,7 @@ std::vector<std::uint8_t> gap_of_motion(const FlightLog& log, const TranslationD
                      logs::offset(attitude, 2), data.has_thrust ? Signal::kThrustRatio : Signal::kForceZ});
 }
 
-/// @throws InputError where a signal is missing without which there is no translation.
+/// @throws InputError where a signal is missing that translation needs.
 void check_signals(const FlightLog& log) {
   const bool has_attitude = log.has(Signal::kAttitudeRoll) && log.has(Signal::kAttitudePitch);
   require(log, has_attitude || log.has3(Signal::kThrustDirX), "attitude_roll",
@@ -236,7 +236,7 @@ void take_directions(const FlightLog& log, TranslationData& data) {
   }
 }
 
-/// Leaves out what a gap reaches through the filter.
+/// Excludes samples whose filter would reach into a gap.
 void mask_beside(const std::vector<std::uint8_t>& gap, TranslationData& data) {
   const std::size_t size = data.valid.size();
   for (std::size_t i = 0; i < std::min(size, gap.size()); ++i) {
@@ -290,7 +290,7 @@ double TranslationData::filtered(const std::vector<double>& acceleration, std::s
 
 namespace {
 
-/// Takes the first seconds of each flight out of the ranges. @returns what was taken.
+/// Removes the first seconds of each flight from the ranges. @returns the removed ranges.
 std::vector<Range> taken_heads(const TranslationData& data, double head_s, std::vector<Range>& ranges) {
   std::sort(ranges.begin(), ranges.end());
   std::vector<double> left_s(data.flights.size(), head_s);

@@ -15,9 +15,9 @@ namespace m100::lab::identify {
 ///
 ///   a = thrust - g e3 + sum of the effects' columns times their linear parameters,
 ///
-/// with thrust and its direction as the effects reshape them (firmware/model/translation_effect.h). Linear in all but
-/// the few parameters that effects declare as searched, which are searched around the linear solution. Wind and drag
-/// are one model: at v = 0 the drag of the wind is what is reported as its acceleration.
+/// with thrust and its direction as the effects change them (firmware/model/translation_effect.h). The model is linear
+/// except for the few parameters that effects declare as searched, which are searched around the linear solution. Wind
+/// and drag are one model: the wind's reported acceleration is its drag at v = 0.
 class TranslationFamily final : public Family {
  public:
   /// The blocks must outlive the family.
@@ -40,21 +40,21 @@ class TranslationFamily final : public Family {
   /// Measured acceleration in the same rows.
   static std::vector<double> measured(const TranslationBlocks& part);
 
-  /// What an effect's numbers are, as the JSON spells them; computed from the fit's own parameters. Empty for
+  /// The numbers of an effect with their JSON names, computed from the fit's own parameters. Empty for
   /// "rigid_body". Precondition: the fit's structure has the effect.
   static std::vector<NamedValue> parameters(const Fit& fit, const std::string& effect);
 
   static bool knows(const std::string& name);
-  /// Whether the log has what the effect acts on. Precondition: knows(name).
+  /// Whether the log has the signals that can show the effect. Precondition: knows(name).
   bool can_see(const std::string& name) const;
 
-  /// How far a log without thrust set point prefers the rigid body of `other` over that of `present`, which are the
-  /// same samples: the coefficient of their difference beside all linear effects and the strongest line. About 0 or 1.
+  /// How much a log without thrust set point prefers the rigid body of `other` to that of `present` (the same samples):
+  /// the coefficient of their difference beside all linear effects and the strongest line. About 0 or 1.
   static double preference(const TranslationBlocks& present, const TranslationBlocks& other);
 
  private:
   using Starts = std::vector<translation::Searched>;
-  /// From where to search what `warm` did not have; in the rest the starts are as `common`.
+  /// Starting values of the parameters that `warm` does not have; the others are as in `common`.
   Starts starts(const Structure& structure, std::span<const int> weights, const Fit* warm,
                 const translation::Searched& common) const;
   /// Wind speeds to start from, for a few drag coefficients.

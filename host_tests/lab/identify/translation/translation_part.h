@@ -10,26 +10,27 @@
 
 namespace m100::lab::identify::translation {
 
-/// Whether the flights of joined logs have winds of their own, and where those are taken from (flight_winds.h).
+/// Whether each flight of joined logs has its own wind, and which data give it (flight_winds.h).
 struct WindOfFlight {
   bool own = false;     ///< from all blocks of the flight
-  double head_s = 0.0;  ///< from so many seconds at its begin; 0: not
+  double head_s = 0.0;  ///< from its first seconds; 0: not
 };
 
-/// One log with its ranges cut into blocks. A series of rows has blocks.rows values (see TranslationBlocks).
+/// One log with its ranges divided into blocks. A series of rows has blocks.rows values (see TranslationBlocks).
 struct Part {
   /// The log must outlive the part. @throws InputError as TranslationData does.
   Part(const logs::FlightLog& of, const std::vector<Range>& ranges, Thrust thrust, WindOfFlight winds = {});
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
 
-  /// Root mean square of measured less predicted rows.
+  /// Root mean square of measured minus predicted rows.
   double rmse(const std::vector<double>& predicted) const;
   /// 100 (1 - |error| / |measured - mean|), the mean of each axis by itself.
   double fit_percent(const std::vector<double>& predicted) const;
   /// Rows of one axis in time order.
   std::vector<double> axis(const std::vector<double>& rows, std::size_t c) const;
-  /// How wrong the mean acceleration over a horizon is: the error of the predicted velocity change over its time.
+  /// Root mean square error of the mean acceleration over each horizon: the error of the predicted velocity change
+  /// divided by the horizon.
   std::vector<std::pair<double, double>> horizon_rmse(const std::vector<double>& predicted,
                                                       const std::vector<double>& horizons_s) const;
 
@@ -42,7 +43,7 @@ struct Part {
 /// Whether every log of the request has the signal.
 bool both_have(const Request& request, logs::Signal signal);
 
-/// Where thrust comes from in this log: a set point, else what the training part itself prefers.
+/// The source of thrust in this log: a set point, or without one the source that fits the training part best.
 Thrust thrust_source(const Request& request);
 
 }  // namespace m100::lab::identify::translation

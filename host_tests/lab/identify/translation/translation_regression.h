@@ -13,15 +13,15 @@
 
 namespace m100::lab::identify::translation {
 
-// The linear half of the models of translation. Which effects there are, and what each of them does, is declared in
-// firmware/model/translation; here stand the rules for putting them together.
+// The linear part of the models of translation. The effects are declared in firmware/model/translation; this file
+// combines them into one regression.
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 bool has(const Structure& structure, std::string_view name);
 
-/// A parameter that is searched because the prediction is not linear in it.
+/// A searched parameter: the prediction is not linear in it.
 struct Slot {
   const model::TranslationEffect* effect = nullptr;
   std::size_t which = 0;  ///< of the effect's searched parameters
@@ -34,24 +34,25 @@ inline constexpr std::size_t kSearched = [] {
   }
   return count;
 }();
-/// All of them, in the order of their turns.
+/// All slots, in the order in which they are searched.
 const std::array<Slot, kSearched>& slots();
 /// Index into slots() of an effect's first searched parameter, which it must have.
 std::size_t slot_of(const model::TranslationEffect& effect);
 
-/// One value for each slot, 0 where the structure does not have the effect. It is also the head of a fit's parameters,
-/// which the linear ones follow in the order of the structure.
+/// One value for each slot, 0 where the structure does not have the effect. A fit's parameters begin with these values;
+/// the linear parameters follow in the order of the structure.
 using Searched = std::array<double, kSearched>;
-/// The head of a fit's parameters. Precondition: at least kSearched of them.
+/// The searched parameters of a fit. Precondition: it has at least kSearched parameters.
 Searched searched_of(const Fit& fit);
 /// Which slots a fit of the structure has to search.
 std::array<bool, kSearched> searched_in(const Structure& structure);
-/// With wind and a progressive drag, it is the wind's speed that is searched and not its acceleration that is linear.
+/// Whether the structure has wind and a progressive drag: then the wind's speed is searched, instead of a linear
+/// acceleration.
 bool wind_speed_matters(const Structure& structure);
-/// The wind's velocity of the slots that hold one.
+/// The wind's velocity, from the slots that hold it.
 std::array<double, 3> wind_of(const Searched& searched);
 
-/// How many linear parameters an effect has beside the others, and all of them together.
+/// Number of linear parameters of one effect in this structure, and of all effects.
 std::size_t linear_count(const Structure& structure, std::string_view name);
 std::size_t linear_count(const Structure& structure);
 /// Column of the first linear parameter of an effect of the structure.
@@ -72,10 +73,10 @@ class Regression {
  private:
   /// Thrust and its direction after all effects that reshape them, sample by sample, with the velocity in the air.
   void make_moments(const Structure& structure, const Searched& searched);
-  /// Fills rows with the filtered acceleration u(sample), of which the log shows only a part if `outer`.
+  /// Fills rows with the filtered acceleration u(sample); the log shows only a part of it if `outer`.
   template <typename Column, typename Law>
   void fill(Column&& out, bool outer, Law&& law);
-  /// What the log shows of an outer acceleration.
+  /// The part of an outer acceleration that the log shows.
   model::Acceleration shown(const model::Acceleration& u, const model::Moment& at) const;
 
   const TranslationBlocks& part_;

@@ -15,13 +15,13 @@ namespace {
 
 using logs::Signal;
 
-constexpr double kMinimumShare = 0.14;  // three axes and a dozen channels: more chances to look predictable
+constexpr double kMinimumShare = 0.14;  // higher, because three axes and a dozen channels give chance more trials
 /// Velocity explains the residual only if it explains more than this share: gusts move both, so they always correlate.
 constexpr double kMinimumMovedShare = 0.25;
-constexpr double kSwing = -0.45;  // an autocorrelation below this, later on, is a swing and no air
+constexpr double kSwing = -0.45;  // an autocorrelation below this is an oscillation, which air alone does not cause
 constexpr double kSwingFrom_s = 0.3;
 
-/// Air has no memory that changes sign; something that swings has.
+/// Detects an oscillation by its negative autocorrelation, which air alone does not have.
 std::string swings(const std::vector<double>& residual, double period_s) {
   const auto longest = std::min(residual.size() / 4, static_cast<std::size_t>(std::lround(3.0 / period_s)));
   double lowest = 0.0;
@@ -93,8 +93,8 @@ std::array<std::vector<double>, 2> times_speed(const TranslationData& data) {
   return out;
 }
 
-/// Only causes: tilt, thrust, sticks and heading with their past; velocity as it is, because its past contains the
-/// residual's own integral.
+/// Regressors that are possible causes: tilt, thrust, sticks and heading with their past; velocity without its past,
+/// which contains the integral of the residual.
 std::vector<RegressorGroup> causes(const Request& request, const Part& part) {
   const TranslationData& data = part.data;
   const std::vector<double> memory_s{0.0, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.4, 1.8, 2.4};
@@ -157,7 +157,7 @@ std::vector<RegressorGroup> activity(const Part& part) {
   return out;
 }
 
-/// @param first_flight  number of the log's first flight, so that two logs have no number in common
+/// @param first_flight  number of the log's first flight, so that two logs share no number
 void append(const Request& request, const Part& part, const Fit& fit, std::size_t first_flight, ResidualInput& input) {
   const std::vector<double> predicted = TranslationFamily::prediction(part.blocks, fit);
   std::vector<double> error(predicted.size());
@@ -192,7 +192,7 @@ std::vector<std::string> remainder_of(const Request& request, const Part& traini
   append(request, validation, fit, one_log ? 0 : training.log.flights.size() + 1, input);
   ResidualOptions options;
   options.minimum_share = kMinimumShare;
-  // What the residual itself moves is tested apart, and has to show more.
+  // Velocity, which the residual itself moves, is tested separately with a higher threshold.
   ResidualInput moved = input;
   moved.activity.clear();
   moved.groups.clear();

@@ -10,9 +10,9 @@
 
 namespace m100::lab::identify::translation {
 
-/// What a fit leaves of both parts, axis by axis, tested for what may still predict it.
+/// Tests whether the residual of a fit on both parts, axis by axis, is still predictable.
 /// Preconditions: both parts are of the request, have one thrust source and at least one block each.
-/// @returns sentences; empty: nothing that could be predicted is left.
+/// @returns sentences; empty: the residual is not predictable.
 std::vector<std::string> remainder_of(const Request& request, const Part& training, const Part& validation,
                                       const Fit& fit);
 

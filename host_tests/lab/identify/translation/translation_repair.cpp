@@ -40,17 +40,18 @@ constexpr std::array<Reading, 15> kReadings{{
     {"swapped_axes", "attitude_roll", "roll and pitch exchanged, pitch with the other sign", true, 1.0, -1.0},
     {"swapped_axes", "attitude_roll", "roll and pitch exchanged, both with the other sign", true, -1.0, -1.0},
     {"sign_reversed", "attitude_yaw", "yaw with the other sign", false, 1.0, 1.0, -1.0},
-    {"sign_reversed", "attitude_yaw", "yaw with the other sign, roll too", false, -1.0, 1.0, -1.0},
+    {"sign_reversed", "attitude_yaw", "yaw and roll with the other sign", false, -1.0, 1.0, -1.0},
     {"swapped_axes", "attitude_yaw", "the heading a quarter turn to the left", false, 1.0, 1.0, 1.0, kQuarter},
     {"swapped_axes", "attitude_yaw", "the heading a quarter turn to the right", false, 1.0, 1.0, 1.0, -kQuarter},
-    {"swapped_axes", "attitude_yaw", "yaw with the other sign, a quarter turn on", false, 1.0, 1.0, -1.0, kQuarter},
-    // A world seen in a mirror is an attitude seen in a mirror: roll and yaw change their signs.
+    {"swapped_axes", "attitude_yaw", "yaw with the other sign and a quarter turn", false, 1.0, 1.0, -1.0, kQuarter},
+    // In a mirrored world the attitude is mirrored, too: roll and yaw change their signs.
     {"swapped_axes", "position", "north and east exchanged (ENU read as NED, or the reverse)", false, -1.0, 1.0, -1.0,
      -kQuarter},
     {"swapped_axes", "position", "x and y of the world exchanged", false, -1.0, 1.0, -1.0, kQuarter},
 }};
 
-/// Root mean square of what a reading leaves of the horizontal acceleration, means of both axes and one gain taken off.
+/// Root mean square residual of the horizontal acceleration under a reading, after removing the means of both axes and
+/// one common gain.
 double left_by(const Reading& reading, const FlightLog& log, const TranslationData& data,
                const std::vector<std::size_t>& samples, double& gain) {
   std::array<std::vector<double>, 2> tilt;
@@ -90,7 +91,7 @@ double left_by(const Reading& reading, const FlightLog& log, const TranslationDa
     }
   }
   gain = tt > 0.0 ? tm / tt : 0.0;
-  const double fair = std::clamp(gain, 0.5, 2.0);  // a sign is not read off a negative gain
+  const double fair = std::clamp(gain, 0.5, 2.0);  // a sign must not be hidden by a negative gain
   return std::sqrt(std::max(0.0, mm - 2.0 * fair * tm + fair * fair * tt) / (2.0 * n));
 }
 
@@ -98,7 +99,7 @@ double left_by(const Reading& reading, const FlightLog& log, const TranslationDa
 
 namespace {
 
-/// What is wanted and was sampled.
+/// The wanted samples without those in gaps.
 std::vector<char> without_gaps(std::vector<char> wanted, const std::vector<std::uint8_t>& gap) {
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     wanted[i] = wanted[i] != 0 && gap[i] == 0 ? 1 : 0;
@@ -106,10 +107,10 @@ std::vector<char> without_gaps(std::vector<char> wanted, const std::vector<std::
   return wanted;
 }
 
-/// A sample that the data are no longer taken from.
+/// Marks a sample as a gap.
 void leave_out(Signal signal, std::size_t sample, FlightLog& log) {
   log.gap[sample] = 1;
-  if (!log.signal_gap.empty()) {  // else the one answer for all is asked
+  if (!log.signal_gap.empty()) {  // otherwise one gap list holds for all signals
     std::vector<std::uint8_t>& own = log.signal_gap[signal];
     own.resize(log.size, 0);
     own[sample] = 1;
@@ -119,7 +120,7 @@ void leave_out(Signal signal, std::size_t sample, FlightLog& log) {
 }  // namespace
 
 FlightLog repaired(const FlightLog& log, const std::vector<Range>& asked, std::vector<Finding>& findings) {
-  constexpr double kFilter_s = 0.3;  // more than the widest filter looks to either side
+  constexpr double kFilter_s = 0.3;  // more than the reach of the widest filter to either side
   FlightLog out = log;
   const std::vector<char> wanted = inside(log, asked, kFilter_s);
   const auto append = [&](std::vector<Finding> more) { findings.insert(findings.end(), more.begin(), more.end()); };

@@ -9,15 +9,15 @@
 
 namespace m100::lab::identify::translation {
 
-/// The log with what is no measurement taken out: degrees turned into radians, outliers replaced, frozen samples of
-/// attitude, velocity and position marked as gaps. Says so in `findings`.
+/// The log with repaired samples: degrees converted to radians, outliers replaced, frozen samples of attitude, velocity
+/// and position marked as gaps. Adds a finding for each repair.
 /// @param asked  ranges outside of which spoilt samples do not matter; empty: none
 logs::FlightLog repaired(const logs::FlightLog& log, const std::vector<Range>& asked, std::vector<Finding>& findings);
 
-/// Whether another reading of the attitude predicts the measured acceleration much better than the column map's:
-/// signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. A reading that is
-/// right leaves a twentieth of the error; half of it is asked for. The heading's sign cannot be told where the heading
-/// hardly changes: readings that are as good are listed in the text.
+/// Tests whether another reading of the attitude predicts the measured acceleration much better than that of the column
+/// map: signs of roll and pitch, both exchanged, a heading of the other sign, quarter and half turns. The correct
+/// reading leaves a twentieth of the error; the threshold is half of it. The sign of the heading cannot be found where
+/// the heading hardly changes: readings that fit equally well are listed in the text.
 /// @returns nothing where the map's reading is the best, or no attitude is logged.
 std::vector<Finding> misread(const logs::FlightLog& log, const std::vector<Range>& ranges);
 

@@ -22,7 +22,7 @@ Vector measured_rows(const TranslationBlocks& part) {
 
 namespace {
 
-/// Drag that pushes is no drag; nor is the wind's speed then defined.
+/// Whether a drag coefficient has the wrong sign: a drag that pushes is no drag, and leaves the wind's speed undefined.
 bool pushes(const Structure& structure, const Vector& linear) {
   return std::any_of(structure.begin(), structure.end(), [&](const std::string& name) {
     const model::TranslationEffect* effect = model::translation_effect(name);
@@ -31,7 +31,7 @@ bool pushes(const Structure& structure, const Vector& linear) {
   });
 }
 
-/// Bounds of the linear parameters, as the effects declare them: drag never pushes, whatever else is fitted beside it.
+/// Bounds of the linear parameters, as the effects declare them: drag never pushes, whatever is fitted beside it.
 struct Bounds {
   Vector low;
   Vector high;
@@ -56,7 +56,7 @@ Bounds bounds_of(const Structure& structure) {
   return out;
 }
 
-/// Moves what leaves the bounds onto them, and says so in `held`. @returns whether anything left.
+/// Moves parameters outside of the bounds onto them and marks them in `held`. @returns whether there were any.
 bool hold_inside(const Bounds& bounds, Vector& x, std::vector<char>& held) {
   bool left = false;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
@@ -69,7 +69,7 @@ bool hold_inside(const Bounds& bounds, Vector& x, std::vector<char>& held) {
   return left;
 }
 
-/// Minimises x' N x / 2 - r' x over what is not held.
+/// Minimises x' N x / 2 - r' x over the parameters that are not held.
 Vector solve_free(const Matrix& normal, const Vector& right, const Vector& x, const std::vector<char>& held) {
   Matrix reduced = normal;
   Vector rest = right;
@@ -89,7 +89,7 @@ Vector solve_free(const Matrix& normal, const Vector& right, const Vector& x, co
   return reduced.ldlt().solve(rest);
 }
 
-/// Minimises x' N x / 2 - r' x inside the bounds: what leaves them is held at the bound and the rest solved again.
+/// Minimises x' N x / 2 - r' x inside the bounds: parameters that leave them are held there, the others solved again.
 Vector solve_inside(const Matrix& normal, const Vector& right, const Bounds& bounds) {
   Vector x = normal.ldlt().solve(right);
   std::vector<char> held(static_cast<std::size_t>(x.size()), 0);
@@ -99,7 +99,7 @@ Vector solve_inside(const Matrix& normal, const Vector& right, const Bounds& bou
   return x;
 }
 
-/// Takes the winds of the flights from a regression: what is left is fitted as if there were none.
+/// Eliminates the winds of the flights from a regression, which is then fitted as if there were none.
 void take_winds(const TranslationBlocks& part, const Structure& structure, const Searched& searched,
                 std::span<const int> weights, const FlightWinds& winds, Matrix& columns, Vector& target) {
   if (part.head == nullptr) {

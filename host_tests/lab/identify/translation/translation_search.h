@@ -16,7 +16,7 @@ Vector measured_rows(const TranslationBlocks& part);
 struct Solution {
   Vector linear;
   double sum_of_squares = 0.0;
-  std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted beside (flight_winds.h)
+  std::vector<double> winds;  ///< of the flights, x and y in turn, where they are fitted, too (flight_winds.h)
 };
 
 /// Weighted least squares for given searched parameters. `measured` has part.rows values; `weights` one for each block.
@@ -24,7 +24,7 @@ Solution solve(const TranslationBlocks& part, const Vector& measured, const Stru
                const Searched& searched, std::span<const int> weights);
 
 /// Minimises the error of the linear solution over the searched parameters, one coordinate after the other with
-/// shrinking steps: they are few and nearly independent of each other.
+/// shrinking steps, because they are few and nearly independent of each other.
 class CoordinateSearch {
  public:
   /// All arguments must outlive the search; their shapes are those of solve().
@@ -33,12 +33,12 @@ class CoordinateSearch {
       : part_(part), measured_(measured), structure_(structure), weights_(weights), used_(searched_in(structure)) {}
 
   double cost(const Searched& at) const { return solve(part_, measured_, structure_, at, weights_).sum_of_squares; }
-  /// Improves `at`, beginning with the named step of every parameter; slots that are not used stay as they are.
+  /// Improves `at`, starting with the given step size of every parameter; unused slots are not changed.
   void refine(Searched& at, double model::SearchedParameter::*step, int rounds) const;
   bool anything() const;
 
  private:
-  /// To one side, else to the other, if that is cheaper than the best so far. @returns whether it was.
+  /// Steps to one side, or otherwise to the other, if this costs less than the best so far. @returns whether it does.
   bool step_along(std::size_t slot, double step, Searched& at, double& best) const;
 
   const TranslationBlocks& part_;
@@ -48,14 +48,14 @@ class CoordinateSearch {
   std::array<bool, kSearched> used_;
 };
 
-/// Measured less predicted, in the rows of `part`, which may be of another log than the fit.
+/// Measured minus predicted, in the rows of `part`, which may be of another log than the fit.
 Vector residual_of(const TranslationBlocks& part, const Vector& measured, const Fit& fit);
 
-/// Residual of one axis with its times, for the line search. Blocks of weight 0 are left out; no weights: none is.
+/// Residual of one axis with its times, for the line search. Blocks of weight 0 are left out; no weights: all count.
 LineSeries axis_series(const TranslationBlocks& part, const Vector& residual, std::size_t axis,
                        std::span<const int> weights);
 
-/// The strongest line of the horizontal axes of a residual.
+/// Frequency of the strongest line in the horizontal axes of a residual.
 double strongest_line_hz(const TranslationBlocks& part, const Vector& residual, std::span<const int> weights);
 
 }  // namespace m100::lab::identify::translation

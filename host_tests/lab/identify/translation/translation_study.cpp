@@ -15,7 +15,7 @@ namespace {
 
 using model::TranslationEffect;
 
-constexpr double kWeakShare = 0.25;  // of the mean square: what must be explained before a remainder to trust a name
+constexpr double kWeakShare = 0.25;  // of the mean square; beside an unexplained residual, names need a larger share
 constexpr std::array<std::string_view, 1> kBases{"rigid_body"};
 const std::vector<double> kHorizons_s{0.2, 0.5, 1.0, 2.0};
 
@@ -25,7 +25,7 @@ bool has_own_clock(const std::string& name) {
 }
 
 std::string words_of(Thrust thrust) {
-  return thrust == Thrust::kVertical ? "what the vertical shows"
+  return thrust == Thrust::kVertical ? "the measured vertical acceleration"
          : thrust == Thrust::kWeight ? "weight over the cosine of the tilt"
                                      : "g times the tangents of roll and pitch";
 }
@@ -42,10 +42,11 @@ TranslationStudy::TranslationStudy(const Request& request, bool own_winds)
   check_declared(request.declared, kBases, TranslationFamily::knows, "translation");
   for (const std::string& name : request.declared) {
     if (request.wind_from_first_s > 0.0 && name == "steady_wind") {
-      throw InputError("--declare", 0, name, "is what --wind-from-first takes from the begin of each flight");
+      throw InputError("--declare", 0, name,
+                       "must not be declared: --wind-from-first estimates it at the start of each flight");
     }
     if (!family_.can_see(name)) {
-      throw InputError(request.log->file, 0, name, "the log has no signal that this effect would show in");
+      throw InputError(request.log->file, 0, name, "the log has no signal in which this effect could be seen");
     }
   }
   check_heads();
@@ -53,7 +54,7 @@ TranslationStudy::TranslationStudy(const Request& request, bool own_winds)
                validation_.log.file);
   const auto [least, most] = std::minmax_element(training_.measured.begin(), training_.measured.end());
   if (!(*most > *least)) {
-    throw InputError(request.log->file, 0, training_.data.source, "is one constant in the training ranges");
+    throw InputError(request.log->file, 0, training_.data.source, "is constant in the training ranges");
   }
 }
 
@@ -142,7 +143,7 @@ void TranslationStudy::annotate(const Selection& selection, IdentifyResult& resu
     }
   }
   const logs::Alignment& found = request_.log->alignment;
-  // A correlation is that of the rates with the attitude: it says nothing of the sticks.
+  // An alignment by correlation used the rates and the attitude, so it is no evidence for the sticks.
   result.alignment = {static_cast<double>(found.stick_shift_samples),
                       found.evidence == "sequence" ? found.evidence : "none"};
   const std::vector<Finding> ground = ground_findings(ground_times(*request_.log));
@@ -154,7 +155,7 @@ void TranslationStudy::annotate(const Selection& selection, IdentifyResult& resu
       note("acceleration from " + training_.data.source + ", filtered over 0.2 s like the prediction"));
   if (!training_.data.has_thrust) {
     result.findings.push_back(note("no thrust set point in the log: thrust is taken as " + words_of(thrust_) +
-                                   ", which these data prefer; only the horizontal axes are tested"));
+                                   ", which fits these data best; only the horizontal axes are tested"));
   }
   note_own_swing(result);
 }
@@ -164,7 +165,7 @@ void TranslationStudy::note_own_swing(IdentifyResult& result) {
     const bool refused = has_own_clock(row.name) && !row.accepted && !row.big_enough && row.cv_gain > 0.25;
     if (refused && row.round == result.candidates.back().round) {
       result.findings.push_back(
-          note("a periodic force would fit, but the vehicle itself moves with that period: the force is not named"));
+          note("a periodic force would fit, but the vehicle itself moves with this period, so it is not named"));
     }
   }
 }
@@ -208,7 +209,7 @@ void TranslationStudy::check_heads() const {
     const std::size_t flight = part->blocks.head == nullptr ? 0 : flight_without_head(part->blocks);
     if (flight > 0) {
       throw InputError(part->log.file, 0, "--wind-from-first",
-                       "log " + std::to_string(flight) + " has no usable block of 2.5 s in its first seconds");
+                       "log " + std::to_string(flight) + " has no usable 2.5 s block in its first seconds");
     }
   }
 }
@@ -241,7 +242,8 @@ void TranslationStudy::twins(const std::vector<Step>& steps, IdentifyResult& res
     }
     if (!training_.data.has_yaw && std::none_of(result.not_separable.begin(), result.not_separable.end(), named)) {
       result.not_separable.push_back({step.name, other});
-      result.findings.push_back(note("without attitude_yaw a wind cannot be told from what turns with the body"));
+      result.findings.push_back(
+          note("without attitude_yaw a wind cannot be distinguished from a force fixed to the body"));
     }
     if (std::any_of(result.not_separable.begin(), result.not_separable.end(), named)) {
       result.not_separable.push_back({step.name, "trim_offset"});
@@ -250,8 +252,8 @@ void TranslationStudy::twins(const std::vector<Step>& steps, IdentifyResult& res
   }
   if (wind && drag) {
     result.findings.push_back(
-        note("drag acts on the velocity relative to the air, so that wind and drag are fitted together: the wind's "
-             "acceleration is known, its speed only as well as the drag coefficient"));
+        note("drag acts on the velocity relative to the air, so wind and drag are fitted together: the wind's "
+             "acceleration is known, but its speed only as accurately as the drag coefficient"));
   }
 }
 

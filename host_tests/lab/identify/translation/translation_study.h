@@ -13,10 +13,10 @@
 
 namespace m100::lab::identify::translation {
 
-/// Translation of a request: its models, its errors, its own questions. The request must outlive it.
+/// Translation of a request: its models, its errors, its own tests. The request must outlive it.
 class TranslationStudy final : public Study {
  public:
-  /// @param own_winds  each flight of the training log has a wind of its own
+  /// @param own_winds  each flight of the training log has its own wind
   TranslationStudy(const Request& request, bool own_winds);
   const Family& family() const override { return family_; }
 
@@ -29,13 +29,13 @@ class TranslationStudy final : public Study {
   /// An interval ends where the physical range does.
   double reported(const Fit& fit, std::size_t parameter, double coordinate) const override;
 
-  /// By which the flights of the training log differ from each other.
+  /// The winds of the flights of the training log, relative to their mean.
   std::vector<FlightWind> winds(const Fit& fit) const { return flight_winds(training_, fit); }
 
   /// A force that grows with the distance from a place (translation_change.h).
   std::vector<Finding> tether(const Fit& fit) const;
 
-  /// What changed in mid-flight, over both parts where they are of one log.
+  /// Changes in mid-flight, over both parts where they are of one log.
   std::vector<Change> changes(const Fit& fit) const;
   void examine(const Selection& selection, IdentifyResult& result) const override;
   bool shadow_only(const Selection& selection, const IdentifyResult& result) const override;
@@ -45,15 +45,16 @@ class TranslationStudy final : public Study {
  private:
   void check_heads() const;
 
-  /// Little of the error is explained: with a remainder of unknown cause, so small a share may be the cause's shadow.
+  /// Whether the effects explain little of the error: beside an unexplained residual they may be its side effects.
   static bool weak(const Selection& selection);
 
-  /// A line was named, and yet what is left still swings: it was never a line.
+  /// Whether a line was named although the residual still oscillates: then it was no line.
   static bool swinging(const std::vector<Step>& steps, const IdentifyResult& result);
 
-  /// At constant heading a wind, a bias of the body and a trim of the sticks are one and the same: said by name.
-  /// Where a periodic force was refused because the vehicle itself swings.
+  /// Adds a note where a periodic force was rejected because the vehicle itself moves with that period.
   static void note_own_swing(IdentifyResult& result);
+  /// Names effects that these data cannot distinguish: at constant heading a wind, a bias of the body and a trim of the
+  /// sticks are the same.
   void twins(const std::vector<Step>& steps, IdentifyResult& result) const;
 
   const Request& request_;
