@@ -9,15 +9,15 @@
 
 namespace m100::lab {
 
-/// A JSON value as text. What is no UTF-8 in it (the bytes of a path may be anything) becomes the replacement
-/// character: a name that cannot be printed must not cost the work that it stands beside.
+/// A JSON value as text. Bytes that are not UTF-8 (the bytes of a path may be anything) become the replacement
+/// character, so that an unprintable name does not lose the results.
 template <typename Json>
 std::string json_text(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// Writes the file of an option --json; nothing where none was asked for. Errors: InputError where it cannot be written
-/// to its end.
+/// Writes the file of an option --json; does nothing if the option was not given. Errors: InputError if the file cannot
+/// be written completely.
 template <typename Json>
 void write_json(const std::string& file, const Json& json, int indent = 1) {
   if (file.empty()) {

@@ -8,7 +8,7 @@
 
 namespace m100::lab {
 
-/// The app's key from a file that only its owner can read, as `m100` reads it. @throws InputError
+/// Reads the app's key as `m100` does; the file must be readable by its owner only. @throws InputError
 inline protocol::CipherKey read_key(const std::string& path) {
   protocol::CipherKey key{};
   if (const companion::KeyFileProblem problem = companion::load_key(path, key); !problem.what.empty()) {

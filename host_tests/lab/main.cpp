@@ -45,7 +45,7 @@ constexpr Example kExamples[]{
 
 }  // namespace
 
-// Before the try only this program's own words are read.
+// The code before the try reads only texts of this program.
 int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): see above
   m100::companion::fill_standard_streams();
   m100::lab::give_back_large_blocks();

@@ -10,8 +10,8 @@
 
 namespace m100::lab {
 
-// What CLI11's own checks let pass: NaN is inside of every CLI::Range, and a negative number wraps into an unsigned
-// one.
+// Checks for what CLI11's own checks accept: NaN is inside every CLI::Range, and a negative number wraps into an
+// unsigned one.
 
 /// A finite number from `low` to `high`.
 inline CLI::Validator from_to(double low, double high) {
@@ -22,17 +22,17 @@ inline CLI::Validator from_to(double low, double high) {
         char* end = nullptr;
         const double value = std::strtod(text.c_str(), &end);
         const bool is_inside = !text.empty() && *end == '\0' && value >= low && value <= high;
-        return is_inside ? std::string() : "'" + text + "' is no number " + words;
+        return is_inside ? std::string() : "'" + text + "' is not a number " + words;
       },
       range.str());
 }
 
-/// Digits alone.
+/// A text of digits only.
 inline CLI::Validator whole_number() {
   return CLI::Validator(
       [](std::string& text) {
         const bool is_whole = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-        return is_whole ? std::string() : "'" + text + "' is no whole number from 0 on";
+        return is_whole ? std::string() : "'" + text + "' is not a whole number (0 or more)";
       },
       "a whole number");
 }

@@ -13,7 +13,7 @@
 
 namespace m100::lab {
 
-/// "a,b,c" at every `between`: one part more than there are of these, so that "a," has an empty one at its end.
+/// Splits a text at every `between`. There is one part more than there are separators: "a," ends with an empty one.
 inline std::vector<std::string> parts(const std::string& text, char between) {
   std::vector<std::string> out(1);
   for (const char letter : text) {
@@ -26,8 +26,8 @@ inline std::vector<std::string> parts(const std::string& text, char between) {
   return out;
 }
 
-/// The words of an option's list, with commas between. @throws InputError naming the option: one of them is empty,
-/// where a word was forgotten, or a shell knew no such variable.
+/// The words of an option's comma-separated list. @throws InputError naming the option: one of the words is empty,
+/// because it was forgotten or a shell variable is not set.
 inline std::vector<std::string> list_of(const std::string& option, const std::string& text) {
   std::vector<std::string> out = parts(text, ',');
   if (std::find(out.begin(), out.end(), "") != out.end()) {
@@ -36,7 +36,7 @@ inline std::vector<std::string> list_of(const std::string& option, const std::st
   return out;
 }
 
-/// @throws InputError naming the option: not a finite number, or more than one.
+/// The number that an option gives. @throws InputError naming the option: the text is not exactly one finite number.
 inline double number(const std::string& option, const std::string& text) {
   if (!companion::is_plain_number(text)) {
     throw InputError(option, 0, text.empty() ? "''" : text, "not a number");
@@ -44,20 +44,20 @@ inline double number(const std::string& option, const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-/// What --law says. @throws InputError where it is no law.
+/// The law that --law names. @throws InputError: there is no such law.
 inline mpc::Law law_of(const std::string& word) {
   const std::optional<mpc::Law> law = mpc::law_of(word);
   if (!law) {
-    throw InputError("--law", 0, word, "is no law: mpc and lqr are");
+    throw InputError("--law", 0, word, "is not a law; the laws are mpc and lqr");
   }
   return *law;
 }
 
-/// What --mode says. @throws InputError where it is no mode.
+/// The mode that --mode names. @throws InputError: there is no such mode.
 inline companion::Mode mode_of(const std::string& word) {
   const std::optional<companion::Mode> mode = companion::mode_named(word);
   if (!mode) {
-    throw InputError("--mode", 0, word, "is no mode: field and calm_room are");
+    throw InputError("--mode", 0, word, "is not a mode; the modes are field and calm_room");
   }
   return *mode;
 }

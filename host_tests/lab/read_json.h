@@ -12,14 +12,14 @@
 
 namespace m100::lab {
 
-/// Ours are nested eight times at the most and have some hundred names.
+/// Limits for a JSON text. Our own files are nested at most eight deep and have a few hundred names.
 inline constexpr std::size_t kDeepestJson = 64;
 inline constexpr std::size_t kMostJsonNames = 10000;
 
-/// The brackets of a JSON text that are open, and the commas since each.
+/// The open brackets of a JSON text, and the number of commas since each.
 class OpenBrackets {
  public:
-  /// Takes a letter outside of quotes. @returns false: nested or long beyond any of ours.
+  /// Takes a character outside quotes. @returns false: the text is nested too deeply or has too many names.
   bool take(char letter) {
     if (letter == '{' || letter == '[') {
       return open(letter == '{');
@@ -35,7 +35,7 @@ class OpenBrackets {
     if (depth_ == kDeepestJson) {
       return false;
     }
-    commas_[depth_++] = is_object ? 0 : kMostJsonNames;  // of an array they are not counted
+    commas_[depth_++] = is_object ? 0 : kMostJsonNames;  // the commas of an array are not counted
     return true;
   }
   bool count_name() {
@@ -47,7 +47,7 @@ class OpenBrackets {
   std::size_t depth_ = 0;
 };
 
-/// @param quote where a text in quotes begins. @returns where it ends.
+/// @param quote index of the opening quote. @returns the index of the closing one.
 inline std::size_t end_of_quoted(std::string_view text, std::size_t quote) {
   std::size_t at = quote + 1;
   while (at < text.size() && text[at] != '"') {
@@ -56,8 +56,8 @@ inline std::size_t end_of_quoted(std::string_view text, std::size_t quote) {
   return at;
 }
 
-/// Whether a JSON text is worth reading: a library that copies what is nested goes as deep on the stack, and one that
-/// keeps the order of the names of an object looks through all of them for each (150 000 take half a minute).
+/// Whether a JSON text is small enough to parse: the library recurses once per nesting level, and an ordered object
+/// compares each new name with all earlier ones (150 000 names take half a minute).
 inline bool is_modest_json(std::string_view text) {
   OpenBrackets brackets;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -70,14 +70,14 @@ inline bool is_modest_json(std::string_view text) {
   return true;
 }
 
-/// @returns a discarded value where the text is no JSON, or nested or long beyond any of ours.
+/// @returns a discarded value if the text is not JSON, is nested too deeply or has too many names.
 template <typename Json = nlohmann::json>
 Json parse_json(std::string_view text) {
   return is_modest_json(text) ? Json::parse(text, nullptr, false) : Json(Json::value_t::discarded);
 }
 
-/// Does what asks for values in a file's JSON. @throws InputError: one of them is missing or of another kind. @param
-/// lacks what the file is not.
+/// Calls `use`, which reads values from a file's JSON. @throws InputError: a value is missing or has the wrong type.
+/// @param lacks begins the message: why the file is not accepted.
 template <typename Use>
 auto of_json(const std::string& file, const char* lacks, const Use& use) {
   try {

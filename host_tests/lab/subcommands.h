@@ -7,7 +7,7 @@ class App;
 
 namespace m100::lab {
 
-/// Exit codes of both programs (documented in --help).
+/// Exit codes of m100 and m100-lab (documented in --help).
 enum ExitCode : int { kDone = 0, kAnswerIsNo = 1, kBadInput = 2 };
 
 // Each subcommand lives in a file of its own and adds itself here. Its callback throws InputError for bad input and

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab autopilot: an N1 autopilot with a vehicle behind it, on a pseudo-terminal in real time, or on simulated
-// ports that carry time with them.
+// m100-lab autopilot: emulates an N1 autopilot with its vehicle, on a pseudo-terminal in real time, or on simulated
+// ports that also carry the simulated time.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <csignal>
@@ -50,7 +50,8 @@ void expect_one_line(const Options& options) {
     throw InputError("--pose-pty", 0, "", "must not be the link of --pty");
   }
   if (!options.pose_pty.empty() && hal::is_simulated(options.pty) != hal::is_simulated(options.pose_pty)) {
-    throw InputError("--pose-pty", 0, "", "a simulated port and a real one do not live in the same time");
+    throw InputError("--pose-pty", 0, "",
+                     "a simulated port and a real one cannot be combined: they do not share the same time");
   }
   if (std::isnan(options.duration_s) || std::isnan(options.loss)) {  // passes every comparison of a range
     throw InputError(std::isnan(options.loss) ? "--loss" : "--duration", 0, "", "is not a number");
@@ -106,39 +107,44 @@ void run(const Options& options) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option(
       "--pty", options.pty,
-      "symbolic link to make; clients open it like a serial port. sim:SOCKET: joins somebody's time instead");
+      "symbolic link to create; clients open it like a serial port. sim:SOCKET: join another program's simulated time "
+      "instead");
   app.add_option("--pose-pty", options.pose_pty, "a second link, with the pose of the vehicle");
   app.add_option("--sim", options.simulated,
-                 "socket to make: clients open sim:SOCKET and, for the pose, sim:SOCKET.pose, and fly faster than "
-                 "real time; time stands still until the first one comes")
+                 "socket to create: clients open sim:SOCKET, and sim:SOCKET.pose for the pose, and fly faster than "
+                 "real time; simulated time starts when the first client connects")
       ->excludes("--pty");
   app.add_option(
          "--board", options.board,
          "flight image to run in QEMU instead (m100_mps2.elf): its UART1 is the line, its UART2 the pose, in lockstep")
       ->excludes("--pty");
-  app.add_option("--course", options.course, "of the board")
+  app.add_option("--course", options.course, "course that the board flies")
       ->check(CLI::IsMember({"hover", "step", "trajectory"}))
       ->needs("--board");
   app.add_option("--plant", options.plant, "plant file (TOML); default: the measured aircraft");
   app.add_option(
       "--plant-from", options.plant_from,
-      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
-  app.add_option("--seed", options.seed, "of every noise")->check(whole_number());
+      "vehicle file that gives the world its axes, drag and thrust instead of the measured ones; --plant lists the "
+      "differences from it");
+  app.add_option("--seed", options.seed, "seed of all noise")->check(whole_number());
   app.add_option("--rc-mode", options.mode, "mode switch of the remote controller at the start")
       ->check(CLI::IsMember({"F", "A", "P"}));
   app.add_option(
       "--script", options.script,
-      "what happens when: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'; "
-      "'-': each line of standard input happens when it comes");
-  app.add_option("--events", options.events,
-                 "JSON lines of what it received and did, and of where the aircraft is; the last one sums up");
+      "events with their times: lines of SECONDS WHAT [VALUE], e.g. '12.5 mode A', '20 take mobile', '25 restart'; "
+      "'-': each line of standard input happens when it arrives");
+  app.add_option(
+      "--events", options.events,
+      "file for JSON lines: what the autopilot received and did, and where the aircraft is; the last line is a "
+      "summary");
   app.add_option("--baud", options.baud,
-                 "line rate to keep to, both ways, and to garble by where the client's differs; 0: as fast as it goes")
+                 "line rate in both directions; bytes are garbled if the client's rate differs; 0: no rate limit")
       ->check(CLI::IsMember({0, 115200, 230400, 460800, 921600}));
   app.add_option("--app-id", options.app_id, "the only app id to activate; default: any");
   app.add_option("--key-file", options.key_file,
-                 "file with the app's AES key, 64 hexadecimal digits, that only its owner can read");
-  app.add_option("--loss", options.loss, "share of frames lost, each way")->check(CLI::Range(0.0, 1.0));
+                 "file with the app's AES key (64 hexadecimal digits, readable by its owner only)");
+  app.add_option("--loss", options.loss, "share of the frames that is lost in each direction")
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--duration", options.duration_s, "seconds; default: until interrupted")
       ->check(CLI::Range(0.001, 1e6));
   app.add_flag(
@@ -146,7 +152,7 @@ void add_options(CLI::App& app, Options& options) {
          "the aircraft stands on the ground, motors stopped, until a take-off; default: held at 1.5 m by its pilot")
       ->excludes("--board");
   app.add_flag("--lenient-virtual-rc", options.lenient_virtual_rc,
-               "take 64 bytes under the on/off id as data, as clients of SDK 3.3 to 4.1 send them");
+               "accept 64 bytes under the on/off id as stick data, as clients of SDK 3.3 to 4.1 send them");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ struct Options {
   std::string plant_from;
   std::uint64_t seed = 1;
   std::string mode = "F";
-  std::string script;  ///< kLiveScript: typed in while it runs
+  std::string script;  ///< kLiveScript: lines are typed in during the run
   std::string events;
   std::uint32_t baud = 230400;
   std::uint32_t app_id = 0;

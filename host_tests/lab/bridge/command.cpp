@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab bridge: poses of a room in plain UDP packets, on to m100 as signed
-// MAVLink.
+// m100-lab bridge: receives poses of a room and sends them on to m100 as signed MAVLink.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -64,7 +63,7 @@ std::uint64_t now_us() {
   return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
 }
 
-/// What m100 asks back; where poses are stamped by our clock, it is told that clock.
+/// Reads the requests of m100. If poses carry time stamps of our clock, answers its time-sync requests with that clock.
 void answer(Sender& sender, bool tells_time, const mavlink::Key& key, Counts& counts) {
   std::array<std::byte, 2048> packet{};
   for (ssize_t size = ::recv(sender.descriptor(), packet.data(), packet.size(), 0); size > 0;
@@ -95,12 +94,13 @@ void pass_on(const bridge::PlainPose& pose, const BridgeOptions& options, Sender
 in_addr address_of(const std::string& text) {
   in_addr address{};
   if (inet_pton(AF_INET, text.c_str(), &address) != 1) {
-    throw InputError("--from", 0, "", text + " is no IPv4 address");
+    throw InputError("--from", 0, "", text + " is not an IPv4 address");
   }
   return address;
 }
 
-/// What the room sends is not signed: of this machine alone it is heard at the loopback, which nobody else reaches.
+/// The socket for the room's packets. They are not signed, so a sender on this machine is heard only on the loopback
+/// interface, which no other machine reaches.
 Descriptor listening_socket(const std::string& name, in_addr from) {
   const std::optional<std::uint16_t> port = hal::udp_port_of(name);
   if (!port) {
@@ -112,19 +112,19 @@ Descriptor listening_socket(const std::string& name, in_addr from) {
   address.sin_port = htons(*port);
   address.sin_addr.s_addr = htonl(from.s_addr == htonl(INADDR_LOOPBACK) ? INADDR_LOOPBACK : INADDR_ANY);
   if (socket.number < 0 || ::bind(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    throw InputError("--listen", 0, "", name + ": no right to open it, or another program holds it");
+    throw InputError("--listen", 0, "", name + ": no permission to open it, or another program holds it");
   }
   return socket;
 }
 
-/// Where poses come from: plain packets, or a VRPN server.
+/// The source of the poses: plain packets, or a VRPN server.
 class Source {
  public:
   virtual ~Source() = default;
   virtual int descriptor() const = 0;
-  /// Reads what waits. @returns false: nothing will ever come again.
+  /// Reads the waiting bytes. @returns false: the source has ended.
   virtual bool read(Counts& counts, const bridge::VrpnStream::Use& use) = 0;
-  /// Why not one pose came, where it knows; else empty.
+  /// Why no pose has arrived; empty: unknown.
   virtual std::string why_none() const { return ""; }
 };
 
@@ -165,7 +165,7 @@ class Vrpn final : public Source {
     counts.packets = stream_.messages();
     counts.refused = stream_.passed_over();
     if (!goes_on) {
-      std::cerr << "m100-lab: --vrpn: the server has gone, or is none\n";
+      std::cerr << "m100-lab: --vrpn: the connection has ended, or the server does not speak VRPN\n";
     }
     return goes_on;
   }
@@ -216,7 +216,7 @@ void run(const BridgeOptions& options) {
   std::signal(SIGTERM, on_signal);
   const Counts counts = run_bridge(options, key);
   std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
-            << " not sent, " << counts.asked << " questions for the time answered\n";
+            << " not sent, " << counts.asked << " time requests answered\n";
   write_json(options.json, nlohmann::ordered_json{{"packets", counts.packets},
                                                   {"refused", counts.refused},
                                                   {"sent", counts.sent},
@@ -231,49 +231,48 @@ void run(const BridgeOptions& options) {
 
 void add_bridge(CLI::App& lab) {
   CLI::App* const app = lab.add_subcommand("bridge",
-                                           "poses of a room, in plain UDP packets or from a VRPN server, "
+                                           "send poses of a room, from plain UDP packets or a VRPN server, "
                                            "on to m100 fly --pose-port udp:PORT as signed MAVLink");
   auto options = std::make_shared<BridgeOptions>();
   CLI::Option* const listen = app->add_option(
       "--listen", options->listen,
-      "where the room sends, udp:PORT; of this machine alone, unless --from names another. Example: --listen udp:9763");
+      "port to which the room sends, udp:PORT; only this machine is heard unless --from names another. Example: "
+      "--listen udp:9763");
   CLI::Option* const from = app->add_option(
       "--from", options->from,
-      "IPv4 address of the room's sender; packets of others are refused. They are not signed: whoever can "
-      "send under this address moves the aircraft. Example: --from 192.168.1.10");
+      "IPv4 address of the room's sender; packets from other addresses are refused. Packets are not signed: anyone who "
+      "can send from this address can move the aircraft. Example: --from 192.168.1.10");
   CLI::Option* const vrpn = app->add_option("--vrpn", options->vrpn,
-                                            "instead of packets, a VRPN server: TRACKER@HOST or "
+                                            "VRPN server to use instead of packets: TRACKER@HOST or "
                                             "TRACKER@HOST:PORT, HOST an IPv4 address; default: "
                                             "none. Example: --vrpn m100@192.168.1.10")
                                 ->excludes(listen)
                                 ->excludes(from);
-  app->add_option("--sensor", options->sensor, "of the tracker. Example: --sensor 1")
+  app->add_option("--sensor", options->sensor, "sensor of the tracker. Example: --sensor 1")
       ->check(CLI::Range(0, 10000))
       ->needs(vrpn);
   app->add_option("--to", options->to, "IPv4 address and UDP port of m100. Example: --to 192.168.1.20:14560");
-  app->add_option("--mavlink-key", options->key_file,
-                  "file with the key of the signatures, 64 hexadecimal digits, "
-                  "that only its owner can read: the same "
-                  "as m100's. Example: --mavlink-key mavlink.key")
+  app->add_option(
+         "--mavlink-key", options->key_file,
+         "file with the key of the signatures (64 hexadecimal digits, readable by its owner only), the same as "
+         "m100's. Example: --mavlink-key mavlink.key")
       ->required();
   app->add_option("--axes", options->axes,
-                  "of the room and the body: nwu (x forward, y left, z up), "
+                  "axes of the room and the body: nwu (x forward, y left, z up), "
                   "ned (MAVLink's own), enu (ROS). Example: "
                   "--axes enu")
       ->check(CLI::IsMember({"nwu", "ned", "enu"}));
-  app->add_option("--stamp", options->stamp,
-                  "sender: the packet's own time, of a clock that m100 does "
-                  "not see; arrival: the time here, which m100 "
-                  "asks for. Example: --stamp arrival")
+  app->add_option(
+         "--stamp", options->stamp,
+         "time stamp of a pose. sender: the packet's own time, of a clock that m100 does not see; arrival: the "
+         "time of arrival on this machine's clock, which m100 asks for. Example: --stamp arrival")
       ->check(CLI::IsMember({"sender", "arrival"}));
   app->add_option("--duration", options->duration_s, "seconds; 0: until Ctrl-C. Example: --duration 60")
       ->check(from_to(0.0, 1e6));
   app->add_option("--json", options->json, "counts as JSON. Example: --json bridge.json");
   app->footer(
-      "A packet is one pose: t x y z qw qx qy qz, as text with spaces "
-      "or commas between, or as 64 bytes of doubles, "
-      "little endian. Exit codes: 0 poses were passed on, 1 not one, 2 "
-      "wrong use or bad input.");
+      "A packet is one pose: t x y z qw qx qy qz, as text separated by spaces or commas, or as 64 bytes of doubles, "
+      "little endian. Exit codes: 0 poses were passed on, 1 no pose was passed on, 2 wrong use or bad input.");
   app->callback([options] { run(*options); });
 }
 

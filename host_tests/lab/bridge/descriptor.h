@@ -7,7 +7,7 @@
 
 namespace m100::lab::bridge {
 
-/// Of an open file or socket; closed at its end.
+/// Owns the descriptor of an open file or socket, and closes it.
 struct Descriptor {
   explicit Descriptor(int open) : number(open) {}
   ~Descriptor() {

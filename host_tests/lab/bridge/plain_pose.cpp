@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kNumbers = 8;
 constexpr double kFarthest_m = 1000.0;
-constexpr double kLengthError = 0.02;  // of the squared length
+constexpr double kLengthError = 0.02;  // tolerance of the squared length
 constexpr double kLatest_s = 9e9;
 using Numbers = std::array<double, kNumbers>;
 
@@ -61,13 +61,13 @@ bool is_believable(const PlainPose& pose) {
   const core::Quaternion<double>& q = pose.body_to_world;
   const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
   const auto near = [](double value) { return value >= -kFarthest_m && value <= kFarthest_m; };
-  // A comparison with what is no number is false.
+  // A comparison with NaN is false.
   return pose.t_s >= 0.0 && pose.t_s <= kLatest_s && near(pose.position_m.x()) && near(pose.position_m.y()) &&
          near(pose.position_m.z()) && squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError;
 }
 
 std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
-  // Text of 64 letters exists as well; bytes of doubles are never all letters of numbers.
+  // Text first: a packet of 64 bytes may be text, but bytes of doubles are never all characters of numbers.
   std::optional<Numbers> read = of_text({reinterpret_cast<const char*>(packet.data()), packet.size()});
   if (!read && packet.size() == kNumbers * sizeof(double)) {
     read = of_bytes(packet);

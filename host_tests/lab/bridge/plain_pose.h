@@ -12,15 +12,15 @@
 
 namespace m100::lab::bridge {
 
-/// A pose as rooms send it by plain UDP: eight numbers, `t x y z qw qx qy qz`. t in seconds from wherever the sender
-/// likes, metres, body to world.
+/// A pose as rooms send it by plain UDP: eight numbers, `t x y z qw qx qy qz`. t [s] on any clock of the sender,
+/// position [m], quaternion from body to world.
 struct PlainPose {
   double t_s = 0.0;
   core::Vector<double, 3> position_m = core::Vector<double, 3>::Zero();
   core::Quaternion<double> body_to_world{};
 };
 
-/// Axes of the room, and with them those of the body.
+/// Axes of the room and of the body.
 enum class Axes {
   kNwu,  ///< x forward, y left, z up; body likewise
   kNed,  ///< x north, y east, z down; body forward, right, down: MAVLink's own
@@ -28,14 +28,15 @@ enum class Axes {
 };
 std::optional<Axes> axes_of(std::string_view word);
 
-/// All numbers finite, at most 1 km away, a quaternion whose length is one to 1 %, a time between 0 and 285 years.
+/// Whether all numbers are finite, each coordinate is within 1 km, the quaternion's length is 1 within 1 %, and the
+/// time is between 0 and 285 years.
 bool is_believable(const PlainPose& pose);
 
-/// Reads a packet: eight numbers as text with spaces or commas between them, or as 64 bytes of doubles, little endian.
-/// @returns nothing: fewer or more numbers, or none that is_believable().
+/// Reads a packet: eight numbers as text separated by spaces or commas, or as 64 bytes of doubles, little endian.
+/// @returns nothing if there are fewer or more numbers, or if the pose is not is_believable().
 std::optional<PlainPose> parse_packet(std::span<const std::byte> packet);
 
-/// The same for MAVLink: NED and FRD, no covariance. @param time_usec of the capture, as it shall be sent.
+/// The pose as MAVLink message: NED and FRD, no covariance. @param time_usec time of capture to send.
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec);
 
 }  // namespace m100::lab::bridge

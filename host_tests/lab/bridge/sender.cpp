@@ -24,13 +24,13 @@ sockaddr_in address_of(const std::string& text) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   if (!port || inet_pton(AF_INET, host.c_str(), &address.sin_addr) != 1) {
-    throw InputError("--to", 0, "", text + " is no IPv4 address and port, as in 127.0.0.1:14560");
+    throw InputError("--to", 0, "", text + " is not an IPv4 address and port, such as 127.0.0.1:14560");
   }
   address.sin_port = htons(*port);
   return address;
 }
 
-/// Of the machine's calendar.
+/// The machine's wall-clock time.
 mavlink::SignatureTime calendar() {
   const auto now = std::chrono::system_clock::now().time_since_epoch();
   const auto ticks = std::chrono::duration_cast<std::chrono::microseconds>(now).count() / 10 -

@@ -12,13 +12,13 @@
 
 namespace m100::lab::bridge {
 
-/// Signs and sends to one receiver; what the receiver sends comes to the same socket.
+/// Signs messages and sends them to one receiver; the receiver's messages arrive at the same socket.
 class Sender {
  public:
   /// @param to an IPv4 address and a UDP port, as "127.0.0.1:14560". @throws InputError
   Sender(const std::string& to, const mavlink::Key& key);
   int descriptor() const { return socket_.number; }
-  /// @returns false: it did not leave.
+  /// @returns false: the message was not sent.
   template <typename Message>
   bool send(const Message& message) {
     constexpr mavlink::Address kRoom{.system = 9, .component = 197};  // MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY
@@ -31,7 +31,7 @@ class Sender {
   mavlink::Key key_;
   sockaddr_in to_;
   Descriptor socket_;
-  mavlink::SignatureTime stamp_ = 0;  ///< of the last frame; they rise
+  mavlink::SignatureTime stamp_ = 0;  ///< of the last frame; always increases
   std::uint8_t number_ = 0;
 };
 

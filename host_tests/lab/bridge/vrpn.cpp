@@ -118,8 +118,8 @@ std::vector<std::string> VrpnStream::senders() const {
 std::string VrpnStream::why_none() const {
   const std::vector<std::string> names = senders();
   if (std::ranges::find(names, tracker_) != names.end()) {
-    return "the server has the tracker '" + tracker_ + "', but no pose of its sensor " + std::to_string(sensor_) +
-           " that can be believed came";
+    return "the server has the tracker '" + tracker_ + "', but no plausible pose of its sensor " +
+           std::to_string(sensor_) + " has arrived";
   }
   std::string out = "the server has no tracker '" + tracker_ + "'; it named ";
   for (const std::string& name : names) {

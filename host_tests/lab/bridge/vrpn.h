@@ -14,19 +14,19 @@
 
 namespace m100::lab::bridge {
 
-/// What both ends of a VRPN connection say first, 24 bytes.
+/// The 24 bytes that both ends of a VRPN connection send first.
 inline constexpr std::size_t kVrpnCookieBytes = 24;
 std::array<std::byte, kVrpnCookieBytes> vrpn_cookie();
 
 /// The stream that a VRPN server sends over TCP: its cookie, then messages, big endian,
 ///   i32 length of header and body | i32 s | i32 us | i32 sender | i32 type | u32 number | body | filler to 8 bytes
-/// Senders and types are names that the server gives numbers to in messages of type -1 and -2 (body: i32 length, name
-/// with its zero; the number stands where the sender does). Of type "vrpn_Tracker Pos_Quat" the body is i32 sensor,
-/// i32 filler, three doubles, quaternion x y z w. All else is passed over.
+/// The server numbers the names of senders and types in messages of type -1 and -2 (body: i32 length, name with its
+/// zero; the sender field holds the number). In type "vrpn_Tracker Pos_Quat" the body is i32 sensor, i32 filler, three
+/// doubles, quaternion x y z w. All other messages are ignored.
 ///
-/// Whatever the bytes are: at most kMostBytes of them wait for their end, at most kMostNames senders and types are
-/// known with at most kMostNameBytes each (VRPN's own limit; a longer name is passed over), and a length that cannot be
-/// ends the stream.
+/// Whatever the bytes are: at most kMostBytes of an incomplete message are stored; at most kMostNames senders and types
+/// are stored, each with at most kMostNameBytes (VRPN's own limit; longer names are ignored). An impossible length ends
+/// the stream.
 class VrpnStream {
  public:
   static constexpr std::size_t kMostBytes = 1U << 16U;
@@ -34,18 +34,18 @@ class VrpnStream {
   static constexpr std::size_t kMostNameBytes = 100;  ///< with the zero
   using Use = std::function<void(const PlainPose&)>;
 
-  /// @param tracker whose poses count. @param sensor of it.
+  /// @param tracker name of the tracker whose poses are used. @param sensor its sensor.
   VrpnStream(std::string tracker, std::int32_t sensor) : tracker_(std::move(tracker)), sensor_(sensor) {}
 
-  /// @param use is called with each pose. @returns false: this is no VRPN, or not any more.
+  /// @param use is called with each pose. @returns false: the stream is not VRPN, or no longer is.
   bool consume(std::span<const std::byte> bytes, const Use& use);
   std::uint64_t messages() const { return messages_; }
-  /// Poses of other trackers or sensors, and such as are none.
+  /// The number of poses of other trackers or sensors, and of invalid poses.
   std::uint64_t passed_over() const { return passed_over_; }
-  /// The names that have come, for whoever named another.
+  /// The trackers that the server has named, for a message about a wrong name.
   std::vector<std::string> senders() const;
-  /// Why there is no pose: the tracker that was named is none of those that the server has, or has another sensor.
-  /// Names are the server's own bytes.
+  /// Why there is no pose: the server does not have the tracker, or no plausible pose of its sensor has arrived. Names
+  /// are the server's own bytes.
   std::string why_none() const;
 
  private:

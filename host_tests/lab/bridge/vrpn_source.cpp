@@ -28,12 +28,12 @@ sockaddr_in address_of(const VrpnName& name) {
   address.sin_family = AF_INET;
   address.sin_port = htons(name.port);
   if (inet_pton(AF_INET, name.host.c_str(), &address.sin_addr) != 1) {
-    fail(name, "is no IPv4 address");
+    fail(name, "is not an IPv4 address");
   }
   return address;
 }
 
-/// The address that this machine has towards the server, in words.
+/// This machine's address on the route to the server, as text.
 std::string own_address(int socket) {
   sockaddr_in own{};
   socklen_t size = sizeof(own);
@@ -52,7 +52,7 @@ Descriptor connect(const VrpnName& name) {
   if (::connect(asks.number, reinterpret_cast<const sockaddr*>(&server), sizeof(server)) != 0 ||
       ::bind(waits.number, reinterpret_cast<const sockaddr*>(&any), sizeof(any)) != 0 ||
       ::listen(waits.number, 1) != 0 || ::getsockname(waits.number, reinterpret_cast<sockaddr*>(&any), &size) != 0) {
-    fail(name, "this machine has no way there");
+    fail(name, "this machine has no route to it");
   }
   const std::string request = own_address(asks.number) + " " + std::to_string(ntohs(any.sin_port));
   for (int i = 0; i < kTries; ++i) {
@@ -67,7 +67,7 @@ Descriptor connect(const VrpnName& name) {
       }
     }
   }
-  fail(name, "no server answers");
+  fail(name, "no server answered");
 }
 
 }  // namespace

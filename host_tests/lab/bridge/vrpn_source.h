@@ -18,13 +18,13 @@ struct VrpnName {
 /// @throws InputError
 VrpnName vrpn_name(const std::string& text);
 
-/// A connection to a VRPN server: asked for by UDP, made by the server over TCP.
+/// A connection to a VRPN server: requested by UDP, then opened by the server over TCP.
 class VrpnSource {
  public:
   /// Waits up to ten seconds for the server. @throws InputError
   explicit VrpnSource(const VrpnName& name);
   int descriptor() const { return connection_.number; }
-  /// Reads what came. @returns false: the server has gone, or is none.
+  /// Reads the bytes that have arrived. @returns false: the connection has ended, or the server does not speak VRPN.
   bool read(VrpnStream& stream, const VrpnStream::Use& use) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab campaign: worlds x tasks x seeds on all cores, and the parts of other machines put together.
+// m100-lab campaign: flies worlds x tasks x seeds on all cores, and joins the parts that other machines flew.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
@@ -160,16 +160,19 @@ void run(const Options& options) {
 void add_campaign(CLI::App& lab) {
   auto options = std::make_shared<campaign::Options>();
   CLI::App* command =
-      lab.add_subcommand("campaign", "fly many simulated flights in many worlds, and say which of them stay");
-  command->footer("Exit code 0: every flight stayed below nothing worse than coasting and inside its fence; 1: not.");
+      lab.add_subcommand("campaign", "fly many simulated flights in many worlds, and report which of them stay");
+  command->footer(
+      "Exit code 0: every flight stayed inside its fence and never went below the rung coast; 1: at least one did "
+      "not.");
   command->add_option("worlds", options->worlds, "plant files (TOML), each a world");
-  command->add_option("--flights", options->flights, "flights of each task in each world, seeds counted up")
+  command->add_option("--flights", options->flights, "flights of each task in each world, each with the next seed")
       ->check(CLI::Range(1, 100000));
   command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
+  command->add_option("--vehicle", options->vehicle,
+                      "vehicle file that the controller uses (TOML); default: the project's");
   command->add_option("--plant-from", options->plant_from,
-                      "vehicle file whose axes, drag and thrust the worlds have instead of the measured ones");
-  command->add_option("--tasks", options->tasks, "which tasks to fly");
+                      "vehicle file that gives the worlds their axes, drag and thrust instead of the measured ones");
+  command->add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
@@ -183,7 +186,7 @@ void add_campaign(CLI::App& lab) {
   for (CLI::Option* const option : command->get_options()) {
     const std::string name = option->get_name();
     if (name != "--merge" && name != "--help") {
-      merge->excludes(option);  // the parts say how they were flown
+      merge->excludes(option);  // each part already records how it was flown
     }
   }
   command->add_option("--json", options->json, "file for the numbers");

@@ -11,7 +11,7 @@ namespace m100::lab::campaign {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-// The trace has 100 points a second; five of them make one sample here. 3 Hz is then 6.7 samples.
+// The trace has 100 points per second, of which every fifth is used. A period at 3 Hz is then 6.7 samples.
 constexpr std::size_t kThin = 5;
 constexpr double kSample_s = 0.01 * static_cast<double>(kThin);
 constexpr auto kWindow = static_cast<std::size_t>(5.0 / kSample_s);
@@ -32,7 +32,7 @@ std::vector<double> thinned_deg(const experiments::Trace& trace, double experime
   return out;
 }
 
-/// Each sample less the mean of the two seconds around it, shorter at the ends.
+/// Subtracts from each sample the mean of the two seconds around it (less at the ends).
 std::vector<double> less_own_mean(const std::vector<double>& tilt) {
   std::vector<double> sum(tilt.size() + 1, 0.0);
   for (std::size_t i = 0; i < tilt.size(); ++i) {
@@ -55,7 +55,7 @@ double power(std::span<const double> x) {
   return sum;
 }
 
-/// Correlation of the window with itself so many samples later, over the part that both have.
+/// Autocorrelation of the window at a lag in samples, normalised over the overlap.
 double correlation(std::span<const double> x, std::size_t lag) {
   const std::size_t count = x.size() - lag;
   double sum = 0.0;

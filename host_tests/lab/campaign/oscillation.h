@@ -7,7 +7,7 @@
 
 namespace m100::lab::campaign {
 
-/// How the tilt of a flight moves, whatever the ladder thinks of it: a limit cycle of 20 degrees can leave it content.
+/// Oscillation of a flight's tilt, independent of the ladder: a limit cycle of 20 degrees need not change the rung.
 struct Swing {
   /// On roll or pitch, in any 5 s, the deviation from its own mean over 2 s exceeds 3 degrees root mean square, and its
   /// autocorrelation has a peak above 0.5 between 0.3 and 3 Hz.
@@ -16,14 +16,14 @@ struct Swing {
   double pitch_deviation_deg = 0.0;
 };
 
-/// @param trace one point each 10 ms.
+/// @param trace one point every 10 ms.
 Swing swing_of(const experiments::Trace& trace);
 
-/// Whether a flight oscillates, beside a flight of the same task in a kind world.
-/// @param hovers the task asks for no tilt: then more than 2 degrees about the mean and more than twice the
-///   reference's is an oscillation too.
+/// Whether a flight oscillates, compared with a flight of the same task in a kind world.
+/// @param hovers the task demands no tilt: then a deviation of more than 2 degrees about the mean and more than twice
+///   the reference's is an oscillation too.
 bool oscillates(const Swing& flown, const Swing& reference, bool hovers);
-/// Nothing that a reference could say would make it one: the reference need not be flown.
+/// Whether the flight is calm whatever the reference does, so that the reference need not be flown.
 bool surely_calm(const Swing& flown, bool hovers);
 
 }  // namespace m100::lab::campaign

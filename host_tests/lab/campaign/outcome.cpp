@@ -40,7 +40,7 @@ std::string two_digits(double value) {
   return out.str();
 }
 
-/// Which side of the box a place lies beyond; empty: inside.
+/// The side of the fence beyond which the aircraft is, as a sentence; empty: it is inside.
 std::string breach(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
   const auto beyond = [](const char* axis, double value, const companion::Range& range) {
     return range.contains(value) ? std::string()
@@ -61,7 +61,7 @@ bool below_coast(const TracePoint& point) {
   return rung != Rung::kNominal && rung != Rung::kCoast;
 }
 
-/// What a hand-over in motion does is still our doing.
+/// For so long after a handover the motion is still judged as ours.
 constexpr double kAftermath_s = 2.0;
 
 void note_what_happened(const TracePoint& point, Outcome& out) {
@@ -75,7 +75,7 @@ void note_what_happened(const TracePoint& point, Outcome& out) {
   }
 }
 
-/// The first thing that went wrong; everything that happened while we commanded and shortly after.
+/// Notes the first failure of a flight, and all events while we commanded and shortly after.
 void judge(const FlightResult& flight, const companion::FlightFile& file, Outcome& out) {
   double silent_since_s = -1.0;
   for (const TracePoint& point : flight.trace) {
@@ -141,7 +141,7 @@ Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, c
     const FlightResult reference = experiments::fly(plan_of(kind_world(world), task, seed, settings));
     out.oscillated = oscillates(flown, swing_of(until(reference.trace, until_s)), task.hovers);
   }
-  // What was noticed in flight, another law has ended: the trace alone would call it calm.
+  // An oscillation noticed in flight was ended by the calm law, so the trace alone would look calm.
   out.oscillated = out.oscillated || flight.swing_noticed_s >= 0.0;
   return out;
 }

@@ -9,29 +9,28 @@
 
 namespace m100::lab::campaign {
 
-/// What a campaign keeps of one flight.
+/// The results that a campaign keeps of one flight.
 struct Outcome {
-  bool scored = false;  ///< the course was flown for at least one tick: the errors and rates below mean something
-  bool stayed = false;  ///< never below coast and inside the fence until the task was over
+  bool scored = false;  ///< the course was flown for at least one tick, so that the errors and rates below are valid
+  bool stayed = false;  ///< never below coast and always inside the fence until the task was over
   bool coasted = false;
-  bool released = false;  ///< control went back before the task was over
+  bool released = false;  ///< control was given back before the task was over
   bool breached = false;  ///< outside the fence while the task lasted
   bool oscillated = false;
   double swing_noticed_s = -1.0;  ///< as FlightResult
   bool contradicted = false;      ///< as FlightResult; likewise the next two
   bool left_model = false;
   std::uint32_t refused_poses = 0;
-  double latency_error_s =
-      0.0;  ///< how much older than they are poses were taken for at the end, from their capture on
-  double latency_sigma_s = 0.0;   ///< that is claimed of it
-  double handed_over_m_s = -1.0;  ///< horizontal speed when the sticks became the pilot's; negative: they did not
+  double latency_error_s = 0.0;   ///< estimated minus true age of the poses at the end, counted from capture
+  double latency_sigma_s = 0.0;   ///< the standard deviation that the observer claims for it
+  double handed_over_m_s = -1.0;  ///< horizontal speed when the pilot got the sticks; negative: he did not
   double worst_tilt_deg = 0.0;    ///< of the thrust axis, from the start of the course to the end of the task
   double pose_rms_m = 0.0;        ///< distance from the reference, until the task was over or the flight failed
   double tilt_rms_deg = 0.0;
   double command_deg_s = 0.0;  ///< summed change of both tilt commands per second
-  double nees_sum = 0.0;       ///< over the ticks that count, each expected 4
+  double nees_sum = 0.0;       ///< over the ticks that count; the expectation is 4 for each
   std::uint32_t nees_count = 0;
-  double nis_sum = 0.0;  ///< over the poses that were used, each expected 2; of flights that stayed
+  double nis_sum = 0.0;  ///< over the poses used, the expectation is 2 for each; only for flights that stayed
   std::uint32_t nis_count = 0;
   double failed_at_s = 0.0;  ///< from the start of the course
   std::string why;           ///< empty: it stayed
@@ -45,11 +44,11 @@ struct Settings {
   mpc::Law law = mpc::Law::kMpc;
 };
 
-/// One flight of a task in a world. Same arguments: same outcome, bit for bit, whoever else flies beside it.
+/// Flies one task in a world. The same arguments give the same outcome, bit for bit, whatever other threads fly.
 Outcome fly_one(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings);
 
-/// The kind world in which the reference of an oscillation flies: the measured axes in this world's air and with its
-/// payload and change, source of pose, sensors and link at their defaults.
+/// The kind world for the reference flight of the oscillation check: the measured axes in this world's air, with its
+/// payload and change; source of pose, sensors and link have their defaults.
 sim::Plant kind_world(const sim::Plant& world);
 
 }  // namespace m100::lab::campaign

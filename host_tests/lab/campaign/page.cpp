@@ -23,7 +23,7 @@ std::string of(const Json& some, const Json& all) {
   return std::to_string(some.get<std::size_t>()) + " of " + std::to_string(all.get<std::size_t>());
 }
 
-/// Head and rows, one per world.
+/// The head line and one row per world.
 std::vector<std::vector<std::string>> rows_of(const Json& report) {
   std::vector<std::vector<std::string>> rows{{"world", "stayed", "coasted", "released", "fence", "oscillating",
                                               "worst tilt [deg]", "pose median [m]", "95 % [m]", "max [m]", "NEES",
@@ -41,7 +41,7 @@ std::vector<std::vector<std::string>> rows_of(const Json& report) {
   return rows;
 }
 
-/// One number of every task of every world.
+/// One number for each task in each world.
 template <typename Value, typename Words>
 plot::HeatMap map_of(const Json& report, const std::string& title, double good, double bad, const Value& value,
                      const Words& words) {
@@ -115,15 +115,15 @@ void write_page(const std::string& folder, const Json& report) {
   page.verdict(words, failures == 0 ? "good" : "bad");
   page.table(rows_of(report));
   page.paragraph(
-      "Stayed: never below the rung coast, and inside the fence, until the task was over. NEES and NIS: the "
-      "estimator's "
-      "squared errors and innovations over what it claims; 1 is honest, above it claims too much.");
+      "Stayed: never below the rung coast and always inside the fence until the task was over. NEES and NIS: the "
+      "estimator's squared errors and innovations, normalised by its covariance and divided by their degrees of "
+      "freedom; 1 is right, above 1 the covariance is too small.");
   const auto share = [](const Json& task) {
     return task.at("stayed").get<double>() / task.at("flights").get<double>();
   };
   const auto counted = [](const Json& task) { return of(task.at("stayed"), task.at("flights")); };
   page.figure(svg(map_of(report, "Flights that stay", 1.0, 0.0, share, counted)),
-              "Never below coast and inside the fence until the task was over.");
+              "Never below the rung coast and always inside the fence until the task was over.");
   const auto or_nothing = [](const Json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
   };
@@ -131,13 +131,13 @@ void write_page(const std::string& folder, const Json& report) {
   const auto pose_words = [&](const Json& task) { return number_of(task.at("pose_rms_m").at("p95")); };
   page.figure(
       svg(map_of(report, "Pose error, root mean square, 95 % of the flights [m]", 0.02, 1.0, pose_m, pose_words)),
-      "Distance from the reference; a step's own way is in it.");
+      "Distance from the reference; the length of a step itself is included.");
   const auto tilt_deg = [&](const Json& task) { return or_nothing(task.at("tilt_rms_deg")); };
   const auto tilt_words = [&](const Json& task) { return number_of(task.at("tilt_rms_deg")); };
   page.figure(
       svg(map_of(report, "Tilt, root mean square [deg]", 0.5, 10.0, tilt_deg, tilt_words)),
-      "Of the thrust axis, leaning against the wind included. Which flights swing by themselves the table says, each "
-      "beside the same task in a kind world of the same air.");
+      "Tilt of the thrust axis, including the lean against the wind. The table counts the flights that oscillate: each "
+      "is compared with the same task in a kind world with the same air.");
   if (failures > 0) {
     page.heading("Flights that did not stay");
     std::vector<std::vector<std::string>> rows{{"world", "task", "seed", "at [s]", "why", "command that repeats it"}};

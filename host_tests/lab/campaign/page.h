@@ -7,9 +7,9 @@
 
 namespace m100::lab::campaign {
 
-/// A report (to_json, merged) as a table for people, and the failures with the command that repeats each.
+/// Prints a report (to_json, merged) as a table, and each failure with the command that repeats it.
 void print_table(std::ostream& out, const nlohmann::ordered_json& report);
-/// The same as a self-contained page with heat maps, campaign.html in the folder. Errors: InputError.
+/// Writes the report as a self-contained page with heat maps, campaign.html in the folder. Errors: InputError.
 void write_page(const std::string& folder, const nlohmann::ordered_json& report);
 
 }  // namespace m100::lab::campaign

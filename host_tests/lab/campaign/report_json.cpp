@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a campaign found, as JSON. Summaries are made from the JSON of the single flights alone, so that a merged report
-// cannot differ from one that was made in one go.
+// The result of a campaign as JSON. Summaries are computed only from the JSON of the single flights, so that a merged
+// report cannot differ from the report of one process.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Between the values of two ranks it lies on the straight line (the usual definition, type 7).
+/// The quantile, interpolated linearly between two ranks (the usual definition, type 7).
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) {
     return 0.0;
@@ -28,7 +28,7 @@ double quantile(std::vector<double> values, double share) {
   return values[below] + (at - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-/// Null where no flight has a value.
+/// Median, 95 % quantile and maximum; null if no flight has a value.
 Json spread(const std::vector<double>& values) {
   if (values.empty()) {
     return {{"median", nullptr}, {"p95", nullptr}, {"max", nullptr}};
@@ -87,13 +87,13 @@ struct Sums {
     }
     worst_tilt_deg = std::max(worst_tilt_deg, flight.at("worst_tilt_deg").get<double>());
     if (!flight.value("scored", true)) {
-      return;  // it never flew its course: an error of nought would be a lie
+      return;  // it never flew its course: its error is unknown, not zero
     }
     const double tilt_deg = flight.at("tilt_rms_deg").get<double>();
     tilt_square += tilt_deg * tilt_deg;
     pose_rms_m.push_back(flight.at("pose_rms_m").get<double>());
   }
-  /// Null where nothing was counted.
+  /// The mean divided by the degrees of freedom; null if nothing was counted.
   Json mean(const char* sum, const char* count, double freedom) const {
     const double number = sums.at(count);
     return number > 0.0 ? Json(sums.at(sum) / number / freedom) : Json();
@@ -111,7 +111,7 @@ Json task_json(const Sums& sums) {
           {"command_deg_s", scored > 0.0 ? Json(sums.sums.at("command_deg_s") / scored) : Json()}};
 }
 
-/// A word of a shell's command line that the shell leaves as it is.
+/// Quotes a word so that a shell passes it on unchanged.
 std::string quoted(const std::string& word) {
   const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+") ==
                          std::string::npos &&
@@ -212,11 +212,11 @@ Json settings_json(const Campaign& campaign) {
           {"options", campaign.options}};
 }
 
-/// What the table and the page are going to ask is asked of each part alone, so that a refusal names the file.
+/// Checks each part alone for what the table and the page will read, so that an error names the file.
 void require_whole(const Json& part, const std::string& path) {
   const auto require = [&path](bool is_so, const char* what) {
     if (!is_so) {
-      throw InputError(path, 0, what, "is no report of m100-lab campaign: not as one has it");
+      throw InputError(path, 0, what, "is missing or wrong: this is not a report of m100-lab campaign");
     }
   };
   const Json& settings = part.at("campaign");
@@ -239,9 +239,9 @@ Json read_part(const std::string& path) {
   Json part = parse_json<Json>(whole_file(path));
   if (part.is_discarded() || !part.is_object() || !part.contains("campaign") || !part.contains("flown") ||
       !part.at("flown").is_array()) {
-    throw InputError(path, 0, "", "is no report of m100-lab campaign");
+    throw InputError(path, 0, "", "is not a report of m100-lab campaign");
   }
-  of_json(path, "is no report of m100-lab campaign", [&] { require_whole(part, path); });
+  of_json(path, "is not a report of m100-lab campaign", [&] { require_whole(part, path); });
   return part;
 }
 
@@ -262,13 +262,14 @@ Json merged(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const Json part = read_part(path);
     if (!settings.is_null() && settings != part.at("campaign")) {
-      throw InputError(path, 0, "campaign", "differs from that of " + paths.front() + ": not parts of one campaign");
+      throw InputError(path, 0, "campaign",
+                       "differs from that of " + paths.front() + ": the files are not parts of one campaign");
     }
     settings = part.at("campaign");
     for (const Json& flight : part.at("flown")) {
       const auto number = flight.at("number").get<std::size_t>();
       if (!by_number.emplace(number, flight).second) {
-        throw InputError(path, 0, "flown", "flight " + std::to_string(number) + " stands in two parts");
+        throw InputError(path, 0, "flown", "flight " + std::to_string(number) + " is in two parts");
       }
     }
   }
@@ -277,7 +278,7 @@ Json merged(const std::vector<std::string>& paths) {
   if (by_number.size() != size) {
     throw InputError(
         paths.front(), 0, "flown",
-        std::to_string(by_number.size()) + " of " + std::to_string(size) + " flights are here: a part is missing");
+        std::to_string(by_number.size()) + " of " + std::to_string(size) + " flights were found: a part is missing");
   }
   Json flown = Json::array();
   for (const auto& [number, flight] : by_number) {

@@ -38,7 +38,8 @@ std::vector<Task> tasks_of(const std::string& words) {
   const std::vector<std::string> wanted = list_of("--tasks", words);
   for (const std::string& word : wanted) {
     if (std::none_of(all_tasks().begin(), all_tasks().end(), [&](const Task& task) { return task.name == word; })) {
-      throw InputError("--tasks", 0, word, "is no task: hover, step_1m, step_3m, step_6m, square, trajectory are");
+      throw InputError("--tasks", 0, word,
+                       "is not a task; the tasks are hover, step_1m, step_3m, step_6m, square, trajectory");
     }
   }
   std::vector<Task> tasks;

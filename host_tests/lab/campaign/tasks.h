@@ -9,22 +9,22 @@
 
 namespace m100::lab::campaign {
 
-/// What a campaign flies in each of its worlds.
+/// One course that a campaign flies in each of its worlds.
 struct Task {
   std::string_view name;
   std::string_view course;  ///< companion::lay_course
   double duration_s = 0.0;
-  bool hovers = false;  ///< nothing of its tilt is asked for
+  bool hovers = false;  ///< the task demands no tilt
 };
 
 /// hover, step_1m, step_3m, step_6m, square, trajectory: in this order.
 const std::vector<Task>& all_tasks();
 
-/// Those of "a,b,c", in the order of all_tasks(). Errors: InputError.
+/// The tasks of a list "a,b,c", in the order of all_tasks(). Errors: InputError.
 std::vector<Task> tasks_of(const std::string& words);
 
 /// The flight file of a task: the course's box and 2 m around it, the floor at 0.3 m, wind class 5.
-/// @param height_m at which the course begins.
+/// @param height_m height at which the course begins.
 companion::FlightFile flight_file_of(const Task& task, double height_m);
 
 }  // namespace m100::lab::campaign

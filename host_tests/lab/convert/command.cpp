@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab convert: any log that can be read, as CSV in canonical units on a uniform clock.
+// m100-lab convert: writes any readable log as CSV in canonical units on a uniform clock.
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
@@ -40,7 +40,7 @@ nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::Flight
           {"notes", log.notes}};
 }
 
-/// Only what columns there are.
+/// Lists only the columns.
 void list(const ConvertOptions& options) {
   const std::vector<std::string> names = logs::open_log(options.log)->names();
   for (const std::string& name : names) {
@@ -62,7 +62,7 @@ void run(const ConvertOptions& options) {
     return;
   }
   if (options.columns.empty() || options.out.empty()) {
-    throw InputError("convert", 0, options.columns.empty() ? "--columns" : "--out", "is needed (or --list)");
+    throw InputError("convert", 0, options.columns.empty() ? "--columns" : "--out", "is required without --list");
   }
   const logs::FlightLog log = logs::load(options.log, options.columns, 1.0 / options.rate_hz);
   logs::write_csv(log, options.out);
@@ -81,14 +81,14 @@ void run(const ConvertOptions& options) {
 
 void add_convert(CLI::App& lab) {
   CLI::App* app =
-      lab.add_subcommand("convert", "read any log (CSV, MAT, ULog, ArduPilot, ROS bags), write CSV in canonical units");
+      lab.add_subcommand("convert", "convert any log (CSV, MAT, ULog, ArduPilot, ROS bags) to CSV in canonical units");
   auto options = std::make_shared<ConvertOptions>();
-  app->add_option("--log,log", options->log, "the log")->required();
+  app->add_option("--log,log", options->log, "log file")->required();
   app->add_option("--columns", options->columns, "column map (TOML)");
   app->add_option("--out", options->out, "CSV to write");
   app->add_option("--map", options->map, "also write the column map that reads it back");
   app->add_option("--rate", options->rate_hz, "samples per second")->check(from_to(1.0, 10000.0));
-  app->add_option("--json", options->json, "what was written, or with --list the columns, as JSON");
+  app->add_option("--json", options->json, "summary of the written file, or with --list the columns, as JSON");
   app->add_flag("--list", options->list, "only list the columns that the log has");
   app->callback([options] { run(*options); });
 }

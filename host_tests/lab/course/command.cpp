@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab course: what a course looks like, what it asks for, and whether it can be flown; before anything flies.
+// m100-lab course: draws a course before a flight, and reports its demands and whether it can be flown.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -46,7 +46,7 @@ void write_svg(const std::string& file, const std::string& svg) {
   }
 }
 
-/// The refusal in words; empty: it can be flown, inside the fence too. `start` must be as high as the fence needs.
+/// Why the course is refused; empty: it can be flown, also inside the fence. `start` must be high enough for the fence.
 std::string refusal(const ref::Trajectory<double>& laid, const std::vector<companion::CoursePiece>& pieces,
                     const ref::Waypoint<double>& start, const companion::CourseLimits& limits,
                     const std::optional<companion::FlightFile>& flight, const std::string& file) {
@@ -69,10 +69,10 @@ Drawn draw(const std::string& file, const Options& options, const std::optional<
   ref::Waypoint<double> start;
   std::vector<companion::CoursePiece> pieces = companion::lay_course(text, start, *laid, file);
   if (pieces.empty()) {
-    throw InputError(file, 0, "", "has no piece");
+    throw InputError(file, 0, "", "contains no piece");
   }
   Drawn out{.file = file, .why_not = {}, .summary = course::summary_of(*laid, pieces, start)};
-  if (flight) {  // the lowest start from which the floor is kept
+  if (flight) {  // the lowest start from which the course stays above the floor
     start.position_w_m.z() = flight->fence_z_m.low - out.summary.z_m.low;
     pieces = companion::lay_course(text, start, *laid, file);
   }
@@ -121,7 +121,7 @@ void check_files(const Options& options) {
   std::set<std::string> names;
   for (const std::string& file : options.courses) {
     if (!names.insert(stem(file)).second) {
-      throw InputError(file, 0, "", "two courses of this name would be drawn into one picture");
+      throw InputError(file, 0, "", "two courses of this name would be drawn into the same picture");
     }
     if (!options.out.empty()) {
       use.fills("--out", options.out, stem(file) + ".svg");
@@ -156,13 +156,13 @@ void run(const Options& options) {
 }  // namespace
 
 void add_course(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("course", "draw courses, say what they ask for, and whether they can be flown");
+  CLI::App* app = lab.add_subcommand("course", "draw courses, report their demands and whether they can be flown");
   auto options = std::make_shared<Options>();
   app->add_option("courses", options->courses, "course files, as m100 fly takes them")->required();
-  app->add_option("--flight", options->flight, "flight file (TOML): its fence and its limits of a course count, too");
-  app->add_option("--out", options->out, "folder for a picture of each (NAME.svg)");
-  app->add_option("--json", options->json, "what each asks for, as JSON");
-  app->footer(companion::course_help() + "\nExit code 1: one of them cannot be flown; it is drawn all the same.");
+  app->add_option("--flight", options->flight, "flight file (TOML): its fence and course limits are checked too");
+  app->add_option("--out", options->out, "folder for a picture of each course (NAME.svg)");
+  app->add_option("--json", options->json, "the demands of each course, as JSON");
+  app->footer(companion::course_help() + "\nExit code 1: one of the courses cannot be flown; it is still drawn.");
   app->callback([options] { run(*options); });
 }
 

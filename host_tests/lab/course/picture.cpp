@@ -14,11 +14,11 @@ namespace m100::lab::course {
 namespace {
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr core::Duration::rep kPoints = 600;  ///< of a picture: fewer than it has pixels
-constexpr double kSide = 430.0;               ///< of the view from above, in pixels
-constexpr double kCross = 0.015;              ///< half of a cross, as a share of what is seen
-constexpr double kAir = 0.05;                 ///< left and right of what is drawn: a fence on the frame is not seen
-constexpr double kNear = 1.0 / 3.0;           ///< of the fence's width: a way that is smaller is drawn without it
+constexpr core::Duration::rep kPoints = 600;  ///< points in a picture: fewer than its pixels
+constexpr double kSide = 430.0;               ///< side of the view from above, in pixels
+constexpr double kCross = 0.015;              ///< half width of a cross, as a share of the visible range
+constexpr double kAir = 0.05;                 ///< margin around the drawing, so that a fence does not lie on the frame
+constexpr double kNear = 1.0 / 3.0;  ///< share of the fence's width; a smaller course is drawn without the fence
 
 using Range = std::pair<double, double>;
 
@@ -84,7 +84,7 @@ std::string over_time(const Samples& samples, const std::vector<double>& values,
                                 .height = kSide / 2.0});
 }
 
-/// What is shown of values: all of them and these two, with some air.
+/// The range to show: all values and these two, with a margin.
 Range shown_of(const std::vector<double>& values, double low, double high) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const Range all{std::min(*least, low), std::max(*most, high)};

@@ -10,11 +10,11 @@
 
 namespace m100::lab::course {
 
-/// What a course asks for at most, and where it is. Places are offsets from the start [m]; a jump of the set point is
-/// asked in no time, and counts for the places alone.
+/// The largest demands of a course, and its extent. Places are offsets from the start [m]; a step of the set point
+/// takes no time and counts only for the extent.
 struct Summary {
   double duration_s = 0.0;
-  double length_m = 0.0;  ///< of the way, jumps included
+  double length_m = 0.0;  ///< length of the path, including steps
   companion::Effort most;
   companion::Range x_m, y_m, z_m;
 };
@@ -22,8 +22,8 @@ struct Summary {
 Summary summary_of(const ref::Trajectory<double>& course, std::span<const companion::CoursePiece> pieces,
                    const ref::Waypoint<double>& start);
 
-/// A course as an SVG: the way seen from above, with a cross where each piece ends, and the fence, if there is one and
-/// the way is not small beside it; beside it, over time, the speed, the tilt that the acceleration needs, with its
+/// A course as an SVG. Left: the path from above, with a cross at the end of each piece, and the fence, if there is one
+/// and the path is not small against it. Right, over time: the speed, the tilt that the acceleration requires with its
 /// limit, and the height.
 std::string picture(const std::string& title, const ref::Trajectory<double>& course,
                     std::span<const companion::CoursePiece> pieces, const ref::Waypoint<double>& start,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab evening: one aircraft's folder from the first byte to the corrected flight; says what comes next.
+// m100-lab evening: guides one aircraft, in one folder, from the first byte to the corrected flight, step by step.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -29,12 +29,12 @@ struct EveningOptions {
   bool list = false;
 };
 
-/// The evening as far as it goes without a person.
+/// Runs the steps of an evening until one needs a person.
 class Evening {
  public:
   explicit Evening(Folder& folder) : folder_(folder) {}
 
-  /// Prints the steps and which are done, and does nothing.
+  /// Prints the steps and which of them are done; runs none.
   void list() {
     tell_changes();
     for (const Step& step : evening::steps(folder_)) {
@@ -45,12 +45,12 @@ class Evening {
   void run() {
     tell_changes();
     for (std::size_t at = 0; at < evening::steps(folder_).size(); ++at) {
-      const Step step = evening::steps(folder_)[at];  // anew: commands depend on what is there by now
+      const Step step = evening::steps(folder_)[at];  // read again: the commands depend on the files made so far
       if (folder_.is_done(step.name)) {
         continue;
       }
       if (step.on_board && folder_.was_taken(step.name, step.makes)) {
-        put_aside(step);  // flown with files that are others now
+        put_aside(step);  // it was flown with files that have changed since
       }
       if (step.on_board && !all_there(step)) {
         ask_for(step);
@@ -67,7 +67,7 @@ class Evening {
                        [&](const std::string& name) { return folder_.has(name); });
   }
 
-  /// The next step is a person's.
+  /// Tells the person what the next step is and how to do it.
   void ask_for(const Step& step) const {
     const std::string command = evening::typed(step.commands.front());
     std::cout << "next: " << step.name << ". " << step.sentence << "\n"
@@ -76,28 +76,28 @@ class Evening {
     for (const std::string& name : step.makes) {
       std::cout << " " << name;
     }
-    std::cout << " back into the folder and call this again.\n";
+    std::cout << " back into the folder and run this command again.\n";
     tell_cut_off(step);
     folder_.save(
         {{"step", step.name}, {"where", "board"}, {"sentence", step.sentence}, {"argv", step.commands.front()}});
   }
 
-  /// Some of what the step makes is there: copied in part, or the command was cut off.
+  /// Tells what is missing if only some of the step's files are there: the copy or the command was interrupted.
   void tell_cut_off(const Step& step) const {
     std::string there, missing;
     for (const std::string& name : step.makes) {
       (folder_.has(name) ? there : missing) += " " + name;
     }
     if (!there.empty()) {
-      std::cout << "there already:" << there << "; missing:" << missing
-                << ". Copy that too; where the command was cut off, remove" << there
-                << " here and on the board first: a log is never overwritten\n";
+      std::cout << "already in the folder:" << there << "; missing:" << missing
+                << ". Copy the missing files too. If the command was interrupted, first remove" << there
+                << " here and on the board: a log is never overwritten\n";
     }
   }
 
-  /// A step that a person did.
+  /// Judges a step that a person has done.
   void take(const Step& step) {
-    const std::string wrong = step.makes.back() + " is not what this command writes; was it copied whole?";
+    const std::string wrong = step.makes.back() + " is not what this command writes; was it copied completely?";
     std::string why = evening::flown_with_others(folder_, step.name, step.reads);
     try {
       why = !why.empty() ? why : evening::result_of(folder_, step.makes.back()).empty() ? wrong : step.judge(folder_);
@@ -121,7 +121,7 @@ class Evening {
     accept(step, why.empty() ? step.judge(folder_) : why);
   }
 
-  /// One command of a step of this machine. @returns why it failed; empty: it did not.
+  /// Runs one command of a step on this machine. @returns why it failed; empty: it did not.
   std::string run(const Step& step, const Command& command, const std::string& said) {
     const std::string& verb = command.front();
     if (verb == "copy") {
@@ -150,7 +150,7 @@ class Evening {
   }
 
   std::string adjust(const Command& command) const {
-    std::cout << "  " << command[1] << ": with calmer weights, or the trims of the hover" << std::endl;
+    std::cout << "  " << command[1] << ": set the calmer weights or the trims of the hover" << std::endl;
     evening::adjust(folder_, command[1]);
     return "";
   }
@@ -160,9 +160,9 @@ class Evening {
     const bool own = command.front() == "m100-lab";
     command.front() = own ? fs::read_symlink("/proc/self/exe").string() : folder_.settings().m100;
     const int code = evening::run_program(command, folder_.path(), said);
-    return code == kDone
-               ? ""
-               : "the command ended with " + std::to_string(code) + "; what it said is in " + step.name + ".txt";
+    return code == kDone ? ""
+                         : "the command ended with exit code " + std::to_string(code) + "; its output is in " +
+                               step.name + ".txt";
   }
 
   void accept(const Step& step, const std::string& why) {
@@ -175,7 +175,7 @@ class Evening {
     std::cout << step.name << ": NOT PASSED: " << why << "\n";
     if (step.on_board) {
       put_aside(step);
-      std::cout << "the step is to be done again; its files lie in " << folder_.file("not_passed") << "\n";
+      std::cout << "this step must be done again; its files are now in " << folder_.file("not_passed") << "\n";
     }
     folder_.save({{"step", step.name},
                   {"where", step.on_board ? "board" : "pc"},
@@ -185,7 +185,7 @@ class Evening {
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 
-  /// A log is never overwritten: what did not pass makes room.
+  /// Moves the step's files to not_passed, because a log is never overwritten.
   void put_aside(const Step& step) {
     folder_.forget(step.makes);
     for (int number = 1; number < 1000; ++number) {
@@ -225,15 +225,16 @@ class Evening {
     if (evening::run_program(report, folder_.path(), "/dev/null") != kDone) {
       throw InputError(folder_.file("evening.html"), 0, "", "cannot be written");
     }
-    std::cout << "the evening is over; the same course, root mean square before and after the correction:\n"
-              << evening::before_and_after(folder_) << folder_.file("evening.html") << "\n";
+    std::cout
+        << "the evening is complete; errors on the same course before and after the correction, root mean square:\n"
+        << evening::before_and_after(folder_) << folder_.file("evening.html") << "\n";
     folder_.save({{"step", "over"}});
   }
 
   Folder& folder_;
 };
 
-/// What was given on the command line replaces what the folder was begun with.
+/// Copies the settings that the command line gives over those that the folder keeps.
 void take_given(const CLI::App& command, const evening::Settings& from, evening::Settings& to) {
   const auto take = [&](const char* option, auto member) {
     if (command.count(option) > 0) {
@@ -252,12 +253,12 @@ void take_given(const CLI::App& command, const evening::Settings& from, evening:
 void run(const CLI::App& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
-    throw InputError(options.folder, 0, "--list", "no evening has begun there");
+    throw InputError(options.folder, 0, "--list", "no evening has begun in this folder");
   }
   if (is_new && (options.settings.port.empty() || options.settings.pose_port.empty())) {
     throw InputError(options.folder, 0, "",
-                     "is new: say with --port and --pose-port what the board calls the autopilot's and the pose's "
-                     "serial port");
+                     "is a new folder: give the serial ports of the autopilot (--port) and of the pose (--pose-port), "
+                     "as the board names them");
   }
   const evening::FolderLock lock(evening::made(options.folder));
   Folder folder(options.folder);
@@ -271,20 +272,22 @@ void run(const CLI::App& command, const EveningOptions& options) {
 
 void add_evening(CLI::App& lab) {
   CLI::App* const command = lab.add_subcommand(
-      "evening", "one aircraft from the first byte to the corrected flight: says the next step, does the PC's itself");
+      "evening",
+      "guide one aircraft from the first byte to the corrected flight: name the next step, run the PC's steps");
   const auto options = std::make_shared<EveningOptions>();
   evening::Settings& settings = options->settings;
-  command->add_option("folder", options->folder, "of this aircraft; made where there is none")->required();
+  command->add_option("folder", options->folder, "folder of this aircraft; created if it does not exist")->required();
   command->add_option("--port", settings.port, "serial port of the autopilot, as the board names it");
-  command->add_option("--pose-port", settings.pose_port, "serial port of the pose");
-  command->add_option("--baud", settings.baud, "as set in DJI's assistant")
+  command->add_option("--pose-port", settings.pose_port, "serial port of the pose, as the board names it");
+  command->add_option("--baud", settings.baud, "baud rate of the autopilot's port, as set in DJI's assistant")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  command->add_option("--pose-baud", settings.pose_baud, "of the pose's port")
+  command->add_option("--pose-baud", settings.pose_baud, "baud rate of the pose's port")
       ->check(CLI::IsMember({115200, 230400, 460800, 921600}));
-  command->add_option("--app-id", settings.app_id, "from DJI's developer site");
-  command->add_option("--key-file", settings.key_file, "on the board: the app's key; encrypts commands");
+  command->add_option("--app-id", settings.app_id, "app id from DJI's developer site");
+  command->add_option("--key-file", settings.key_file,
+                      "file with the app's key, on the board; commands are then encrypted");
   command->add_option("--m100", settings.m100, "the program m100 on this machine, for the step `check`");
-  command->add_flag("--list", options->list, "print the steps and which are done; do nothing");
+  command->add_flag("--list", options->list, "print the steps and which are done; run none");
   command->callback([command, options] { run(*command, *options); });
 }
 

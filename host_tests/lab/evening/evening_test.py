@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""m100-lab evening as a person uses it.
+"""Uses m100-lab evening as a person does.
 
-Usage: evening_test.py M100 LAB                    what it asks, refuses, resumes and notices; nothing flies
+Usage: evening_test.py M100 LAB                    checks prompts, refusals, resuming and change detection; no flight
        evening_test.py M100 LAB --whole [FOLDER]   six whole evenings against the emulated autopilot, in simulated time
 
-Each evening is recorded by hand on the bare aircraft; then a payload, other trims, longer delays and more are hidden in
-it. What was hidden must be found, and the error before and after the correction is printed: after must not be larger
-by more than a twentieth.
+Each evening is recorded by hand on the bare aircraft; then the emulated aircraft gets a payload, other trims, longer
+delays and more. The evening must find these changes. The test prints the error before and after the correction; it
+must not grow by more than a twentieth.
 """
 import hashlib
 import json
@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 
-# What is hidden, with the seed of every noise; delays beside about 0.02 s of the way of a command.
+# Per world: the seed of all noise and the hidden changes. About 0.02 s of command transport add to each delay.
 WORLDS = {
     "late": (7, {"payload": {"mass_kg": 0.4}, "axis.roll": {"trim_counts": 95.0, "transport_delay_s": 0.13},
                  "axis.pitch": {"trim_counts": 10.0, "transport_delay_s": 0.13},
@@ -73,7 +73,7 @@ attitude_pitch = "pitch_rad"
 
 
 def reversed_log():
-    """A minute as CSV in which each axis answers its stick with the wrong sign: as a column map with a sign slip reads."""
+    """A minute of CSV in which each axis answers its stick with the wrong sign, as with a wrong column map."""
     chance, rows = random.Random(7), ["t_s,roll_stick,pitch_stick,roll_rad,pitch_rad"]
     sticks, tilts, speeds, late = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [(0.0, 0.0)] * 5
     for k in range(3000):
@@ -109,7 +109,7 @@ class Evening:
         (self.folder / name).write_text(content if isinstance(content, str) else json.dumps(content))
 
     def on_board(self, step, argv):
-        """Runs the command that the evening printed, with an autopilot of its own."""
+        """Runs the command that the evening printed, against a new emulated autopilot."""
         (self.work / "hidden.toml").write_text(plant_file(self.hidden))
         arguments = ["autopilot", "--sim", str(self.world), "--seed", str(self.seed)]
         if step == "record":
@@ -125,7 +125,7 @@ class Evening:
             finally:
                 autopilot.terminate()
         self.world.unlink(missing_ok=True)
-        excited = step == "excite" and run.returncode == 1  # ended early: the evening is to say what to do
+        excited = step == "excite" and run.returncode == 1  # ended early: the evening must say what to do
         expect(run.returncode == 0 or excited, f"{step} on the board ended with {run.returncode}: {run.stdout[-600:]}{run.stderr}")
 
 
@@ -156,7 +156,7 @@ def without_flight(evening):
     expect("--baud 921600" in said and evening.state()["settings"]["baud"] == 921600, "what is given anew counts")
     evening.put("record.json", {"recorded": True})
     code, said = evening.call()
-    expect(code == 0 and "there already: record.json; missing: hand.ulg" in said, "what is there in part is said")
+    expect(code == 0 and "already in the folder: record.json; missing: hand.ulg" in said, "an incomplete copy is told")
     evening.put("hand.ulg", "no log")
     code, said = evening.call()
     expect(code == 1 and "record.json is not what this command writes" in said, "a result of something else is none")
@@ -176,7 +176,7 @@ def without_flight(evening):
 
 
 def does_without_room(evening):
-    """Catches a state or a file that is there in part after the disk was full: it would be taken for a person's."""
+    """Catches a partly written state or file after the disk was full: it would be taken for a person's."""
     def no_room():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
@@ -187,7 +187,7 @@ def does_without_room(evening):
 
 
 def survives_its_end(evening):
-    """A state as after `gains`, and a program for the step `check` that ends the evening with SIGKILL and goes on."""
+    """Starts from a state as after `gains`; the program of the step `check` kills the evening and goes on."""
     ended = evening.work / "may_end"
     stand_in = evening.work / "m100 stand-in"
     stand_in.write_text(f"#!/bin/sh\nkill -9 $PPID\nwhile [ ! -e '{ended}' ]; do sleep 0.05; done\n")
@@ -214,11 +214,11 @@ def refuses_a_misread_log(evening):
     evening.put("hand.ulg", reversed_log())
     code, said = evening.call()
     expect(code == 1 and "a sign of the column map is probably wrong" in said, "identify refuses a log whose sign is wrong")
-    expect("identify: NOT PASSED: the command ended with 1" in said and "gains:" not in said, "and the evening stops")
+    expect("identify: NOT PASSED: the command ended with exit code 1" in said and "gains:" not in said, "and it stops")
 
 
 def notices_changes(evening):
-    """A state as after `gains`; then the file that the tables were made from becomes another."""
+    """Starts from a state as after `gains`, then changes the file that the tables were made from."""
     def sha(name):
         return hashlib.sha256((evening.folder / name).read_bytes()).hexdigest()
 
@@ -235,8 +235,8 @@ def notices_changes(evening):
     expect(code == 0 and "changed" not in said and "done  gains" in said, "nothing has changed yet")
     evening.put("identified.toml", "# by hand\n")
     code, said = evening.call("--list")
-    expect("identified.toml changed after it was used: to be done again with it: 'gains'" in said, "a change is said")
-    expect("done  identify" in said and "done  gains" not in said, "what was made from it is to be done again")
+    expect("identified.toml changed after it was used. Steps to do again: 'gains'" in said, "a change is reported")
+    expect("done  identify" in said and "done  gains" not in said, "the steps that used it must be done again")
     flies_again(evening, state, sha)
     evening.put("evening.json", state)
     evening.put("identified.toml", "# identified.toml\n")
@@ -250,7 +250,7 @@ def notices_changes(evening):
 
 
 def flies_again(evening, state, sha):
-    """A hover that was flown with tables that are others now is no hover of these tables, though its files are there."""
+    """A hover that was flown with other tables must be flown again, although its files are there."""
     evening.put("identified.toml", "# identified.toml\n")
     for name in ("hover.ulg", "hover.json"):
         evening.put(name, "of the tables of before")
@@ -287,8 +287,8 @@ def whole(evening):
                   "m100-lab 0."):
         expect(words in page[:page.index("<table")], f"the first screen of the page says '{words}'")
     for flight, words in (("course", "before"), ("corrected", "after")):
-        said = f"The flight {words} the correction began to swing" in page
-        expect(said == bool(numbers[f"calm_law.{flight}"]), f"the page says whether the flight {words} swung")
+        said = f"The flight {words} the correction began to oscillate" in page
+        expect(said == bool(numbers[f"calm_law.{flight}"]), f"the page says whether the flight {words} oscillated")
     for axis in ("roll", "pitch"):
         hidden = evening.hidden[f"axis.{axis}"]
         found = {key: numbers[f"{key}.{axis}.after"] for key in ("trim_counts", "transport_delay_s")}
@@ -296,7 +296,7 @@ def whole(evening):
         late = found["transport_delay_s"] - hidden["transport_delay_s"]
         expect(-0.01 < late < 0.04, f"the hidden delay of {axis} is found: {found}")
     code, said = evening.call()
-    expect(code == 0 and "the evening is over" in said, "called again, it says that it is over")
+    expect(code == 0 and "the evening is complete" in said, "called again, it says that it is complete")
     return numbers
 
 
@@ -326,7 +326,7 @@ def main():
     m100, lab, *more = sys.argv[1:]
     with tempfile.TemporaryDirectory() as work:
         if more[:1] == ["--whole"]:
-            copies = [shutil.copy(program, work) for program in (m100, lab)]  # a build beside it changes nothing
+            copies = [shutil.copy(program, work) for program in (m100, lab)]  # a concurrent build changes nothing
             all_evenings(*copies, pathlib.Path(more[1] if len(more) > 1 else work) / "evenings")
         else:
             without_flight(Evening(m100, lab, pathlib.Path(work)))

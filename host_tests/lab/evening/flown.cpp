@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kMostDelay_s = 0.5;  ///< of an axis
+constexpr double kMostDelay_s = 0.5;  ///< largest transport delay of an axis
 
 constexpr std::string_view kTrackingMap = R"(time = "tick.timestamp"
 [signals]
@@ -39,7 +39,7 @@ ref_yaw = "tick.ref_yaw"
 yaw = "tick.pose_yaw"
 )";
 
-/// The reference of a flight at a time between its ticks.
+/// The reference of a flight, interpolated between its ticks.
 class Reference {
  public:
   explicit Reference(const logs::FlightLog& flight) : flight_(flight) {}
@@ -83,9 +83,9 @@ logs::FlightLog tracked(const Folder& folder, const std::string& log) {
 bool note_errors(Folder& folder, const std::string& name, const std::string& vehicle) {
   const std::pair<double, double> flown = nominal(result_of(folder, name + ".json"));
   const logs::FlightLog flight = tracked(folder, name + ".ulg");
-  // x and y of the logged reference are those that a command of the tick is for: ahead of it by the delay that the law
-  // predicts through (ref::Window). Height and heading are those of the tick. The pose is where the aircraft was at its
-  // capture.
+  // The logged x and y references are for the time at which the tick's command takes effect: they lead the tick by the
+  // delay that the law predicts through (ref::Window). Height and heading are those of the tick. The pose is where the
+  // aircraft was at the time of capture.
   const double delay_s = companion::load_vehicle(folder.file(vehicle)).vehicle.pitch.transport_delay_s;
   const double ahead = std::clamp(delay_s, 0.0, kMostDelay_s) / flight.period_s;
   const Reference reference(flight);
@@ -98,7 +98,7 @@ bool note_errors(Folder& folder, const std::string& name, const std::string& veh
     y_m2 += std::pow(flight.of(logs::Signal::kPositionY)[k] - reference.at("y", k, ahead + age), 2);
     z_m2 += std::pow(flight.of(logs::Signal::kPositionZ)[k] - reference.at("z", k, age), 2);
     const double heading =
-        flight.extra.at("yaw")[k] - reference.at("ref_yaw", k, std::floor(age));  // between ticks it may turn round
+        flight.extra.at("yaw")[k] - reference.at("ref_yaw", k, std::floor(age));  // not interpolated: it may wrap
     heading_rad2 += std::pow(std::remainder(heading, 2.0 * std::numbers::pi), 2);
     count += 1.0;
   }
@@ -116,7 +116,7 @@ bool note_errors(Folder& folder, const std::string& name, const std::string& veh
 
 namespace {
 
-/// In which note a flight keeps a file that it read; empty: in none.
+/// The name of the log note that holds a file which the flight read; empty: none does.
 std::string note_of(const std::string& file) {
   if (file == "flight.toml") {
     return companion::kFlightNote;
@@ -144,7 +144,7 @@ std::string flown_with_others(const Folder& folder, const std::string& name, con
     const std::string note = note_of(file);
     return !note.empty() && notes[note] != whole_file(folder.file(file));
   });
-  return other == reads.end() ? "" : log + ": was flown with another " + *other + " than the folder's";
+  return other == reads.end() ? "" : log + ": was flown with a different " + *other + " than the folder holds";
 }
 
 }  // namespace m100::lab::evening

@@ -9,30 +9,30 @@
 #include "host_tests/lab/evening/folder.h"
 #include "host_tests/lab/logs/flight_log.h"
 
-// What a flight of the evening left: the program's answer, and the log.
+// The results of a flight of the evening: the program's JSON answer and the log.
 namespace m100::lab::evening {
 
-inline constexpr double kSettled_s = 1.0;  ///< after control begins, before errors count
+inline constexpr double kSettled_s = 1.0;  ///< from the start of control until errors count
 
-/// The JSON that the board's command wrote; an empty object where it is none.
+/// The JSON object that the board's command wrote; empty if the file holds no JSON object.
 nlohmann::json result_of(const Folder& folder, const std::string& result);
 
-/// Seconds on the log's clock during which the law commanded.
+/// Start and end, in seconds on the log's clock, of the time in which the law commanded.
 std::pair<double, double> nominal(const nlohmann::json& result);
 
-/// Sticks, tilts and pose of a flight, with x, y, z and heading of the reference and the pose's age beside them.
+/// Sticks, tilts and pose of a flight, with the reference (x, y, z, heading) and the pose's age as extra columns.
 logs::FlightLog tracked(const Folder& folder, const std::string& log);
 
-/// Notes how far NAME.ulg was from its course, as root mean squares: "pose_m.NAME", "horizontal_m.NAME", and by channel
-/// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". The pose is compared with where the course was when the
-/// pose was captured.
-/// @param vehicle file that flew.
-/// @returns false: the log holds no second of a flight under control
+/// Notes the root mean square errors of NAME.ulg from its course: "pose_m.NAME", "horizontal_m.NAME", and by channel
+/// "x_m.NAME", "y_m.NAME", "height_m.NAME", "heading_deg.NAME". Each pose is compared with the course at the pose's
+/// time of capture.
+/// @param vehicle the vehicle file of the flight.
+/// @returns false: the log contains less than a second of flight under control
 bool note_errors(Folder& folder, const std::string& name, const std::string& vehicle);
 
-/// A flight's log holds the files that it was flown with. @returns what differs from the folder's of now, in one
-/// sentence; empty: nothing, or the step is no flight.
-/// @param reads files of the step NAME, which made NAME.ulg.
+/// Compares the files that a flight's log holds with those of the folder. @returns in one sentence which one differs;
+/// empty: none, or the step is not a flight.
+/// @param reads the files that the step NAME reads; the step made NAME.ulg.
 std::string flown_with_others(const Folder& folder, const std::string& name, const std::vector<std::string>& reads);
 
 }  // namespace m100::lab::evening

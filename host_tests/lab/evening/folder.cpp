@@ -67,7 +67,7 @@ void write_file(const std::string& path, std::string_view bytes) {
   }
   if (!out || error) {
     std::filesystem::remove(partial, error);
-    throw InputError(path, 0, "", "cannot be written: no room, or no right to");
+    throw InputError(path, 0, "", "cannot be written: the disk is full, or the permission is missing");
   }
 }
 
@@ -75,7 +75,7 @@ std::string made(const std::string& path) {
   std::error_code error;
   std::filesystem::create_directories(path, error);
   if (!std::filesystem::is_directory(path)) {
-    throw InputError(path, 0, "", "is no folder and cannot be made" + (error ? ": " + error.message() : ""));
+    throw InputError(path, 0, "", "is not a folder and cannot be created" + (error ? ": " + error.message() : ""));
   }
   return path;
 }
@@ -96,7 +96,7 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
       files_[name] = {made.at("sha256"), made.at("made_by"), made.at("from")};
     }
   } catch (const json::exception& wrong) {
-    throw InputError(file(kStateFile), 0, "", std::string("is no state of an evening: ") + wrong.what());
+    throw InputError(file(kStateFile), 0, "", std::string("is not the state of an evening: ") + wrong.what());
   }
 }
 
@@ -176,7 +176,7 @@ std::vector<std::string> Folder::look_for_changes() {
     const bool was_done = made.made_by.empty() || is_done(made.made_by);
     if (now.empty() && !made.made_by.empty()) {
       if (was_done) {
-        said.push_back(name + " is gone: the step '" + made.made_by + "' is to be done again");
+        said.push_back(name + " is missing: the step '" + made.made_by + "' must be done again");
       }
       again(made.made_by);
       continue;
@@ -184,8 +184,8 @@ std::vector<std::string> Folder::look_for_changes() {
     made.sha256 = now;
     const std::string later = again_after(name, now);
     if (was_done && !later.empty()) {
-      said.push_back(name + " changed after it was used: to be done again with it: " + later +
-                     ", and what was made from that");
+      said.push_back(name + " changed after it was used. Steps to do again: " + later +
+                     ", and all steps that used their files");
     }
   }
   return said;

@@ -10,35 +10,35 @@
 
 namespace m100::lab::evening {
 
-/// What is there: asked once, kept in the state file.
+/// The equipment of an evening: given once, kept in the state file.
 struct Settings {
-  std::string port;       ///< of the autopilot, as the board names it
-  std::string pose_port;  ///< of the pose
+  std::string port;       ///< serial port of the autopilot, as the board names it
+  std::string pose_port;  ///< serial port of the pose
   std::uint32_t baud = 230400;
   std::uint32_t pose_baud = 115200;
   std::uint32_t app_id = 0;
-  std::string key_file;       ///< on the board; empty: commands go plain
-  std::string m100 = "m100";  ///< the program as this machine calls it, for its step `check`
+  std::string key_file;       ///< on the board; empty: commands are not encrypted
+  std::string m100 = "m100";  ///< the program m100 on this machine, for the step `check`
 };
 
 /// A file that a step made, or that a person put there.
 struct MadeFile {
   std::string sha256;
   std::string made_by;                      ///< name of the step
-  std::map<std::string, std::string> from;  ///< file and its SHA-256 at that time
+  std::map<std::string, std::string> from;  ///< source files, each with its SHA-256 when the step ran
 };
 
-/// Writes a file by another name first: it is there whole, or as it was before. Errors: InputError.
+/// Replaces a file atomically: writes a partial file, then renames it. Errors: InputError.
 void write_file(const std::string& path, std::string_view bytes);
 
-/// Makes the folder where there is none. @returns its path. Errors: InputError.
+/// Creates the folder if it does not exist. @returns its path. Errors: InputError.
 std::string made(const std::string& path);
 
-/// One aircraft's folder: evening.json in it says what is done and which file was made from which. Names of files are
-/// relative to the folder.
+/// One aircraft's folder. Its evening.json records which steps are done and which file was made from which. File names
+/// are relative to the folder.
 class Folder {
  public:
-  /// Reads evening.json, or begins a new folder where there is none. Errors: InputError.
+  /// Reads evening.json; if there is none, begins a new evening. Errors: InputError.
   explicit Folder(const std::string& path);
 
   const std::string& path() const { return path_; }
@@ -50,26 +50,26 @@ class Folder {
   bool has(const std::string& name) const;
   bool is_done(const std::string& step) const;
 
-  /// The step is done: notes what it made, from what, with the hashes as they are now.
+  /// Marks the step as done; notes the files that it made and read, with their present hashes.
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
-  /// These files are there as the step was once done with them.
+  /// Whether these files are still the ones with which the step was done.
   bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
-  /// What is put there next under these names is new.
+  /// Forgets these files: the next files of these names are new.
   void forget(const std::vector<std::string>& makes);
-  /// The step, and every step that used one of its files, is to be done again.
+  /// Marks the step, and every step that used one of its files, as to be done again.
   void again(const std::string& step);
-  /// Looks at every file that is noted. A step whose file is gone, or was made from a file that is another now, is to
-  /// be done again. @returns one sentence for each change that was found.
+  /// Checks every noted file. A step must be done again if one of its files is missing or was made from a file that has
+  /// changed. @returns one sentence for each change.
   std::vector<std::string> look_for_changes();
-  /// What the evening has measured, by name; kept in the state file.
+  /// Notes a number that the evening has measured, by name; kept in the state file.
   void note(const std::string& name, double value) { numbers_[name] = value; }
   const std::map<std::string, double>& numbers() const { return numbers_; }
 
-  /// Writes evening.json, by another name first. @param next what is to be done, for other programs.
+  /// Writes evening.json with write_file(). @param next the next step, for other programs.
   void save(const nlohmann::json& next) const;
 
  private:
-  /// Every step that used the file as it was before is to be done again. @returns their names, quoted.
+  /// Marks every step that used another version of the file as to be done again. @returns their names, quoted.
   std::string again_after(const std::string& name, const std::string& sha256);
 
   std::string path_;
@@ -79,7 +79,7 @@ class Folder {
   std::map<std::string, double> numbers_;
 };
 
-/// 64 hexadecimal digits of a file's SHA-256; empty: there is no such file.
+/// The SHA-256 of a file as 64 hexadecimal digits; empty: there is no such file.
 std::string sha256_of(const std::string& path);
 
 }  // namespace m100::lab::evening

@@ -17,10 +17,10 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kLeastMoved_counts = 60.0;  ///< to either side, of roll and pitch: less is noise to a fit
-constexpr double kWorstFit_percent = 50.0;   ///< of the validation part; below, the log does not show the axis
-constexpr double kBalanced_s = 5.0;          ///< after control begins, before the mean stick is a trim
-constexpr double kMostCalmer = 2.0;          ///< times that the weights are made calmer before the evening gives up
+constexpr double kLeastMoved_counts = 60.0;  ///< to either side, for roll and pitch: a fit cannot tell less from noise
+constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below it the log does not show the axis
+constexpr double kBalanced_s = 5.0;          ///< from the start of control until the mean stick is taken as the trim
+constexpr double kMostCalmer = 2.0;          ///< how often the weights are made calmer before the evening gives up
 
 std::string rounded(double value) {
   std::ostringstream out;
@@ -49,8 +49,8 @@ std::string judge_recording(const Folder& folder, const std::string& result) {
     if (moved.value("most_counts", 0.0) < kLeastMoved_counts ||
         moved.value("least_counts", 0.0) > -kLeastMoved_counts) {
       return std::string("the ") + stick + " stick moved from " + rounded(moved.value("least_counts", 0.0)) + " to " +
-             rounded(moved.value("most_counts", 0.0)) + " counts: move it by " + rounded(kLeastMoved_counts) +
-             " at least, to both sides";
+             rounded(moved.value("most_counts", 0.0)) + " counts: move it by at least " + rounded(kLeastMoved_counts) +
+             " counts to both sides";
     }
   }
   return "";
@@ -62,8 +62,8 @@ std::string judge_identification(Folder& folder, const std::vector<std::string>&
     const double fit = said.at("final").value("fit_percent", 0.0);
     const std::string axis = said.value("axis", answer);
     if (fit < kWorstFit_percent) {
-      return axis + ": the model explains only " + rounded(fit) + " % of the part of the log that it has not seen, " +
-             rounded(kWorstFit_percent) + " % are needed; excite the axis more, or see " + answer;
+      return axis + ": the model explains only " + rounded(fit) + " % of the validation part of the log; at least " +
+             rounded(kWorstFit_percent) + " % is needed. Excite the axis more, or see " + answer;
     }
     folder.note("rmse_rad." + axis + "." + name, said.at("final").value("validation_rmse", 0.0));
     const std::array<std::pair<const char*, const char*>, 2> kept{
@@ -90,7 +90,7 @@ std::string judge_handshake(const Folder& folder, const std::string& result) {
   return said.value("obtained", false) && said.value("released", false)
              ? ""
              : "control was " + std::string(said.value("obtained", false) ? "not given back" : "not obtained") +
-                   "; the autopilot's last word: " + said.value("last_reason", "none");
+                   "; the autopilot's last answer: " + said.value("last_reason", "none");
 }
 
 std::string judge_flight(const Folder& folder, const std::string& result) {
@@ -101,11 +101,11 @@ std::string judge_flight(const Folder& folder, const std::string& result) {
   for (const json& step : said.value("ladder", json::array())) {
     const std::string cause = step.value("cause", "");
     if (cause == "given_back") {
-      break;  // what follows is how control goes back
+      break;  // the rungs after this one belong to the normal release
     }
     if (cause != "engaged") {
-      return "the flight left its normal course: " + step.value("from", "") + " to " + step.value("to", "") + ", " +
-             step.value("seen", "");
+      return "the failsafe ladder left normal flight: " + step.value("from", "") + " to " + step.value("to", "") +
+             ", " + step.value("seen", "");
     }
   }
   return "";
@@ -120,17 +120,17 @@ double times_calmer(const Folder& folder) {
 
 bool is_calmest(const Folder& folder) { return times_calmer(folder) >= kMostCalmer; }
 
-/// The loop is too fast for the delay that the aircraft really has. @returns what is done about it.
+/// Asks for calmer weights: the loop is too fast for the aircraft's real delay. @returns the sentence for the person.
 std::string calmer(Folder& folder, const std::string& seen) {
   if (is_calmest(folder)) {
-    return seen + ", and no weights calm it. Look at the delays in the log, and record by hand anew";
+    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
   }
   folder.note(kCalmer, times_calmer(folder) + 1.0);
   folder.again("gains");
-  return seen + ": its delay is longer than the vehicle file's. The weights become calmer; then hover again";
+  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
 }
 
-/// The mean stick of a hover, where it has settled: what balances the aircraft as it is now.
+/// Notes the mean sticks of the settled part of a hover: the present trims of the aircraft.
 void note_balance(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
   const std::size_t first = flight.index_of(flown.first + kBalanced_s);
   const std::size_t last = flight.index_of(flown.second);
@@ -167,7 +167,7 @@ std::string judge_hover(Folder& folder, const std::string& name) {
   if (!swing.periodic && !result_of(folder, result).contains("swinging")) {
     return "";
   }
-  return calmer(folder, "the aircraft swings by itself, " + rounded(most_deg) + " degrees root mean square");
+  return calmer(folder, "the aircraft oscillates by " + rounded(most_deg) + " degrees root mean square");
 }
 
 std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle) {
@@ -176,16 +176,16 @@ std::string judge_course(Folder& folder, const std::string& name, const std::str
   }
   const bool swung = result_of(folder, name + ".json").contains("swinging");
   if (swung && name == kBefore && !is_calmest(folder)) {
-    return calmer(folder, "the aircraft began to swing on the course, and the calm law flew on");
+    return calmer(folder, "the aircraft began to oscillate on the course, and the calm law took over");
   }
   folder.note(kSwung + name, swung ? 1.0 : 0.0);
-  return note_errors(folder, name, vehicle) ? "" : name + ".ulg: holds no second of a flight under control";
+  return note_errors(folder, name, vehicle) ? "" : name + ".ulg: contains less than a second of flight under control";
 }
 
 std::string judge_excitation(Folder& folder, const std::string& result) {
   const json said = result_of(folder, result);
   if (said.contains("swinging") && !is_calmest(folder)) {
-    return calmer(folder, "the aircraft began to swing in the excitation");  // what it shows is the swing
+    return calmer(folder, "the aircraft began to oscillate in the excitation");  // the log shows the loop, not the axis
   }
   if (!said.contains("excitation") || said.at("excitation").value("over", false)) {
     return judge_flight(folder, result);
@@ -200,7 +200,7 @@ std::string judge_excitation(Folder& folder, const std::string& result) {
   }
   folder.note(kBalanced, 1.0);
   folder.again("gains");
-  return seen + ": the trims become those that the hover flew with; then hover again";
+  return seen + ": the mean sticks of the hover become the trims; then hover again";
 }
 
 std::string judge_rates_excitation(Folder& folder, const std::string& result) {
@@ -213,10 +213,10 @@ std::string judge_rates_excitation(Folder& folder, const std::string& result) {
   const bool was_flown_before = folder.numbers().contains(kRatesLeft) && folder.numbers().at(kRatesLeft) > 0.0;
   folder.note(kRatesLeft, why.empty() ? 0.0 : was_flown_before ? 2.0 : 1.0);
   if (why.empty() || was_flown_before) {
-    return "";  // no aircraft has to climb and turn for a better model of roll and pitch
+    return "";  // the models of roll and pitch do not need these movements
   }
-  return "throttle and yaw were not moved to the end (" + why +
-         "). Once more; if it does not pass then, climb and yaw rate stay as the first vehicle file has them";
+  return "the movements of throttle and yaw were not flown to their end (" + why +
+         "). Fly them once more; if they fail again, climb and yaw rate stay as in the first vehicle file";
 }
 
 }  // namespace m100::lab::evening

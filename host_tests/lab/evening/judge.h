@@ -6,30 +6,30 @@
 
 #include "host_tests/lab/evening/folder.h"
 
-// What must hold after a step. Each function reads the step's result in the folder and returns why the evening does not
-// go on, in one sentence; empty: it goes on.
+// The checks after each step. Each function reads the step's result in the folder and returns in one sentence why the
+// evening cannot continue; empty: it continues.
 namespace m100::lab::evening {
 
 std::string judge_probe(const Folder& folder, const std::string& result);
 std::string judge_recording(const Folder& folder, const std::string& result);
-/// The answers of identification, one for each axis: the model must explain the validation part.
-/// Notes the error of each axis under `name`.
+/// Checks the results of identification, one for each axis: the model must explain the validation part.
+/// Notes the error, delay and trim of each axis under `name`.
 std::string judge_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name);
 std::string judge_margins(const Folder& folder, const std::string& result);
 std::string judge_handshake(const Folder& folder, const std::string& result);
 std::string judge_flight(const Folder& folder, const std::string& result);
-/// The same for NAME.json and NAME.ulg; a loop that swings (campaign::Swing, or noticed in flight) does not pass. Then
-/// kCalmer counts up and `gains` is to be done again, with calmer weights; after the second time nothing is changed any
-/// more.
+/// Checks a flight (NAME.json and NAME.ulg) and refuses a loop that oscillates (campaign::Swing, or noticed in flight).
+/// In that case kCalmer counts up and `gains` must be done again, with calmer weights; after two times the weights are
+/// not changed further.
 std::string judge_hover(Folder& folder, const std::string& name);
-/// The same for NAME.json and NAME.ulg, and notes the errors of note_errors().
-/// @param vehicle file that flew.
+/// Checks a flight (NAME.json and NAME.ulg) and notes its errors (note_errors()).
+/// @param vehicle the vehicle file of the flight.
 std::string judge_course(Folder& folder, const std::string& name, const std::string& vehicle);
-/// An excitation that did not come to rest makes the weights calmer, as in a hover that swings; one that went too far,
-/// by distance, tilt or speed, sets kBalanced. Either way `gains` is to be done again, and what was flown with it.
+/// An excitation that did not come to rest makes the weights calmer, as a hover that oscillates does; one that exceeded
+/// its distance, tilt or speed sets kBalanced. In both cases `gains` and the flights made with it must be done again.
 std::string judge_excitation(Folder& folder, const std::string& result);
-/// The movements of throttle and yaw: the first flight that does not reach their end is to be flown again, the second
-/// passes with kRatesLeft noted.
+/// Checks the movements of throttle and yaw: a first flight that does not reach their end must be flown again; a second
+/// one passes, and kRatesLeft notes it.
 std::string judge_rates_excitation(Folder& folder, const std::string& result);
 
 }  // namespace m100::lab::evening

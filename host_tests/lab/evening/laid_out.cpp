@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files that a folder begins with, and what its numbers change in a vehicle file.
+// Writes the files that a folder starts with, and applies the folder's numbers to a vehicle file.
 #include <cmath>
 
 #include "firmware/companion/files/vehicle_file.h"
@@ -9,16 +9,16 @@
 namespace m100::lab::evening {
 namespace {
 
-/// Two metres around the place and back, half a metre up and to another heading on the way, then two circles: what is
-/// flown before and after the correction. Every channel moves, or its error would say nothing.
+/// The course that is flown before and after the correction: 1.5 m in x, then in y, half a metre up and to another
+/// heading, back to the start, then two circles. It moves every channel, because a channel at rest shows no error.
 constexpr std::string_view kCourse =
-    R"(# What is flown before and after the correction. Change it before the step `course`, not after.
+    R"(# The course that is flown before and after the correction. Change it before the step `course`, not after.
 quintic 1.5 0 0 0 3
 quintic 1.5 1.5 0.5 0.8 3
 quintic 0 0 0 0 4
 circle 1 0.8 2
 )";
-constexpr double kCalmerFactor = 3.0;  ///< of the input weight, each time that the loop swings
+constexpr double kCalmerFactor = 3.0;  ///< factor on the input weight each time that the loop oscillates
 
 void put(const Folder& folder, const std::string& name, std::string_view bytes) {
   if (!folder.has(name)) {

@@ -15,7 +15,7 @@
 namespace m100::lab::evening {
 namespace {
 
-constexpr double kNoticed_percent = 5.0;  ///< a smaller change of the error is none
+constexpr double kNoticed_percent = 5.0;  ///< smaller changes of the error are ignored
 
 using Rows = std::vector<std::vector<std::string>>;
 
@@ -27,18 +27,18 @@ struct Compared {
   bool is_worse() const { return after > (1.0 + kNoticed_percent / 100.0) * before; }
 };
 
-/// Every error that both flights of the course gave, by channel.
+/// Every error that is known for both flights of the course, by channel.
 std::vector<Compared> compared(const Folder& folder) {
   std::vector<std::array<std::string, 3>> names;
   for (const auto& [key, words] :
-       {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "of it along x and y [m]"},
+       {std::pair{"pose_m", "distance from the course [m]"}, std::pair{"horizontal_m", "horizontal distance [m]"},
         std::pair{"x_m", "along x [m]"}, std::pair{"y_m", "along y [m]"}, std::pair{"height_m", "in height [m]"},
         std::pair{"heading_deg", "heading [degrees]"}}) {
     names.push_back({words, std::string(key) + ".course", std::string(key) + ".corrected"});
   }
-  for (const Channel& channel : kChannels) {
-    const std::string name = std::string("ahead.") + channel.name;
-    names.push_back({std::string("predicted 1 s ahead: ") + channel.words, name + ".before", name + ".after"});
+  for (const VehicleAxis& axis : kVehicleAxes) {
+    const std::string name = std::string("ahead.") + axis.name;
+    names.push_back({std::string("predicted 1 s ahead: ") + axis.words, name + ".before", name + ".after"});
   }
   std::vector<Compared> out;
   for (const auto& [words, before, after] : names) {
@@ -49,13 +49,13 @@ std::vector<Compared> compared(const Folder& folder) {
   return out;
 }
 
-/// The number of that name; "-" where the evening did not get that far.
+/// The number of that name; "-" if the evening has not reached it.
 std::string number(const Folder& folder, const std::string& name) {
   const auto found = folder.numbers().find(name);
   return found == folder.numbers().end() ? "-" : plot::number(found->second);
 }
 
-/// "before", "after": the flights of the course that swung.
+/// The flights of the course ("before", "after") that oscillated, so that the calm law took over.
 std::vector<std::string> calm_law_flew(const Folder& folder) {
   std::vector<std::string> out;
   for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {
@@ -72,7 +72,7 @@ bool was_taken_over(const Folder& folder, const std::string& channel) {
   return found != folder.numbers().end() && found->second > 0.0;
 }
 
-/// One sentence: what the excited flight showed that the first vehicle file lacks.
+/// One sentence: the corrections that the excited flight gave to the first vehicle file.
 std::string found_in_short(const Folder& folder) {
   std::string out = "Found in the excited flight: ";
   for (const std::string axis : {"roll", "pitch"}) {
@@ -82,11 +82,11 @@ std::string found_in_short(const Folder& folder) {
     out += axis + ": transport delay [s] " + change("transport_delay_s") + ", trim [counts] " + change("trim_counts") +
            "; ";
   }
-  const auto rate = [&](const char* channel) { return was_taken_over(folder, channel) ? "corrected" : "as it was"; };
+  const auto rate = [&](const char* channel) { return was_taken_over(folder, channel) ? "corrected" : "unchanged"; };
   return out + "climb speed: " + rate("climb") + "; yaw rate: " + rate("yaw_rate") + ".";
 }
 
-/// One sentence: what became worse, and what the evening leaves as the first vehicle file has it.
+/// One sentence: the errors that became worse, and the parts of the vehicle file that the evening does not correct.
 std::string not_reached(const Folder& folder) {
   std::string out;
   for (const Compared& one : compared(folder)) {
@@ -95,14 +95,14 @@ std::string not_reached(const Folder& folder) {
     }
   }
   return "Not reached: " + (out.empty() ? "no error became worse; " : out) +
-         "drag, wind and load are not identified, and stay as the first vehicle file has them.";
+         "drag, wind and load are not identified and stay as in the first vehicle file.";
 }
 
-/// The first screen.
+/// Writes the first screen: question, verdict, findings.
 void outcome(const Folder& folder, plot::Page& page) {
   page.paragraph(
-      "Asked: what does the vehicle file that was identified from a log flown by hand lack in flight, and does its "
-      "correction fly better?");
+      "Asked: which effects does a vehicle file miss that was identified from a log flown by hand, and does the "
+      "corrected file fly better?");
   const auto before = folder.numbers().find(std::string("pose_m.") + kBefore);
   const auto after = folder.numbers().find(std::string("pose_m.") + kAfter);
   if (before == folder.numbers().end() || after == folder.numbers().end()) {
@@ -122,7 +122,7 @@ void outcome(const Folder& folder, plot::Page& page) {
                      : "The numbers of the flights are measured: they come from the logs of the board.");
 }
 
-/// Each error of the two flights, and what else was changed for both.
+/// Writes each error of the two flights, and the changes that apply to both.
 void flights(const Folder& folder, plot::Page& page) {
   plot::Cells worse;
   Rows rows{{"root mean square", "before", "after"}};
@@ -134,21 +134,21 @@ void flights(const Folder& folder, plot::Page& page) {
   }
   page.table(rows, worse);
   page.paragraph(
-      "The distances are those of the two flights of the course. What is predicted 1 s ahead is the flight before the "
-      "correction, which no fit has seen, by the first vehicle file and by the corrected one.");
+      "The distances are those of the two flights of the course. The predictions 1 s ahead are of the flight before "
+      "the correction, which no fit has used: by the first vehicle file (before) and by the corrected one (after).");
   if (folder.numbers().contains(kCalmer)) {
     page.paragraph(
-        std::string("The loop swung with the weights that belong to the log flown by hand: they were made calmer (the "
-                    "input weight threefold, ") +
-        (folder.numbers().at(kCalmer) > 1.5 ? "twice" : "once") + "), before and after alike.");
+        std::string("The loop oscillated with the weights that were tuned on the log flown by hand. The input weight "
+                    "was therefore tripled ") +
+        (folder.numbers().at(kCalmer) > 1.5 ? "twice" : "once") + ", for the flights before and after alike.");
   }
   for (const std::string& name : calm_law_flew(folder)) {
     page.paragraph("The flight " + name +
-                   " the correction began to swing, and the calm law flew on: its error is larger by that, and the "
-                   "change is not what the correction alone is worth.");
+                   " the correction began to oscillate, and the calm law took over. This made its error larger, so "
+                   "the change is not the effect of the correction alone.");
   }
   if (folder.numbers().contains(kBalanced)) {
-    page.paragraph("The trims of the first vehicle file were taken from the hover, before and after alike.");
+    page.paragraph("The flights before and after both used trims that were taken from the hover.");
   }
 }
 
@@ -166,15 +166,14 @@ void found(const Folder& folder, plot::Page& page) {
   }
   page.table(rows);
   page.paragraph(
-      "A delay or trim of 0 was not named: the log shows none beyond what is declared. The errors on unseen data "
-      "belong to two different flights; they say how good each model is on its own flight, not that one is better.");
+      "A delay or trim of 0 means that the log shows none. The errors on unseen data belong to two different flights: "
+      "they show how good each model is on its own flight, not which model is better.");
   for (const auto& [name, words] : {std::pair{"climb", "Climb speed"}, std::pair{"yaw_rate", "Yaw rate"}}) {
     page.paragraph(std::string(words) +
                    (was_taken_over(folder, name)
-                        ? " was identified from the flight that moved throttle and yaw, and flew in the corrected "
-                          "flight."
-                        : " stays as the first vehicle file has it: what the flight that moved throttle and yaw "
-                          "showed predicts that flight no better."));
+                        ? " was identified from the flight that moved throttle and yaw; the corrected flight used it."
+                        : " stays as in the first vehicle file: the model identified from the flight that moved "
+                          "throttle and yaw does not predict that flight better."));
   }
 }
 
@@ -186,7 +185,7 @@ void files(const Folder& folder, plot::Page& page) {
     for (const auto& [source, hash] : made.from) {
       from += (from.empty() ? "" : ", ") + source;
     }
-    rows.push_back({name, made.made_by.empty() ? "shipped, or a person" : made.made_by, from.empty() ? "-" : from,
+    rows.push_back({name, made.made_by.empty() ? "shipped or by a person" : made.made_by, from.empty() ? "-" : from,
                     "h:" + made.sha256.substr(0, 12)});
   }
   page.table(rows);
@@ -203,7 +202,7 @@ std::string before_and_after(const Folder& folder) {
     out += line;
   }
   for (const std::string& name : calm_law_flew(folder)) {
-    out += "  the flight " + name + " the correction began to swing, and the calm law flew on\n";
+    out += "  the flight " + name + " the correction began to oscillate, and the calm law took over\n";
   }
   return out;
 }

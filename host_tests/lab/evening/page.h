@@ -7,10 +7,10 @@
 
 namespace m100::lab::evening {
 
-/// Writes summary.html: what was asked, what was found, before and after, which file was made from which.
+/// Writes summary.html: the question, the findings, the errors before and after, and which file was made from which.
 void write_summary(const Folder& folder);
 
-/// Every error before and after the correction, one a line: the flights' by channel, and the predictions'.
+/// One line for each error before and after the correction: those of the flights by channel, and of the predictions.
 std::string before_and_after(const Folder& folder);
 
 }  // namespace m100::lab::evening

@@ -53,7 +53,7 @@ int run_program(const std::vector<std::string>& command, const std::string& fold
   close(out);
   int status = 0;
   if (wrong != 0 || waitpid(child, &status, 0) != child) {
-    throw InputError(command.front(), 0, "", "cannot be started; --m100 names the program m100 of this machine");
+    throw InputError(command.front(), 0, "", "cannot be started; use --m100 to name the program m100 on this machine");
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
@@ -62,12 +62,12 @@ FolderLock::FolderLock(const std::string& folder) : descriptor_(open(folder.c_st
   if (descriptor_ < 0) {
     throw InputError(folder, 0, "", std::string("cannot be opened: ") + std::strerror(errno));
   }
-  // Not closed on exec: what is started keeps the lock.
+  // Not closed on exec, so that started programs keep the lock.
   if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(descriptor_);
     throw InputError(
         folder, 0, "",
-        "another evening works in this folder, or the last command of one that was killed; call this again "
+        "another evening works in this folder, or the last command of a killed evening does; run this again "
         "when it has ended");
   }
 }

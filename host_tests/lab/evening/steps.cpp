@@ -13,15 +13,15 @@
 namespace m100::lab::evening {
 namespace {
 
-/// Every M100 balances beside the middle of its sticks (paper, III-A). Not declared, 56 counts of it were once taken
-/// for a dead zone of 92, and what is found beside that is no model of the aircraft.
+/// Every M100 has a stick trim (paper, III-A), so the trim is declared. Undeclared, a trim of 56 counts was once
+/// identified as a dead zone of 92 counts, and the rest of that model was wrong too.
 constexpr const char* kDeclared = "second_order,transport_delay,dead_zone,trim_offset";
 constexpr const char* kDeclaredClimb = "second_order,trim_offset";
 constexpr const char* kDeclaredYaw = "first_order,dead_zone,trim_offset";
-constexpr double kLeastHeight_m = 0.5;  ///< up and down, of an excitation: in less the throttle shows nothing
-constexpr double kMostHeight_m = 0.8;   ///< nor is more needed
-constexpr double kYawFence_rad = 1.0;   ///< of an excitation, where the height leaves the throttle none
-constexpr double kShareOfFence = 0.6;   ///< of an excitation: what unknown tilt adds must end inside the fence too
+constexpr double kLeastHeight_m = 0.5;  ///< up and down, for an excitation: less does not show the throttle
+constexpr double kMostHeight_m = 0.8;   ///< up and down: more is not needed
+constexpr double kYawFence_rad = 1.0;   ///< for an excitation of yaw alone, in a room too low to move the throttle
+constexpr double kShareOfFence = 0.6;   ///< for an excitation: the rest is a margin for unforeseen tilt
 
 std::string text(double value) {
   std::ostringstream out;
@@ -38,13 +38,13 @@ companion::FlightFile flight_file(const Folder& folder) {
   return companion::parse_flight(whole_file(folder.file("flight.toml")), folder.file("flight.toml"));
 }
 
-/// The distance that the flight file leaves to the nearest side.
+/// The distance from the start to the nearest side of the flight file's fence.
 double least_side_m(const Folder& folder) {
   const companion::FlightFile flight = flight_file(folder);
   return std::min({-flight.fence_x_m.low, flight.fence_x_m.high, -flight.fence_y_m.low, flight.fence_y_m.high});
 }
 
-/// How far an excitation may go up and down from the middle of the fence; 0: the room is too low for one.
+/// The largest height change of an excitation from the middle of the fence; 0: the room is too low for one.
 double height_m(const Folder& folder) {
   const companion::FlightFile flight = flight_file(folder);
   const double most_m = kShareOfFence * 0.5 * (flight.fence_z_m.high - flight.fence_z_m.low);
@@ -103,7 +103,7 @@ class Maker {
   Step probe() const {
     return {.name = "probe",
             .on_board = true,
-            .sentence = "Switch the aircraft on, propellers off, and let the board listen: is the autopilot there?",
+            .sentence = "Switch the aircraft on, propellers off, and let the board listen: does the autopilot answer?",
             .reads = {},
             .makes = {"probe.json"},
             .commands = {Command{"m100", "probe"} + at_port() + Command{"--json", "probe.json"}},
@@ -153,7 +153,7 @@ class Maker {
             .commands = commands,
             .judge = [](Folder& folder) { return judge_margins(folder, "vehicle_margins.json"); }};
   }
-  /// The weights stay as they flew: what the correction is worth is seen only where nothing else changes.
+  /// Keeps the weights of the first flight, so that before and after differ only by the correction.
   static Step gains_again() {
     return {.name = "gains_again",
             .sentence = "Make the controller's tables from corrected.toml, with the weights that flew.",
@@ -165,7 +165,7 @@ class Maker {
   }
   static Step check(const std::string& name, const std::string& of) {
     return {.name = name,
-            .sentence = "See whether vehicle file, tables, flight file and course agree.",
+            .sentence = "Check that vehicle file, tables, flight file and course agree.",
             .reads = {of + ".toml", of + ".gains", "flight.toml", "course.txt"},
             .makes = {name + ".txt"},
             .commands = {{"m100", "check", "--vehicle", of + ".toml", "--gains", of + ".gains", "--flight",
@@ -249,7 +249,7 @@ class Maker {
   }
   Step identify_again() const {
     return {.name = "identify_again",
-            .sentence = "Find in the excited flight what the first vehicle file lacks.",
+            .sentence = "Identify roll and pitch from the excited flight, to correct the first vehicle file.",
             .reads = {"excite.ulg", "excite.json", "columns_flight.toml", "forecast.json", "vehicle.toml"},
             .makes = {"tilts.toml", "flown_roll.json", "flown_pitch.json"},
             .commands = {{"copy", "vehicle.toml", "tilts.toml"},
@@ -259,7 +259,7 @@ class Maker {
               return judge_identification(folder, {"flown_roll.json", "flown_pitch.json"}, "after");
             }};
   }
-  /// Climb and yaw rate: what is not found in the excited flight, or predicts no better, stays as it is.
+  /// Identifies climb and yaw rate. A channel that is not found, or predicts no better, keeps its old model.
   Step identify_rates() const {
     std::vector<Command> commands{{"copy", "vehicle.toml", "rates.toml"}};
     if (!folder_.numbers().contains(kRatesLeft) || folder_.numbers().at(kRatesLeft) < 2.0) {
@@ -271,14 +271,15 @@ class Maker {
                          again("yaw_rate", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredYaw));
     }
     commands.push_back({"take_over"});
-    return {
-        .name = "identify_rates",
-        .sentence = "Find climb and yaw rate, and keep what predicts the flight better than the first vehicle file.",
-        .reads = {"excite_rates.ulg", "excite_rates.json", "columns_flight.toml", "forecast_rates.json", "vehicle.toml",
-                  "tilts.toml", "course.ulg", "course.json"},
-        .makes = {"rates.toml", "corrected.toml"},
-        .commands = commands,
-        .judge = [](Folder&) { return std::string(); }};
+    return {.name = "identify_rates",
+            .sentence =
+                "Identify climb and yaw rate, and keep a model that predicts the flight better than the first vehicle "
+                "file.",
+            .reads = {"excite_rates.ulg", "excite_rates.json", "columns_flight.toml", "forecast_rates.json",
+                      "vehicle.toml", "tilts.toml", "course.ulg", "course.json"},
+            .makes = {"rates.toml", "corrected.toml"},
+            .commands = commands,
+            .judge = [](Folder&) { return std::string(); }};
   }
 
   const Folder& folder_;

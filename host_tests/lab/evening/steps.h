@@ -10,7 +10,7 @@
 
 namespace m100::lab::evening {
 
-/// The files that every folder begins with, as shipped.
+/// The shipped files that every new folder starts with.
 extern const std::string_view kFlightMap;
 extern const std::string_view kHandMap;
 extern const std::string_view kFlightFile;
@@ -18,35 +18,36 @@ extern const std::string_view kFlightFile;
 using Command = std::vector<std::string>;
 
 // Numbers of a folder that change how `gains` makes the first vehicle file.
-inline constexpr const char* kCalmer = "calmer";      ///< how often the loop swung: the input weight grows for each
-inline constexpr const char* kBalanced = "balanced";  ///< the hover's mean sticks are its trims:
+inline constexpr const char* kCalmer = "calmer";  ///< how often the loop oscillated: each time the input weight grows
+inline constexpr const char* kBalanced = "balanced";  ///< set: the trims are the hover's mean sticks, noted as
 inline constexpr const char* kBalanceRoll = "balance_counts.roll";
 inline constexpr const char* kBalancePitch = "balance_counts.pitch";
-/// How often throttle and yaw were not moved to the end; after the second time climb and yaw rate stay.
+/// How often the movements of throttle and yaw were not flown to their end; after two times climb and yaw rate stay.
 inline constexpr const char* kRatesLeft = "rates_left";
 inline constexpr const char* kBefore = "course";    ///< the flight of the course with the first vehicle file
 inline constexpr const char* kAfter = "corrected";  ///< with the corrected one
-inline constexpr const char* kSwung = "calm_law.";  ///< and a flight's name: whether it swung and the calm law flew on
-/// Changes a vehicle file as the numbers of the folder say.
+inline constexpr const char* kSwung =
+    "calm_law.";  ///< prefix of a flight's name: whether it oscillated and the calm law took over
+/// Applies the calmer weights and the trims that the folder's numbers ask for to a vehicle file.
 void adjust(const Folder& folder, const std::string& vehicle);
 
 /// One step of the evening.
 struct Step {
   std::string name;
-  bool on_board = false;  ///< a person runs it where the aircraft is; else this program does
-  std::string sentence;   ///< what is to be done, in one sentence
+  bool on_board = false;  ///< a person runs it on the board; otherwise this program runs it
+  std::string sentence;   ///< the task, in one sentence
   std::vector<std::string> reads;
   std::vector<std::string> makes;
   std::vector<Command> commands;  ///< run inside the folder; "m100-lab" is this program
-  /// Looks at what was made and notes its numbers. @returns why the evening does not go on; empty: it does.
+  /// Checks the step's files and notes their numbers. @returns why the evening cannot continue; empty: it continues.
   std::function<std::string(Folder&)> judge;
 };
 
-/// The whole evening, in its order, with the commands as the settings make them.
+/// All steps of the evening in their order, with their commands filled in from the settings.
 std::vector<Step> steps(const Folder& folder);
 
-/// Puts the files there that a person may change before they are used: flight file, course, column maps, first vehicle.
-/// What is there already stays.
+/// Writes the files that a person may change before they are used: flight file, course, column maps, first vehicle
+/// file. Files that already exist are kept.
 void lay_out(const Folder& folder);
 
 }  // namespace m100::lab::evening

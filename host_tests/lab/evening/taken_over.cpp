@@ -28,10 +28,10 @@ void take_over(Folder& folder) {
   }
   const auto [course, in_control] = flown("course");
   const loop::Unseen flight{&course, in_control.first + kSettled_s, in_control.second};
-  for (const Channel& channel : kChannels) {
-    const std::string name = std::string("ahead.") + channel.name;
-    folder.note(name + ".before", loop::one_second(believed, flight, channel.name));
-    folder.note(name + ".after", loop::one_second(corrected.vehicle, flight, channel.name));
+  for (const VehicleAxis& axis : kVehicleAxes) {
+    const std::string name = std::string("ahead.") + axis.name;
+    folder.note(name + ".before", loop::one_second(believed, flight, axis.name));
+    folder.note(name + ".after", loop::one_second(corrected.vehicle, flight, axis.name));
   }
   companion::save_vehicle(folder.file("corrected.toml"), corrected.vehicle, corrected.sources);
 }

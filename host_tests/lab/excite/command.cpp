@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab excite: stick movements for identification, and how well they will separate the candidates.
+// m100-lab excite: makes stick movements for identification, and forecasts how well they separate the candidates.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -30,14 +30,14 @@ struct ExciteOptions {
   ExciteOptions() { wish.fence_m = 0.0; }  // chosen by axis
 };
 
-// What air and autopilot leave with a resting stick; the climb's from the measured flight.
+// Motion that air and autopilot cause while the stick rests; the value for climb comes from the measured flight.
 constexpr double kAirClimb_m_s = 0.06;
 constexpr double kAirYaw_rad_s = 0.02;
-// Twice that: what may push through a whole piece.
+// Twice that: the largest disturbance assumed to act during a whole piece.
 constexpr double kPushClimb_m_s = 0.12;
 constexpr double kPushYaw_rad_s = 0.04;
 
-/// One axis, made.
+/// The manoeuvre of one axis.
 struct Made {
   excite::Wish wish;
   model::StickAxis axis;
@@ -49,7 +49,7 @@ const char* stick_of(const std::string& axis) {
   return axis == "climb" ? "throttle" : axis == "yaw_rate" ? "yaw" : axis == "pitch" ? "pitch" : "roll";
 }
 
-/// What the flight is aborted by: room for a forecast that is not quite right, below what the aircraft may do.
+/// The speed at which the flight is aborted: the forecast plus a margin for its error and for disturbances.
 double speed_limit(const Made& one) {
   double longest_s = 0.0;
   double piece_s = 0.0;
@@ -74,7 +74,7 @@ double tilt_limit(const Made& one) {
   return std::min(kMost_rad, std::max(kOthers_rad, 1.5 * largest));
 }
 
-/// One axis after the other, in one time; pieces are counted through.
+/// Writes one axis after the other on one time axis; the pieces are numbered consecutively.
 void write_samples(const std::vector<Made>& all, std::ostream& out) {
   std::size_t row = 0;
   int pieces = 0;
@@ -92,11 +92,11 @@ void write_samples(const std::vector<Made>& all, std::ostream& out) {
   }
 }
 
-/// For `m100 fly --excite`: the limits, then the samples of one axis after the other.
+/// Writes the file for `m100 fly --excite`: the limits, then the samples of one axis after the other.
 void write_sticks(const std::vector<Made>& all, const std::string& file) {
   std::ofstream out(file);
   out << "# Stick movements for m100 fly --excite, from m100-lab excite. Piece 0: the stick rests; in flight the law\n"
-         "# returns to the place. Counts from the balancing point: right, forward, up, right.\n";
+         "# returns to the start. Counts from the trim: right, forward, up, right are positive.\n";
   for (const Made& one : all) {
     out << "# limits " << stick_of(one.wish.axis) << " distance " << one.wish.fence_m << " braking "
         << one.wish.brake_m_s2 << " speed " << speed_limit(one) << " tilt " << tilt_limit(one) << "\n";
@@ -123,13 +123,13 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
               manoeuvre.amplitude_counts, manoeuvre.farthest_m, unit, manoeuvre.returns);
   if (manoeuvre.least_amplitude_counts < wish.amplitude_counts || manoeuvre.in_parts + manoeuvre.left_out > 0) {
     std::printf(
-        "made to fit into %.1f %s, %.2g %s that nobody foresees included: amplitudes of %.0f to %.0f counts instead of "
-        "%.0f, %d of the movements in parts, %d left out\n",
+        "adapted to the fence of %.1f %s, with a margin for an unforeseen push of %.2g %s: amplitudes of %.0f to %.0f "
+        "counts instead of %.0f, %d of the movements in parts, %d left out\n",
         wish.fence_m, unit, wish.push, wish.rate ? (wish.axis == "climb" ? "m/s" : "rad/s") : "m/s^2",
         manoeuvre.least_amplitude_counts, manoeuvre.amplitude_counts, wish.amplitude_counts, manoeuvre.in_parts,
         manoeuvre.left_out);
   }
-  std::printf("abort: sticks neutral and fly back when |x| + v^2 / %.1f %s/s^2 > %.1f %s, v outwards\n",
+  std::printf("abort: sticks neutral and fly back if |x| + v^2 / %.1f %s/s^2 > %.1f %s (v: outward speed)\n",
               2 * wish.brake_m_s2, unit, wish.fence_m, unit);
   std::printf("%-16s %9s %8s  %-16s %9s %8s\n", "effect", "size", "sigma", "most alike", "likeness", "apart");
   for (const excite::Forecast& one : table) {
@@ -138,7 +138,7 @@ void print(const excite::Manoeuvre& manoeuvre, const std::vector<excite::Forecas
   }
 }
 
-/// The wish for one axis, with the air and the room that belong to it.
+/// The wish for one axis, with the air, the push and the default fence of this axis.
 excite::Wish wish_for(const std::string& axis, excite::Wish wish) {
   wish.axis = axis;
   double room_m = 8.0;
@@ -201,7 +201,7 @@ std::vector<std::string> axes_of(const std::string& words) {
   for (const std::string& axis : axes) {
     const bool is_known = axis == "roll" || axis == "pitch" || axis == "climb" || axis == "yaw_rate";
     if (!is_known || std::count(axes.begin(), axes.end(), axis) != 1) {
-      throw InputError("--axis", 0, axis, "roll, pitch, climb or yaw_rate, each once");
+      throw InputError("--axis", 0, axis, "must be roll, pitch, climb or yaw_rate, each once");
     }
   }
   return axes;
@@ -226,7 +226,7 @@ void run(const ExciteOptions& options) {
     write_sticks(all, options.out);
   }
   if (!options.json.empty()) {
-    nlohmann::json json = to_json(all.front());  // the first axis, as where there is one only
+    nlohmann::json json = to_json(all.front());  // the first axis also at the top level, as for a single axis
     for (const Made& one : all) {
       json["axes"][one.wish.axis] = to_json(one);
     }
@@ -237,16 +237,18 @@ void run(const ExciteOptions& options) {
 }  // namespace
 
 void add_excite(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("excite", "make stick movements inside a fence, forecast what they will separate");
+  CLI::App* app =
+      lab.add_subcommand("excite", "make stick movements inside a fence, and forecast which effects they separate");
   auto options = std::make_shared<ExciteOptions>();
   app->add_option("--axis", options->axes, "roll, pitch, climb or yaw_rate; several with commas, flown in that order");
   app->add_option("--kind", options->wish.kind, "doublet, 3211, chirp or mixed");
-  app->add_option("--amplitude", options->wish.amplitude_counts, "stick counts");
-  app->add_option("--duration", options->wish.duration_s, "seconds on each axis");
-  app->add_option("--fence", options->wish.fence_m, "metres from the start (yaw_rate: rad)")
+  app->add_option("--amplitude", options->wish.amplitude_counts, "amplitude in stick counts");
+  app->add_option("--duration", options->wish.duration_s, "seconds for each axis");
+  app->add_option("--fence", options->wish.fence_m, "largest distance from the start in metres (yaw_rate: rad)")
       ->check(from_to(0.1, 1000.0));
-  app->add_option("--brake", options->wish.brake_m_s2, "deceleration that the abort counts on");
-  app->add_option("--vehicle", options->vehicle, "vehicle file; without it the project's default");
+  app->add_option("--brake", options->wish.brake_m_s2,
+                  "deceleration that the abort assumes [m/s^2; yaw_rate: rad/s^2]");
+  app->add_option("--vehicle", options->vehicle, "vehicle file; default: the project's");
   app->add_option("--out", options->out, "CSV of the sticks, for m100 fly --excite");
   app->add_option("--json", options->json, "the forecast as JSON");
   app->callback([options] { run(*options); });

@@ -49,7 +49,7 @@ std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis&
 
 namespace {
 
-/// What the vehicle does without any effect, at most.
+/// The largest response of the vehicle without any effect.
 struct Largest {
   double response = 0.0;
   double rate_per_s = 0.0;
@@ -93,7 +93,7 @@ std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeu
 std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const Wish& wish) {
   const std::vector<double> plain = response(manoeuvre, axis, wish, "", 0.0);
   const std::vector<std::pair<std::string, double>> sizes = medium_sizes(manoeuvre, axis, wish, plain);
-  // Gain, frequency, damping and delay are fitted anyway; a signature counts by what they cannot imitate.
+  // Gain, frequency, damping and delay are always fitted; only the part of a signature that they cannot imitate counts.
   Matrix fitted(static_cast<Eigen::Index>(plain.size()), 4);
   fitted.col(0) = difference(plain, std::vector<double>(plain.size(), 0.0));
   model::StickAxis faster = flyable(axis);
@@ -117,7 +117,7 @@ std::vector<Forecast> forecast(const Manoeuvre& manoeuvre, const model::StickAxi
     const Vector raw = difference(response(manoeuvre, axis, wish, name, size), plain);
     signatures.push_back(without(delay ? Matrix(fitted.leftCols(3)) : fitted, raw));
   }
-  // 2 memory / period samples of the air are worth one.
+  // 2 memory / period correlated samples of the air count as one independent sample.
   const double spread = wish.air * std::sqrt(2.0 * kAirMemory_s / manoeuvre.period_s);
   std::vector<Forecast> out;
   for (std::size_t i = 0; i < sizes.size(); ++i) {

@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kBetween_s = 1.0;
 constexpr double kPeriod_s = 0.02;  ///< of the samples
-// What a part of a piece must fit with.
-constexpr double kMoreAnswer = 1.2;  ///< the axis answers a fifth more than the vehicle file says
+// Margins with which a part of a piece must fit.
+constexpr double kMoreAnswer = 1.2;  ///< the axis responds a fifth more than in the vehicle file
 constexpr double kOffPlace_m =
-    0.2;                           ///< where it begins; in flight the law is within 0.3 m, most often a few centimetres
-constexpr double kSmaller = 0.85;  ///< each time that an amplitude is too large
-constexpr double kLeastShare = 0.3;     ///< of the amplitude that was asked for: a smaller movement shows too little
+    0.2;  ///< offset at its begin; in flight the law holds the place within 0.3 m, mostly within a few centimetres
+constexpr double kSmaller = 0.85;       ///< factor each time that an amplitude is too large
+constexpr double kLeastShare = 0.3;     ///< of the requested amplitude: a smaller movement shows too little
 constexpr double kLeast_counts = 25.0;  ///< beyond the dead zone
 constexpr int kAttempts = 30;
 constexpr double kSearched_m = 20.0;
@@ -43,7 +43,7 @@ void check(const Wish& wish) {
   }
 }
 
-/// A stretch of a piece that is flown at a stretch, from rest at the place.
+/// A section of a piece that is flown without interruption, from rest at the start.
 struct Part {
   Piece piece;
   double from_s = 0.0;
@@ -51,8 +51,8 @@ struct Part {
   double amplitude_counts = 0.0;
 };
 
-/// Whether it keeps within the fence though the axis answers more than the vehicle file believes and a push that nobody
-/// foresees acts to either side all the time.
+/// Whether the part stays inside the fence when the axis responds more than in the vehicle file and an unforeseen push
+/// acts to either side all the time.
 bool fits(const Part& part, const Wish& wish, const model::StickAxis& axis) {
   StickFlight flight(flyable(axis), wish.rate);
   for (double t = 0.0; t < part.to_s - part.from_s; t += kPeriod_s) {
@@ -70,7 +70,7 @@ bool fits(const Part& part, const Wish& wish, const model::StickAxis& axis) {
   return true;
 }
 
-/// From the beginning, as far as each part fits at the amplitude. Empty: to no end.
+/// Splits the piece into parts, each as long as fits at the amplitude. Empty: impossible at this amplitude.
 std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
   std::vector<double> ends_s = piece.breaks_s;
   ends_s.push_back(piece.length_s);
@@ -91,7 +91,7 @@ std::vector<Part> parts_at(const Piece& piece, const Wish& wish, const model::St
   return parts;
 }
 
-/// The piece in as few parts as fit, at the largest amplitude at which each does. Empty: at none.
+/// The piece in as few parts as possible, at the largest amplitude at which all parts fit. Empty: there is none.
 std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::StickAxis& axis, double amplitude) {
   const double least = std::min(amplitude, std::max(kLeastShare * amplitude, axis.dead_zone_counts + kLeast_counts));
   for (; amplitude >= least; amplitude *= kSmaller) {
@@ -102,7 +102,7 @@ std::vector<Part> parts_of(const Piece& piece, const Wish& wish, const model::St
   return {};
 }
 
-/// The movements of the kind that fit, each as its parts; `out` counts what was done to them.
+/// The fitting movements of the kind, each as its parts; `out` counts the adaptations.
 std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& axis, double amplitude_counts,
                                       Manoeuvre& out) {
   std::vector<std::vector<Part>> all;
@@ -120,7 +120,7 @@ std::vector<std::vector<Part>> fitted(const Wish& wish, const model::StickAxis& 
   return all;
 }
 
-/// Flies a manoeuvre on the believed axis and writes it down, stick by stick.
+/// Simulates a manoeuvre on the vehicle file's axis and records it, sample by sample.
 class Rehearsal {
  public:
   Rehearsal(const Wish& wish, const model::StickAxis& axis, Manoeuvre& out)
@@ -135,7 +135,7 @@ class Rehearsal {
       push(sign * part.amplitude_counts * part.piece.shape(t), true);
     }
   }
-  /// Back to the middle, as a pilot does.
+  /// Flies back to the middle, as a pilot does.
   void home() {
     ++out_.returns;
     const double per_rad = 1.0 / axis_.scale_per_count;
@@ -173,7 +173,7 @@ class Rehearsal {
   int pieces_begun_ = 0;
 };
 
-/// Strings the pieces that fit together; a pilot flies back to the middle between them.
+/// The fitting pieces in sequence; between them the pilot flies back to the middle.
 Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitude_counts) {
   Manoeuvre out;
   const std::vector<std::vector<Part>> all = fitted(wish, axis, amplitude_counts, out);
@@ -183,7 +183,7 @@ Manoeuvre strung(const Wish& wish, const model::StickAxis& axis, double amplitud
   }
   Rehearsal rehearsal(wish, axis, out);
   for (std::size_t n = 0; static_cast<double>(out.stick_counts.size()) * out.period_s < wish.duration_s; ++n) {
-    // Every second round begins the other way, so that no side is learnt better than the other.
+    // Every second round has the opposite sign, so that both sides are excited equally.
     const double sign = (n / all.size()) % 2 == 0 ? 1.0 : -1.0;
     for (const Part& part : all[n % all.size()]) {
       rehearsal.fly(part, sign);
@@ -200,7 +200,7 @@ std::string plain(double value) {
   return out.str();
 }
 
-/// The next larger fence in which something fits, for a message.
+/// The next larger fence in which a manoeuvre fits, for a message.
 std::string enough_fence(Wish wish, const model::StickAxis& axis) {
   const double least = wish.fence_m;
   for (wish.fence_m = std::ceil(2.0 * least) / 2.0; wish.fence_m <= least + kSearched_m; wish.fence_m += 0.5) {

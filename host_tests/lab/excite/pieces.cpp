@@ -31,7 +31,7 @@ Piece chirp(double from_hz, double to_hz, double length_s) {
   return {length_s, [=](double t) { return std::sin(2 * std::numbers::pi * (from_hz * t + 0.5 * rise * t * t)); },
           breaks_s};
 }
-/// Small and slow through the dead zone: what shows it, trim and play.
+/// A small and slow movement through the dead zone, which shows dead zone, trim and play.
 Piece sweep(double length_s) {
   return {length_s, [=](double t) { return 0.3 * std::sin(2 * std::numbers::pi * t / length_s); }, {0.5 * length_s}};
 }

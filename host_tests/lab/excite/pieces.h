@@ -7,12 +7,12 @@
 
 namespace m100::lab::excite {
 
-/// One movement: shape over its own time, between -1 and 1.
+/// One movement: its shape over its own time, between -1 and 1.
 struct Piece {
   double length_s = 0.0;
-  std::function<double(double)> shape;  ///< of the time since its begin [s]
-  /// Where the stick passes its middle: there it may be flown in parts, with a return to the place between them. A
-  /// doublet and a 3211 have none: they bring the aircraft back by themselves.
+  std::function<double(double)> shape;  ///< as a function of the time since its start [s]
+  /// Times at which the stick passes its middle. There the movement may be split into parts, with a return to the start
+  /// between them. A doublet and a 3211 have none, because they bring the aircraft back by themselves.
   std::vector<double> breaks_s;
 };
 

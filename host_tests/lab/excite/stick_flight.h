@@ -12,7 +12,7 @@
 
 namespace m100::lab::excite {
 
-/// The axis with what is missing filled in, and with the stick counted from where it balances.
+/// The axis with defaults for missing parameters, and with the stick counted from its trim.
 inline model::StickAxis flyable(model::StickAxis axis) {
   if (!axis.is_identified()) {
     axis.natural_frequency_rad_s = 8.7;
@@ -22,7 +22,7 @@ inline model::StickAxis flyable(model::StickAxis axis) {
   return axis;
 }
 
-/// An axis answering to its stick, and the way it takes the vehicle along (or about) it.
+/// Simulates the response of an axis to its stick, and the motion of the vehicle along (or about) the axis.
 class StickFlight {
  public:
   StickFlight(const model::StickAxis& axis, bool rate)
@@ -54,7 +54,7 @@ class StickFlight {
   double lead_steps_;
   model::StickLaw<double> law_;
   sysid::AxisDynamics<double> dynamics_;
-  std::deque<double> line_;  ///< commands on their way, the oldest first
+  std::deque<double> line_;  ///< delay line of commands, oldest first
   double position_m_ = 0.0, speed_m_s_ = 0.0, now_s_ = 0.0;
 };
 

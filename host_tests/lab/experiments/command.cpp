@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab experiments: the paper's tasks, flown by the whole program against the emulated autopilot.
+// m100-lab experiments: flies the paper's tasks with the whole program against the emulated autopilot.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -64,7 +64,7 @@ experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   return suite;
 }
 
-/// Before the flights: they take minutes.
+/// Checks the files before the flights, which take minutes.
 void check_files(const ExperimentsOptions& options) {
   companion::FileUse()
       .reads("--plant", options.plant)
@@ -88,11 +88,11 @@ std::string about(const ExperimentsOptions& options) {
          ", seeds: " + std::to_string(options.seeds) + ".";
 }
 
-/// What the options ask for: one of four.
+/// The kind of run that the options select, one of four.
 struct Kind {
-  const char* words;                  ///< as one types it
-  std::vector<const char*> not_its;   ///< options that it would ignore
-  std::vector<std::string> has_only;  ///< what --only may name
+  const char* words;                  ///< as typed on the command line
+  std::vector<const char*> not_its;   ///< options that this kind would ignore
+  std::vector<std::string> has_only;  ///< the names that --only accepts
 };
 
 Kind kind_of(const ExperimentsOptions& options) {
@@ -118,20 +118,20 @@ Kind kind_of(const ExperimentsOptions& options) {
   return paper;
 }
 
-/// Nothing is flown where an option would be ignored, a task is not of the set, or the link's rate is not allowed.
+/// Refuses an option that would be ignored, a task that the set does not have, and a rate outside the channel's window.
 void check_together(const CLI::App& command, const ExperimentsOptions& options) {
   const Kind kind = kind_of(options);
   for (const char* const option : kind.not_its) {
     if (command.count(option) > 0) {
-      throw InputError(option, 0, "", std::string("does not go with ") + kind.words);
+      throw InputError(option, 0, "", std::string("cannot be combined with ") + kind.words);
     }
   }
   if ((options.rates || options.motion) && command.count("--tasks") > 0) {
-    throw InputError("--tasks", 0, "", std::string("does not go with ") + kind.words);
+    throw InputError("--tasks", 0, "", std::string("cannot be combined with ") + kind.words);
   }
   if (!options.only.empty() &&
       std::find(kind.has_only.begin(), kind.has_only.end(), options.only) == kind.has_only.end()) {
-    throw InputError("--only", 0, options.only, std::string("is no task of ") + kind.words);
+    throw InputError("--only", 0, options.only, std::string("is not a task of ") + kind.words);
   }
   const link::ChannelConfig channel{.channel = channel_of(options), .rate_hz = options.rate_hz};
   if (!link::command_period(channel)) {
@@ -139,10 +139,10 @@ void check_together(const CLI::App& command, const ExperimentsOptions& options) 
   }
 }
 
-/// After everything was written.
+/// Ends with the exit code for "no", after everything has been written.
 void answer_no_unless(bool all_flown) {
   if (!all_flown) {
-    std::cerr << "m100-lab: control was never obtained in some flights: they are not flown, and in no mean\n";
+    std::cerr << "m100-lab: some flights never obtained control: they were not flown and are left out of the means\n";
     throw CLI::RuntimeError(kAnswerIsNo);
   }
 }
@@ -189,34 +189,40 @@ void run(const ExperimentsOptions& options) {
 
 void add_experiments(CLI::App& lab) {
   auto options = std::make_shared<ExperimentsOptions>();
-  CLI::App* command = lab.add_subcommand("experiments", "fly the paper's tasks in simulation, its table beside ours");
-  command->add_option("--plant", options->plant, "what the simulated world is (TOML); default: the measured plant");
+  CLI::App* command = lab.add_subcommand(
+      "experiments", "fly the paper's tasks in simulation and compare the results with the paper's table");
+  command->add_option("--plant", options->plant,
+                      "plant file of the simulated world (TOML); default: the measured plant");
   command->add_option(
       "--plant-from", options->plant_from,
-      "vehicle file whose axes, drag and thrust the world has instead of the measured ones; --plant differs from it");
-  command->add_option("--vehicle", options->vehicle, "what the controller believes (TOML); default: the project's");
+      "vehicle file that gives the world its axes, drag and thrust instead of the measured ones; --plant lists the "
+      "differences from it");
+  command->add_option("--vehicle", options->vehicle,
+                      "vehicle file that the controller uses (TOML); default: the project's");
   command
       ->add_option("--tasks", options->tasks,
-                   "paper: those of the paper; far: five in which the limits bind, each with both laws (--law, "
-                   "--report, --baseline and --paper-100-hz are not for them)")
+                   "paper: the tasks of the paper; far: five tasks in which the limits are active, each with both laws "
+                   "(without --law, --report, --baseline and --paper-100-hz)")
       ->check(CLI::IsMember({"paper", "far"}));
-  command->add_option("--only", options->only, "one task")
+  command->add_option("--only", options->only, "fly only this task")
       ->check(CLI::IsMember({"hover", "step", "trajectory", "simulator", "step_6m", "step_2m", "step_10m_tail_wind",
                              "step_30m", "square_3m", "brake_at_fence"}));
   command->add_option("--seed", options->seed, "first seed")->check(whole_number());
-  command->add_option("--seeds", options->seeds, "flights per cell, seeds counted up")->check(CLI::Range(1, 1000));
+  command->add_option("--seeds", options->seeds, "flights per cell, each with the next seed")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--channel", options->channel, "how commands reach the autopilot")
       ->check(CLI::IsMember({"virtual_rc", "movement"}));
   command->add_option("--rate", options->rate_hz, "commands per second [Hz]; default: the channel's highest");
   command->add_flag("--rates", options->rates,
-                    "what each command rate of both channels costs: hover, step, trajectory");
+                    "measure the tracking error at each command rate of both channels: hover, step, trajectory");
   command->add_flag("--motion", options->motion,
-                    "the command's motion against the pose error, over a row of input weights: hover and square");
-  command->add_flag("--paper-100-hz", options->paper_100_hz, "the paper's command rate, beyond what DJI allows");
+                    "measure command motion and pose error over a range of input weights: hover and square");
+  command->add_flag("--paper-100-hz", options->paper_100_hz,
+                    "use the paper's command rate, which is higher than DJI allows");
   command->add_option("--law", options->law, "horizontal control law; lqr: the clipped baseline")
       ->check(CLI::IsMember({"mpc", "lqr"}));
   command->add_option("--mode", options->mode, "tuning")->check(CLI::IsMember({"field", "calm_room"}));
-  command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show it beside");
+  command->add_flag("--baseline", options->baseline, "fly each task with the clipped LQR too, and show both results");
   command->add_option("--report", options->report, "folder for the page with figures");
   command->add_option("--json", options->json, "file for the numbers");
   command->callback([options, command] {

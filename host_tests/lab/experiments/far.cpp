@@ -10,7 +10,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-constexpr double kRest_s = 2.0;  ///< at the end of a flight, in which it stands where it came to
+constexpr double kRest_s = 2.0;  ///< end of a flight in which the aircraft is taken as at rest
 constexpr double kFar_m = 100.0;
 
 FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
@@ -108,12 +108,12 @@ const std::vector<FarTask>& far_tasks() {
 
 namespace {
 
-/// What the reference asks for, per axis.
+/// The range that the reference spans, per axis.
 struct Asked {
   std::array<double, 2> low{}, high{};
 };
 
-/// Where a fence ends the way, the farthest place is where the aircraft rests.
+/// If a fence blocks the course, the range ends at the place where the aircraft rests.
 Asked asked_by(const Trace& trace, const FarTask& task) {
   Asked asked;
   auto& [low, high] = asked;

@@ -43,7 +43,7 @@ sim::WorldOptions world_of(const FlightPlan& plan) {
   return options;
 }
 
-/// Of position and velocity of one axis, error' P^-1 error with the observer's own P; negative: it has none.
+/// error' P^-1 error of position and velocity of one axis, with the observer's own P; negative: it has none.
 double normalised_square(const est::AxisEstimate<double>& axis, double position_m, double velocity_m_s) {
   const double pp = axis.position_variance_m2;
   const double pv = axis.position_velocity_m2_s;
@@ -54,7 +54,7 @@ double normalised_square(const est::AxisEstimate<double>& axis, double position_
   return determinant > 0.0 ? (vv * p * p - 2.0 * pv * p * v + pp * v * v) / determinant : -1.0;
 }
 
-/// The ring that a flight's log goes through, and what came out of it.
+/// The ring buffer of a flight's log, and its reader.
 class LogSink {
  public:
   explicit LogSink(bool keep) : storage_(keep ? kLogRingBytes : 1), ring_(storage_), log_(ring_) {}
@@ -74,7 +74,7 @@ class LogSink {
   log::FlightLogWriter log_;
 };
 
-/// Everything that one flight needs, in the order in which it must be made.
+/// Everything that one flight needs, in the order of construction.
 class Flight {
  public:
   explicit Flight(const FlightPlan& plan)
@@ -128,7 +128,7 @@ class Flight {
   }
 
  private:
-  /// All that a replay needs beside the bytes.
+  /// Writes the notes that a replay needs in addition to the bytes.
   void begin_log() {
     const gains::TableSet set{.tables = tables_, .x = {}, .y = {}};
     const std::vector<std::byte> tables = gains::to_file(set);
@@ -160,7 +160,7 @@ class Flight {
     result_.largest_tilt_deg = std::max(result_.largest_tilt_deg, tilt_deg);
   }
 
-  /// Start-up over the wire, then the operator's order, until the ladder is at its top.
+  /// Start-up over the wire, then the operator's order, until the ladder is at nominal. @returns false: timed out.
   bool obtain() {
     bool ordered = false;
     for (const core::TimePoint last = world_.now() + kMostStartUp; world_.now() < last;) {
@@ -213,7 +213,7 @@ class Flight {
   }
 
   void note_pose_age() {
-    constexpr double kShare = 0.01;  // of a tick: a memory of a second
+    constexpr double kShare = 0.01;  // weight of a tick: a memory of one second
     const auto& estimate = controller_->estimate();
     if (estimate.refused_poses == 0 && estimate.pose_age < std::chrono::milliseconds(300)) {
       const core::Duration truly = world_.now() - world_.newest_pose_captured();

@@ -23,14 +23,14 @@ std::optional<Cell> calm_cell(SuiteOptions options, const char* task) {
   return results.size() == 1 && results.front().flown() ? std::optional(results.front().mean) : std::nullopt;
 }
 
-/// A number of a cell for people.
+/// A number of a cell as text.
 std::string text(const std::optional<Cell>& cell, double Cell::*member, int digits) {
   char out[32];
   std::snprintf(out, sizeof out, "%.*f", digits, cell ? (*cell).*member : 0.0);
   return cell ? out : "not flown";
 }
 
-/// From the calmest to the fastest: x must not decrease.
+/// The curve from the calmest to the fastest command, because its x must not decrease.
 plot::Line line_of(const std::vector<MotionPoint>& points, std::optional<Cell> MotionPoint::*task, const char* name,
                    const char* color) {
   plot::Line line{.name = name, .x = {}, .y = {}, .color = color};
@@ -82,7 +82,7 @@ nlohmann::json motion_to_json(const std::vector<MotionPoint>& points) {
 }
 
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about) {
-  plot::Page page("What calm commands cost in tracking error, simulated");
+  plot::Page page("Tracking error against the motion of the command, simulated");
   page.paragraph(about);
   const std::string curve =
       plot::svg(plot::Figure{.title = "One point for each input weight",

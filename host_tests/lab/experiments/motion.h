@@ -11,10 +11,10 @@
 
 namespace m100::lab::experiments {
 
-/// How much the command moves, and what that buys, with one input weight.
+/// Command motion and pose error with one input weight.
 struct MotionPoint {
   double input_weight = 0.0;
-  std::optional<Cell> hover;   ///< in calm air; none: control was never obtained
+  std::optional<Cell> hover;   ///< in calm air; empty: control was never obtained
   std::optional<Cell> square;  ///< likewise
   bool flown() const { return hover && square; }
 };
@@ -23,9 +23,9 @@ struct MotionPoint {
 std::vector<MotionPoint> fly_motion(const SuiteOptions& options);
 
 void print_motion(std::ostream& out, const std::vector<MotionPoint>& points);
-/// [{"input_weight": 0, "hover": {"pose_m": 0, "command_deg_s": 0}, "square": {...}}]; null: it was not flown.
+/// [{"input_weight": 0, "hover": {"pose_m": 0, "command_deg_s": 0}, "square": {...}}]; null: not flown.
 nlohmann::json motion_to_json(const std::vector<MotionPoint>& points);
-/// A self-contained page with the curve, motion.html, and the curve alone, motion.svg. Errors: InputError.
+/// Writes a self-contained page with the curve, motion.html, and the curve alone, motion.svg. Errors: InputError.
 void write_motion_report(const std::string& folder, const std::vector<MotionPoint>& points, const std::string& about);
 
 }  // namespace m100::lab::experiments

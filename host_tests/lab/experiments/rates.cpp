@@ -87,7 +87,7 @@ nlohmann::json rates_to_json(const std::vector<RateCost>& costs) {
 }
 
 void write_rates_report(const std::string& folder, const std::vector<RateCost>& costs, const std::string& about) {
-  plot::Page page("What a command rate costs in tracking error, simulated");
+  plot::Page page("Tracking error against the command rate, simulated");
   page.paragraph(about);
   page.table(table(costs));
   page.write(folder + "/rates.html");

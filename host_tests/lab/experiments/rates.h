@@ -10,14 +10,14 @@
 
 namespace m100::lab::experiments {
 
-/// One command rate of one channel. The controller runs at 100 Hz whatever it is.
+/// One command rate of one channel. The controller always runs at 100 Hz.
 struct RateSetting {
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;
   bool by_name = false;  ///< the paper's 100 Hz: outside the window of the channel
 };
 
-/// What a rate costs in tracking error.
+/// The tracking errors at one command rate.
 struct RateCost {
   RateSetting setting;
   std::vector<TaskResult> tasks;
@@ -30,12 +30,12 @@ const std::vector<RateSetting>& rate_settings();
 std::vector<RateCost> fly_rates(const SuiteOptions& options,
                                 const std::vector<RateSetting>& settings = rate_settings());
 
-/// A line a rate: pose RMS of each task in m.
+/// Prints one line per rate: pose RMS of each task in m.
 void print_rates(std::ostream& out, const std::vector<RateCost>& costs);
 /// [{"channel": "virtual_rc", "rate_hz": 25, "by_name": false, "tasks": {"hover": {"calm": {...}, "wind": {...}}}},
 /// ...]
 nlohmann::json rates_to_json(const std::vector<RateCost>& costs);
-/// A self-contained page, rates.html. Errors: InputError.
+/// Writes a self-contained page, rates.html. Errors: InputError.
 void write_rates_report(const std::string& folder, const std::vector<RateCost>& costs, const std::string& about);
 
 }  // namespace m100::lab::experiments

@@ -78,7 +78,7 @@ std::string path_figure(const TaskResult& result) {
   return plot::svg(figure);
 }
 
-/// @param above the cells of ours that are above the paper's
+/// @param above receives our cells that are above the paper's
 std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& results, plot::Cells& above) {
   constexpr std::array kColumns{"", "", "pose_m", "x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"};
   std::vector<std::vector<std::string>> rows{{"task", "", "pose [m]", "x [m]", "y [m]", "z [m]", "roll [deg]",
@@ -128,7 +128,7 @@ void write_report(const std::string& folder, const std::vector<TaskResult>& resu
     page.figure(position_figure(result), "Position of the first seed; dashed: reference.");
     page.figure(attitude_figure(result), "Attitude of the first seed.");
     if (result.task->task == "trajectory" || result.task->task == "simulator") {
-      page.figure(path_figure(result), "Inside the window of the RMS.");
+      page.figure(path_figure(result), "Path inside the window of the RMS.");
     }
   }
   page.write(folder + "/experiments.html");

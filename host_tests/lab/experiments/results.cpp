@@ -41,7 +41,7 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
-/// The same flights with the clipped LQR; none: it never obtained control.
+/// The mean of the same flights with the clipped LQR; empty: it never obtained control.
 std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options) {
   plan.law = mpc::Law::kLqr;
   std::vector<Cell> cells;
@@ -100,7 +100,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   return result;
 }
 
-/// Null for what was never flown: an error of nought would be a lie.
+/// Null for a cell that was never flown: its error is unknown, not zero.
 nlohmann::json json_of(const Cell& cell, bool flown = true) {
   nlohmann::json out;
   for (const CellField& field : cell_fields()) {
@@ -185,7 +185,7 @@ void print_our_line(std::ostream& out, const TaskResult& result) {
   }
 }
 
-/// What no column of the paper has.
+/// Prints the results that the paper's table does not have.
 void print_more(std::ostream& out, const TaskResult& result) {
   const Task& task = *result.task;
   out << "\n"

@@ -19,10 +19,10 @@ struct TaskResult {
   Cell mean;
   Cell spread;                      ///< standard deviation over the seeds
   double time_optimal_m = 0.0;      ///< pose RMS of the fastest possible flight; 0: no steps
-  double time_optimal_share = 0.0;  ///< that over ours: 1 would be perfect
+  double time_optimal_share = 0.0;  ///< time_optimal_m divided by our pose RMS; 1 would be perfect
   int seeds = 0;
-  bool flown() const { return seeds > refused; }  ///< else mean, spread and trace say nothing
-  int refused = 0;                                ///< flights that never obtained control, counted in no mean
+  bool flown() const { return seeds > refused; }  ///< false: mean, spread and trace are invalid
+  int refused = 0;                                ///< flights that never obtained control; excluded from the means
   double largest_tilt_deg = 0.0;
   double hardest_touch_m_s = 0.0;
   double seconds_per_flight = 0.0;  ///< of computer time
@@ -43,26 +43,26 @@ struct SuiteOptions {
   mpc::Law law = mpc::Law::kMpc;
   bool baseline = false;  ///< flies each task with the clipped LQR too
   bool literal_steps = true;
-  std::function<void(const std::string&)> progress;  ///< one line a task; may be empty
+  std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
 };
 
-/// Flies the tasks; the plant with the fan where the task has it. Same options: same numbers, bit for bit.
+/// Flies the tasks, with the fan where the task has it. The same options give the same numbers, bit for bit.
 std::vector<TaskResult> fly_suite(const SuiteOptions& options);
 
-/// A cell that the paper fills, by its name in JSON, and whether ours is above it; what was never flown is.
+/// A cell that the paper fills, by its name in JSON, and whether ours is above it; a cell never flown counts as above.
 struct Compared {
   std::string name;
   bool above = false;
 };
 std::vector<Compared> compared(const TaskResult& result);
-/// How many of the cells that the paper fills are above the paper's number; what was never flown is above it.
+/// The number of our cells that are above the paper's; a cell never flown counts as above.
 int cells_above_paper(const std::vector<TaskResult>& results);
 
-/// The paper's results table beside ours, for people.
+/// Prints the paper's results table side by side with ours.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);
-/// {"hover": {"calm": {...}, "wind": {...}}, ...} as the contract has it, with more keys. Null: it was not flown.
+/// {"hover": {"calm": {...}, "wind": {...}}, ...}, with more keys. Null: not flown.
 nlohmann::json to_json(const std::vector<TaskResult>& results);
-/// A self-contained page with the table and figures. Errors: InputError.
+/// Writes a self-contained page with the table and figures. Errors: InputError.
 void write_report(const std::string& folder, const std::vector<TaskResult>& results, const std::string& about);
 
 }  // namespace m100::lab::experiments

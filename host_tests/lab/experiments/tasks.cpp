@@ -8,7 +8,8 @@ namespace m100::lab::experiments {
 namespace {
 
 namespace paper = model::paper;
-/// Waits until the window opens, then jumps from goal to goal at equal times. Goals are offsets from the start.
+/// A course that waits until the window opens and then steps from goal to goal at equal intervals. Goals are offsets
+/// from the start.
 struct Goals {
   double first_s = 0.0;
   double every_s = 0.0;
@@ -22,7 +23,7 @@ struct Goals {
     }
     return out.str();
   }
-  /// Horizontal ways, each axis on its own: each has its own tilt.
+  /// Horizontal distances, separately for each axis, because each axis has its own tilt.
   std::vector<double> distances_m() const {
     std::vector<double> out;
     std::array<double, 3> before{};
@@ -43,7 +44,7 @@ const Goals kWindySteps{22.0, 15.0, {{1, 1, 0.2}, {1, 2, 0.2}, {0, 1, 0}, {0, 0,
 const Goals kSixMetres{22.0, 90.0, {{6, 0, 0}}};
 const Goals kTwoMetres{22.0, 90.0, {{2, 0, 0}}};
 
-/// The square again and again, half a second of rest in every corner.
+/// The square repeated, with half a second of rest in every corner.
 std::string squares() {
   std::string out = "step 0 0 0 0 15\n";
   for (int round = 0; round < 6; ++round) {

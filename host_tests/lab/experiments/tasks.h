@@ -9,7 +9,7 @@
 
 namespace m100::lab::experiments {
 
-/// One column of the paper's results table, and how we fly it.
+/// One column of the paper's results table, and the task that we fly for it.
 struct Task {
   std::string task;       ///< "hover", "step", "trajectory", "simulator"
   std::string condition;  ///< "calm" or "wind"
@@ -22,13 +22,13 @@ struct Task {
   std::vector<double> steps_m;  ///< distances of the set points, for the time-optimal bound; empty: no steps
 };
 
-/// The seven columns.
+/// The seven columns of the table.
 ///
 /// The paper names few sizes. Steps: "the vehicle travels only 2 m along x in windy condition, whereas it moves 6 m"
-/// (IV-D.3). One step of 6 m cannot be meant: an aircraft that tilts at once to 25 degrees and covers 6 m in the
-/// shortest possible time has an RMS of 0.56 m over the paper's 100 s, and the paper reports 0.259 m; so the 6 m and
-/// the 2 m are ways, flown here in goals 1 m apart. For y the same ratio of way to RMS gives 8 m and 6 m. The literal
-/// single steps are flown too, as tasks of their own (literal_steps).
+/// (IV-D.3). One step of 6 m cannot be meant: an aircraft that tilts instantly to 25 degrees and covers 6 m in the
+/// shortest possible time has an RMS of 0.56 m over the paper's 100 s, and the paper reports 0.259 m. So the 6 m and
+/// the 2 m are total distances, flown here with goals 1 m apart. For y the same ratio of distance to RMS gives 8 m and
+/// 6 m. The literal single steps are separate tasks (literal_steps).
 /// Trajectory: the 1 x 1 m square (IV-D.4), minimum-jerk sides of 2.5 s. Simulator: four goals with heading (IV-D.1).
 const std::vector<Task>& paper_tasks();
 /// One step of 6 m in x, calm; one of 2 m, windy.

@@ -6,7 +6,7 @@
 
 namespace m100::lab::experiments {
 
-/// What was true in one tick of a simulated flight: known to the simulator, not to the controller. World NWU, SI.
+/// The true state in one tick of a simulated flight; the controller does not know it. World NWU, SI.
 struct TracePoint {
   double t_s = 0.0;
   std::array<double, 3> reference_m{};
@@ -16,11 +16,11 @@ struct TracePoint {
   double yaw_rad = 0.0;
   double roll_rad = 0.0;
   double pitch_rad = 0.0;
-  std::array<double, 4> granted{};  ///< roll, pitch, climb, yaw rate let through by the supervisor
+  std::array<double, 4> granted{};  ///< roll, pitch, climb, yaw rate as granted by the supervisor
   std::array<double, 2> disturbance_m_s2{};
   int rung = 0;  ///< of the failsafe ladder
-  /// Normalised square of the observer's error in position and velocity of both axes, expected 4 (Bar-Shalom): error'
-  /// P^-1 error, P its own covariance. Negative: there is none.
+  /// Normalised square of the observer's error in position and velocity of both axes: error' P^-1 error with its own
+  /// covariance P, expectation 4 (Bar-Shalom). Negative: there is none.
   double nees = -1.0;
 };
 

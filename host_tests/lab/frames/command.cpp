@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab frames: bytes of the DJI link to JSON lines, and back.
+// m100-lab frames: converts bytes of the DJI link to JSON lines, and back.
 #include <fcntl.h>
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -28,7 +28,7 @@ namespace m100::lab {
 namespace {
 
 struct FramesOptions {
-  std::string file;  ///< empty or "-": standard input, the way for whatever has no end
+  std::string file;  ///< empty or "-": standard input, also for endless input
   std::string key_file;
 
   void check_files() const {
@@ -36,7 +36,7 @@ struct FramesOptions {
   }
 };
 
-/// Standard input, or the file that is named. Bytes are handed on as they come, so that a live port can be watched.
+/// Standard input, or the named file. Bytes are passed on as they arrive, so that a live port can be watched.
 class Input {
  public:
   explicit Input(const std::string& file)
@@ -54,7 +54,7 @@ class Input {
     }
   }
 
-  /// @returns the bytes that are there, at least one; none at the end.
+  /// @returns the available bytes, at least one; empty at the end.
   std::span<const char> read() {
     ssize_t count = -1;
     do {
@@ -140,7 +140,7 @@ void encode(const FramesOptions& options) {
 }  // namespace
 
 void add_frames(CLI::App& lab) {
-  CLI::App* const frames = lab.add_subcommand("frames", "Bytes of the DJI link to JSON lines, and back");
+  CLI::App* const frames = lab.add_subcommand("frames", "Convert bytes of the DJI link to JSON lines, and back");
   frames->require_subcommand(1);
   const auto options = std::make_shared<FramesOptions>();
   CLI::App* const decoder = frames->add_subcommand(
@@ -150,9 +150,9 @@ void add_frames(CLI::App& lab) {
   for (CLI::App* const each : {decoder, encoder}) {
     each->add_option("file", options->file, "Input; standard input if left out");
     each->add_option("--key-file", options->key_file,
-                     "file with the AES-256 key, 64 hexadecimal digits, that only its owner can read");
+                     "file with the AES-256 key (64 hexadecimal digits, readable by its owner only)");
   }
-  encoder->footer("A line may bring its own key_hex, and padding_hex (the filler of an encrypted frame).");
+  encoder->footer("A line may contain its own key_hex, and padding_hex (the filler of an encrypted frame).");
   decoder->callback([options] { decode(*options); });
   encoder->callback([options] { encode(*options); });
 }

@@ -10,7 +10,7 @@
 
 namespace m100::lab {
 
-/// Two lower-case digits a byte.
+/// Two lower-case digits for each byte.
 inline std::string to_hex(std::span<const std::byte> bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string hex;
@@ -22,7 +22,7 @@ inline std::string to_hex(std::span<const std::byte> bytes) {
   return hex;
 }
 
-/// Empty if a character is no hexadecimal digit or their number is odd.
+/// Empty if a character is not a hexadecimal digit or the number of digits is odd.
 inline std::optional<std::vector<std::byte>> from_hex(std::string_view hex) {
   const auto digit = [](char character) -> int {
     if (character >= '0' && character <= '9') {

@@ -25,7 +25,7 @@ std::string version_text(std::uint32_t version) {
          std::to_string((version >> 8U) & 255U) + "." + std::to_string(version & 255U);
 }
 
-/// What a frequency code asks for; codes above 5 exist for newer flight controllers only.
+/// The frequency of a code; codes above 5 exist only for newer flight controllers.
 Json hertz(int code) {
   constexpr std::array kHertz{0, 1, 10, 50, 100, -1, 200, 400};
   if (code == 5) {
@@ -37,7 +37,7 @@ Json hertz(int code) {
 Json frequency_fields(std::span<const std::byte> value) {
   Json codes = Json::array();
   Json rates = Json::array();
-  for (const std::byte byte : value) {  // as they stand on the wire, not as decode_command() clamps them
+  for (const std::byte byte : value) {  // as on the wire, not clamped as by decode_command()
     codes.push_back(std::to_integer<int>(byte));
     rates.push_back(hertz(std::to_integer<int>(byte)));
   }
@@ -238,7 +238,7 @@ Json frame_line(const protocol::FrameView& frame, const protocol::Cipher* cipher
             {"cmd_set", nullptr},
             {"cmd_id", nullptr},
             {"payload_hex", nullptr}};
-  if (!message) {  // nobody gave the key
+  if (!message) {  // the key was not given
     line["name"] = "encrypted";
     line["fields"] = Json::object();
     line["ciphertext_hex"] = to_hex(frame.data);

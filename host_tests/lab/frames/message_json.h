@@ -12,17 +12,17 @@ namespace m100::lab {
 
 using Json = nlohmann::ordered_json;
 
-/// A message for people: its name and its values, units in the keys.
+/// A readable description of a message: its name and its values, with units in the keys.
 struct Description {
   std::string name;
   Json fields = Json::object();
-  bool malformed = false;  ///< the size or a code does not fit what the message is
+  bool malformed = false;  ///< the size or a code does not fit the message
 };
 
 /// @param answered the command that an acknowledgement answers, if it is known.
 Description describe(const protocol::Message& message, const std::optional<protocol::MessageId>& answered);
 
-/// Which command was last sent in each session, so that an acknowledgement in the same recording has a name.
+/// Remembers the last command of each session, so that an acknowledgement in the same recording can be named.
 class CommandMemory {
  public:
   void note(const protocol::Message& message);

@@ -7,7 +7,7 @@
 
 namespace m100::lab {
 
-/// The items that a package carries, under the names of the recorded vectors.
+/// The items of a telemetry package, under the names used in the recorded vectors.
 nlohmann::ordered_json telemetry_fields(const protocol::Telemetry& telemetry);
 
 }  // namespace m100::lab

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab gains: gain tables of a vehicle file, and what they promise.
+// m100-lab gains: makes the gain tables of a vehicle file, and reports their margins.
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
@@ -46,7 +46,7 @@ struct GainsOptions {
   bool check = false;
 };
 
-/// One line that is written over, when somebody is there to read it.
+/// A progress line that overwrites itself; only if standard error is a terminal.
 gains::SetpointProgress progress_line() {
   if (isatty(STDERR_FILENO) == 0) {
     return {};
@@ -65,11 +65,11 @@ gains::SetpointProgress progress_line() {
 void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
   if (rows.too_large) {
     std::printf(
-        "%s: the set-point law is too large for a table (given up after %llu linear programs): the preview law "
-        "flies alone, as exactly\n",
+        "%s: the set-point law is too large for a table (stopped after %llu linear programs): the preview law, which "
+        "is as exact, flies alone\n",
         axis, static_cast<unsigned long long>(rows.programs));
   } else if (rows.nodes.empty()) {
-    std::printf("%s: no set-point law: its limits are not symmetric or too small\n", axis);
+    std::printf("%s: no set-point law: the limits are not symmetric or too small\n", axis);
   } else {
     std::printf(
         "%s: set-point law of %zu regions in half the box, %zu affine pieces, at most %zu planes in %u nodes of "
@@ -80,7 +80,7 @@ void report_setpoint_law(const char* axis, const gains::SetpointRows& rows) {
   }
 }
 
-/// Ages of the pose that the report gives, in ticks of 10 ms: fresh, as simulated, and the oldest of the paper's link.
+/// Pose ages of the report, in ticks of 10 ms: fresh, as simulated, and the oldest on the paper's link.
 constexpr std::array<std::size_t, 3> kPoseAges{0, 2, 8};
 
 std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gains::Margins& margins) {
@@ -94,7 +94,7 @@ std::string margins_text(const char* axis, std::size_t pose_age_ticks, const gai
   return line;
 }
 
-/// Prints what the loop stands and warns below the limits; refuses nothing.
+/// Prints the margins of the loop and warns if they are below the limits; refuses nothing.
 void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Structure>& structures,
                     const GainsOptions& options) {
   nlohmann::json all;
@@ -120,11 +120,11 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Stru
   write_json(options.json, all);
 }
 
-/// Writes the bytes, or with `check` compares them with what is there. @returns false when they differ.
+/// Writes the bytes, or with `check` compares them with the existing file. @returns false: they differ.
 bool put(const std::string& path, std::string_view bytes, bool check) {
   if (check) {
     if (whole_file(path) != bytes) {
-      std::fprintf(stderr, "m100-lab: %s: is not what this vehicle file gives\n", path.c_str());
+      std::fprintf(stderr, "m100-lab: %s: differs from the tables that this vehicle file gives\n", path.c_str());
       return false;
     }
     return true;
@@ -138,7 +138,7 @@ bool put(const std::string& path, std::string_view bytes, bool check) {
   return true;
 }
 
-/// Before the work; with --check, header and table are read, and no margins are reported.
+/// Checks the files before the work. With --check, header and table are read, and no margins are reported.
 void check_files(const GainsOptions& options) {
   companion::FileUse use;
   use.reads("--vehicle", options.vehicle).reads("--rival", options.rivals).writes("--tune", options.tuned);
@@ -150,7 +150,7 @@ void check_files(const GainsOptions& options) {
   use.check();
 }
 
-/// The vehicle file's own, and those of --rival.
+/// The vehicle file's own structure, and those of --rival.
 std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, const GainsOptions& options) {
   std::vector<gains::Structure> structures{{"its own structure", file.vehicle}};
   for (const std::string& path : options.rivals) {
@@ -159,8 +159,8 @@ std::vector<gains::Structure> structures_of(const companion::VehicleFile& file, 
   return structures;
 }
 
-/// How much the command moves in a simulated hover in calm air, of an aircraft that is what `file` says; infinite where
-/// that hover was not flown to its end: a command that rests because nobody flies is not calm.
+/// The command motion [deg/s] in a simulated hover in calm air with an aircraft as in `file`; infinite if the hover was
+/// not flown to its end, because a command at rest after a release is not calm.
 double hover_motion(const companion::VehicleFile& file, const sim::Plant& plant) {
   constexpr double kFrom_s = 10.0, kTo_s = 30.0;
   experiments::FlightPlan plan;
@@ -185,8 +185,7 @@ void tune_weights(companion::VehicleFile& file, const std::vector<gains::Structu
       "input weight %.3g: %s as flown: peak sensitivity %.2f, delay margin %.0f ms, command motion in hover "
       "%.0f deg/s\n",
       tuned.weights.input,
-      tuned.keeps_all ? "the fastest loop that keeps the limits"
-                      : "no input weight keeps the limits; the one that comes nearest,",
+      tuned.keeps_all ? "the fastest loop that keeps the limits" : "no input weight keeps the limits; the nearest one,",
       tuned.kept.peak_sensitivity, tuned.kept.delay_margin_s * 1e3, tuned.motion_deg_s);
 }
 
@@ -194,7 +193,7 @@ void run(const GainsOptions& options) {
   check_files(options);
   companion::VehicleFile file = companion::load_vehicle(options.vehicle);
   gains::TableSet set{};
-  std::vector<std::byte> bytes;  // of the table file: one mode after the other, see companion::FlightModel
+  std::vector<std::byte> bytes;  // of the table file: both modes in sequence, see companion::FlightModel
   try {
     const std::vector<gains::Structure> structures = structures_of(file, options);
     if (!options.tuned.empty()) {
@@ -234,27 +233,30 @@ void run(const GainsOptions& options) {
 }  // namespace
 
 void add_gains(CLI::App& lab) {
-  CLI::App* command = lab.add_subcommand("gains", "makes the controller's tables from a vehicle file");
+  CLI::App* command =
+      lab.add_subcommand("gains", "make the controller's tables from a vehicle file, and report their margins");
   auto options = std::make_shared<GainsOptions>();
   command->add_option("--vehicle", options->vehicle, "vehicle file (TOML)")->required();
   command->add_option("--out", options->header, "C++ header for the firmware");
   command->add_option("--table", options->table, "gain table file for `m100 fly`");
   command->add_option("--json", options->json, "margins as JSON");
-  command->add_option("--rival", options->rivals,
-                      "vehicle file of a structure that the log allows as well: margins on it too; may be repeated");
+  command->add_option(
+      "--rival", options->rivals,
+      "vehicle file of another structure that the log allows; reports its margins too; may be repeated");
   command->add_option("--tune", options->tuned,
-                      "chooses the input weight by the margins as flown and the command's motion in a simulated hover, "
-                      "writes this vehicle file and makes the tables from it");
-  command->add_option("--mode", options->mode, "whose margins are said; the table file has both modes")
+                      "choose the input weight by the margins as flown and the command motion in a simulated hover, "
+                      "write this vehicle file and make the tables from it");
+  command->add_option("--mode", options->mode, "mode whose margins are reported; the table file has both modes")
       ->check(CLI::IsMember({"field", "calm_room"}));
   command
       ->add_option("--setpoint-box", options->box,
-                   "where the set-point law holds: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
-                   "previous input [rad], steady input [rad]; 6 4 0.5 2 0.75 0.31 unless told")
+                   "range of the set-point law: position error [m], velocity [m/s], tilt [rad], tilt rate [rad/s], "
+                   "previous input [rad], steady input [rad]; default: 6 4 0.5 2 0.75 0.31")
       ->expected(6)
       ->check(from_to(1e-6, 1e6));
-  command->add_flag("--corners", options->corners, "as flown, over gain and frequency +-20 % of every structure");
-  command->add_flag("--check", options->check, "compare with the files that are there instead of writing them");
+  command->add_flag("--corners", options->corners,
+                    "report the margins as flown over gain and frequency +-20 % of every structure");
+  command->add_flag("--check", options->check, "compare with the existing files instead of writing them");
   command->callback([options] { run(*options); });
 }
 

@@ -13,9 +13,9 @@ using Column = FlownLoop::Column;
 using Index = Eigen::Index;
 enum Filter : Index { kP, kV, kTilt, kRate, kD, kM };
 
-/// The observer sees an axis without dynamics as one of first order with this time constant (est/filter_parts.h).
+/// The observer models an axis without dynamics as first order with this time constant (est/filter_parts.h).
 constexpr double kFastest_s = 0.01;
-/// A minute of flight: the slowest mode of the observer, the offset, has settled.
+/// Ticks of a minute of flight, in which the slowest mode of the observer, the offset, has settled.
 constexpr int kSettled = 6000;
 
 FlownController::Square transition_of(const FlownController& c) {
@@ -85,7 +85,7 @@ void take_law(FlownController& c, const mpc::GainTable<double>& table) {
   c.offset_gain = c.previous_gain - 1.0;
 }
 
-/// u, newest first, moved by one and the newest put in.
+/// Shifts a history of u, newest first, by one and inserts the newest value.
 template <typename Segment>
 void push(Segment&& u, double newest) {
   for (Index i = u.size() - 1; i > 0; --i) {
@@ -96,8 +96,7 @@ void push(Segment&& u, double newest) {
   }
 }
 
-/// One prediction of the observer, as est::AxisFilter makes it. @param acceleration receives what it says about the
-/// tick
+/// One prediction of the observer, as in est::AxisFilter. @param acceleration receives the acceleration in the tick
 FlownController::Six predicted(const FlownController& c, const FlownController::Six& from, const Column& told,
                                double& acceleration) {
   const model::AxisStep& s = c.step;
@@ -148,20 +147,20 @@ FlownController::FlownController(const model::Vehicle& believed, Axis axis, cons
   settle_observer(*this, believed.estimator, way);
 }
 
-/// Where everything stands in the state.
+/// Offsets of the parts in the state vector.
 struct FlownLoop::Parts {
   Index vehicle, line, seen, positions, filter, accelerations, told, held, size;
   Parts(Index states, Index under_way, const Way& way, const mpc::DelayModel<double>& delay) {
     const auto attitudes = static_cast<Index>(way.attitude_age_ticks);
     const auto poses = static_cast<Index>(way.pose_age_ticks);
     vehicle = 0;
-    line = states;                     // the vehicle's commands under way, newest first
+    line = states;                     // the vehicle's commands in its delay line, newest first
     seen = line + under_way;           // tilt and rate of the last ticks, newest first
     positions = seen + 2 * attitudes;  // likewise
     filter = positions + poses;
     accelerations = filter + 6;                         // the filter's, of the last ticks, newest first
-    told = accelerations + poses;                       // what the controller told, newest first
-    held = told + static_cast<Index>(delay.ticks) + 3;  // in force: the vehicle's command, the controller's
+    told = accelerations + poses;                       // the controller's own commands, newest first
+    held = told + static_cast<Index>(delay.ticks) + 3;  // commands in force: the vehicle's, then the controller's
     size = held + 2;
   }
 };
@@ -220,7 +219,7 @@ FlownLoop::FlownLoop(const FlownController& controller, const model::Vehicle& tr
   period(in_, 1.0);
 }
 
-/// What the law would command now.
+/// The present command of the law.
 double FlownLoop::law(const Column& told, const FlownController::Six& estimate) const {
   const mpc::DelayModel<double>& delay = controller_.delay;
   const auto ticks = static_cast<Index>(delay.ticks);
@@ -248,7 +247,7 @@ double FlownLoop::law(const Column& told, const FlownController::Six& estimate) 
          controller_.offset_gain * offset + controller_.previous_gain * told(0);
 }
 
-/// One tick. @returns what the law says in it
+/// Simulates one tick. @returns the law's command in it
 double FlownLoop::tick(Column& state, const Parts& at, bool sends, double vehicle_input) const {
   auto vehicle = state.segment(at.vehicle, at.line);
   auto line = state.segment(at.line, at.seen - at.line);
@@ -307,7 +306,7 @@ std::complex<double> FlownLoop::response(double frequency_rad_s) const {
 
 bool FlownLoop::closed_is_stable() const {
   Dense closed = loop_ + in_ * out_.transpose();
-  for (int i = 0; i < 22; ++i) {  // power 2^22: two days of flight
+  for (int i = 0; i < 22; ++i) {  // power 2^22: two days of flight at 25 Hz
     closed = (closed * closed).eval();
     if (!(closed.cwiseAbs().maxCoeff() < 1e100)) {
       return false;
@@ -331,7 +330,7 @@ Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& t
     out.delay_margin_s = 0.0;
     return out;
   }
-  // By the eigenvalues: between two commands a delay is no turn of the phase alone.
+  // Found by eigenvalues, because a delay shorter than a command period is not a pure phase shift.
   constexpr double kStep_s = 0.01;
   double low = 0.0;
   double high = kStep_s;

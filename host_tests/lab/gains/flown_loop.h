@@ -10,8 +10,8 @@
 
 namespace m100::lab::gains {
 
-/// The flight law of one axis with its observer, linear about hover: what `believed` makes of it. It knows nothing of
-/// the vehicle that it flies.
+/// The flight law of one axis with its observer, linear about hover, as the vehicle file `believed` gives it. It does
+/// not depend on the vehicle that it flies.
 struct FlownController {
   FlownController(const model::Vehicle& believed, Axis axis, const Way& way);
 
@@ -21,18 +21,19 @@ struct FlownController {
   model::AxisStep step;
   double pull_m_s2 = 0.0;  ///< acceleration per tilt, with its sign
   double drag_per_s = 0.0;
-  double scale_per_count = 0.0;  ///< of the stick; 0: not stated
+  double scale_per_count = 0.0;  ///< stick scale; 0: not stated
   Six tilt_gain, rate_gain, pose_gain;
   mpc::DelayModel<double> delay;
-  /// u_0 of the table without limits, for a reference of zero.
+  /// Gains of u_0 without limits, for a reference of zero.
   Eigen::VectorXd state_gain;
   double disturbance_gain = 0.0;
   double offset_gain = 0.0;
   double previous_gain = 0.0;
 };
 
-/// The loop as it flies, opened at the attitude command: in, what the vehicle is told from one command to the next;
-/// out, what the controller would have told it. One step of this linear system is the time between two commands.
+/// The loop as flown, opened at the attitude command. Input: the command that the vehicle gets from one command to the
+/// next. Output: the command that the controller would have sent. One step of this linear system is the time between
+/// two commands.
 class FlownLoop {
  public:
   using Dense = Eigen::MatrixXd;
@@ -57,7 +58,7 @@ class FlownLoop {
   Column early_, late_;
   Eigen::RowVectorXd tilt_, rate_;
   double tilt_per_input_ = 0.0, rate_per_input_ = 0.0;
-  Eigen::Index line_ = 1;  ///< commands under way, n + 1
+  Eigen::Index line_ = 1;  ///< commands in the delay line, n + 1
   double period_s_ = 0.0;
   Dense loop_;
   Column in_, out_;

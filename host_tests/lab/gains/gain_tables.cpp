@@ -40,7 +40,7 @@ Adjoint adjoint(const DiscreteAxis& step) {
   return out;
 }
 
-/// GainTable::clipping_gain from H^-1, by elimination.
+/// Computes GainTable::clipping_gain from H^-1 by elimination.
 void put_clipping_gain(mpc::GainTable<double>& out, Matrix rest) {
   std::size_t next = 0;
   for (Eigen::Index k = 0; k < kN; ++k) {
@@ -153,7 +153,7 @@ mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axi
   const ContinuousAxis continuous = continuous_axis(vehicle, axis);
   constexpr Real kTick_s = Real(0.01);
   mpc::DelayModel<double> out;
-  // A delay that is a whole number of ticks but for rounding has no rest.
+  // A delay that is a whole number of ticks except for rounding gets no fractional part.
   out.ticks = static_cast<std::uint32_t>(std::floor(Real(attitude.transport_delay_s) / kTick_s + Real(1e-6)));
   out.delay_s = static_cast<double>(attitude.transport_delay_s);
   out.rest = step_model(continuous, std::max(Real(0), Real(attitude.transport_delay_s) - Real(out.ticks) * kTick_s));

@@ -10,7 +10,7 @@
 
 namespace m100::lab::gains {
 
-/// H and the maps that give f. The cost over the 20 inputs U is J = 1/2 U'HU + f'U,
+/// H and the matrices of f. The cost over the 20 inputs U is J = 1/2 U'HU + f'U,
 /// f = S'Qb (Tx x0 + Td d - r) - R s - Rd u_prev e_0.
 struct Condensed {
   Matrix s;   ///< 20 n x 20, inputs to states x_1..x_20
@@ -19,21 +19,23 @@ struct Condensed {
   Matrix qb;  ///< 20 n x 20 n
   Matrix h;   ///< 20 x 20
 };
-/// n is the number of the problem's states: a n x n, b, bd and q n numbers, p n x n.
+/// Sizes, with n states in the problem: a and p n x n; b, bd and q n.
 Condensed condense(const AxisProblem& problem);
 
-/// The table of one quadratic program, without delay and set-point law. Weights not negative, r > 0, u_min < u_max; the
-/// first state is the position: nothing else depends on it. Throws std::domain_error unless there are 3 or 4 states.
+/// The table of one quadratic program, without delay and set-point law. Preconditions: weights not negative, r > 0,
+/// u_min < u_max; the first state is the position, and no other state depends on it. Throws std::domain_error unless
+/// there are 3 or 4 states.
 mpc::GainTable<double> make_gain_table(const AxisProblem& problem);
 
-/// Prediction through the axis' transport delay, 0 to 0.3 s. Throws std::domain_error as continuous_axis() does.
+/// The model for predicting through the axis' transport delay, 0 to 0.3 s. Throws std::domain_error as
+/// continuous_axis().
 mpc::DelayModel<double> make_delay_model(const model::Vehicle& vehicle, Axis axis);
 
-/// Both axes' tables of a vehicle, made in memory within milliseconds, without the set-point law (the preview law then
-/// answers everything). `digest` is the vehicle file's. Throws std::domain_error when the model cannot be controlled.
+/// The tables of both axes, computed in milliseconds, without the set-point law (the preview law then solves
+/// everything). `digest` is that of the vehicle file. Throws std::domain_error if the model cannot be controlled.
 mpc::GainTables<double> make_gain_tables(const model::Vehicle& vehicle, const core::Sha256Digest& digest = {});
 
-/// The table in float as the firmware has it: every double rounded. The set-point law is left out.
+/// The table in float, as in the firmware: every double rounded. The set-point law is omitted.
 mpc::GainTable<float> to_float(const mpc::GainTable<double>& table);
 inline mpc::GainTables<float> to_float(const mpc::GainTables<double>& tables) {
   return {.x = to_float(tables.x), .y = to_float(tables.y)};

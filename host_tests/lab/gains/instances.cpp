@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// One line of the file; every reader names what it could not read.
+/// One line of the file; each reading function names the key that it could not read.
 class Record {
  public:
   Record(const std::string& text, std::string file, long line) : file_(std::move(file)), line_(line) {
@@ -43,7 +43,7 @@ class Record {
   }
   double number(const std::string& key) const { return number(key, at(key)); }
   std::vector<double> numbers(const std::string& key, std::size_t count) const { return numbers(key, at(key), count); }
-  /// `count` numbers; a single number stands for all of them. @returns whether it was a single one.
+  /// Reads `count` numbers; a single number is used for all of them. @returns whether it was a single one.
   template <typename Array>
   bool fill(const std::string& key, Array& to) const {
     if (at(key).is_number()) {
@@ -101,11 +101,11 @@ class Record {
   long line_;
 };
 
-constexpr double kShortestStep_s = 1e-4;  // below, nothing moves within the horizon
-constexpr double kLongestStep_s = 10.0;   // an aircraft that is told so rarely is not controlled
+constexpr double kShortestStep_s = 1e-4;  // with less, nothing moves within the horizon
+constexpr double kLongestStep_s = 10.0;   // with more, the aircraft is not controlled
 
 AxisProblem read_model(const Record& record) {
-  const double states = record.number("nx");  // 1e300 is no index
+  const double states = record.number("nx");  // 1e300 is not an index
   if (states != 3.0 && states != 4.0) {
     record.fail("nx", "must be 3 or 4");
   }
@@ -194,7 +194,7 @@ InstanceFile read_instances(std::istream& lines, const std::string& name) {
     } else if (type == "qp") {
       const auto model = known.find(record.text("model"));
       if (model == known.end()) {
-        record.fail("model", "no model record of this name stands before this line");
+        record.fail("model", "no model record of this name precedes this line");
       }
       out.instances.push_back(read_problem(record, out.models.at(model->second)));
       out.instances.back().model = model->second;

@@ -11,7 +11,7 @@
 
 namespace m100::lab::gains {
 
-/// One quadratic program of an instance file, with its optimum where the file tells it.
+/// One quadratic program of an instance file, with its optimum if the file gives it.
 struct Instance {
   long id = 0;
   std::size_t model = 0;  ///< index into InstanceFile::models
@@ -28,11 +28,11 @@ struct InstanceFile {
   std::vector<Instance> instances;
 };
 
-/// Reads JSON lines: model records, each before its problems, and problems. `name` stands for the file in messages.
+/// Reads JSON lines: model records, each before its problems, and problems. `name` is the file's name in messages.
 /// Throws InputError naming file, line and key.
 InstanceFile read_instances(std::istream& lines, const std::string& name);
 
-/// A problem in float: positions are taken relative to the end of the reference first, so that they keep their digits.
+/// A problem in float. Positions are first made relative to the end of the reference, to keep their digits.
 mpc::Problem<float> to_float(const mpc::Problem<double>& problem);
 
 }  // namespace m100::lab::gains

@@ -39,7 +39,7 @@ void Polytope::add(const HalfSpace& half_space) {
     value.push_back(half_space.a(i));
   }
   index.push_back(static_cast<int>(dimensions_) + 1);
-  value.push_back(1.0);  // |a| = 1: the ball's radius counts in full
+  value.push_back(1.0);  // coefficient of the ball's radius, since |a| = 1
   glp_set_mat_row(program_, row, static_cast<int>(index.size()) - 1, index.data(), value.data());
   glp_set_row_bnds(program_, row, GLP_UP, 0.0, half_space.b);
   rows_.push_back(half_space);

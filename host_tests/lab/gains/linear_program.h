@@ -18,12 +18,12 @@ struct HalfSpace {
   double b = 0.0;
 };
 
-/// What a construction may still cost. Counted, not timed, so that every machine comes to the same end: an undertaking
-/// that has spent its allowance throws Exhausted.
+/// The computing budget of a construction. It is counted, not timed, so that every machine gets the same result. A
+/// construction that has spent its allowance throws Exhausted.
 class Allowance {
  public:
   struct Exhausted {};
-  /// At most kPivots simplex steps each; a comparison is one point on one side of a plane.
+  /// Most simplex steps of one linear program. A comparison tests one point against one plane.
   static constexpr int kPivots = 2000;
 
   explicit Allowance(std::uint64_t programs = 400'000, std::uint64_t comparisons = 2'000'000'000)
@@ -42,7 +42,7 @@ class Allowance {
   }
   std::uint64_t programs_spent() const { return programs_spent_; }
   std::uint64_t comparisons_spent() const { return comparisons_spent_; }
-  /// The larger of both shares.
+  /// The larger of both spent shares.
   double spent() const {
     return std::max(static_cast<double>(programs_spent_) / static_cast<double>(programs_),
                     static_cast<double>(comparisons_spent_) / static_cast<double>(comparisons_));
@@ -53,26 +53,26 @@ class Allowance {
   std::uint64_t programs_spent_ = 0, comparisons_spent_ = 0;
 };
 
-/// A polytope, asked by linear programs. All parameters lie in [-1, 1].
+/// A polytope, examined by linear programs. All parameters lie in [-1, 1].
 class Polytope {
  public:
-  /// At least one dimension. The allowance must outlive it.
+  /// Precondition: at least one dimension. The allowance must outlive the polytope.
   Polytope(std::size_t dimensions, Allowance& allowance);
   ~Polytope();
   Polytope(const Polytope&) = delete;
   Polytope& operator=(const Polytope&) = delete;
 
-  /// The half-space gets the next number, from 0 on; its a has as many numbers as there are dimensions.
+  /// Adds a half-space, which gets the next number, starting with 0. Its a has one number per dimension.
   void add(const HalfSpace& half_space);
 
-  // Each of these is one linear program of the allowance, and throws Allowance::Exhausted when that is spent.
+  // Each of these costs one linear program of the allowance, and throws Allowance::Exhausted if that is spent.
 
-  /// Largest value of a's and where, a as in add(); -infinity when the polytope is empty. `decision`: when the value is
-  /// within 1e-8 of it, the program is solved once more in rational arithmetic.
+  /// The largest value of a's, with a as in add(), and its place; -infinity if the polytope is empty. If the value is
+  /// within 1e-8 of `decision`, the program is solved again in rational arithmetic.
   double maximise(const Eigen::VectorXd& a, double decision, Eigen::VectorXd* where = nullptr);
-  /// Radius of the largest ball inside (negative: empty) and its centre; with `on`, the ball of that facet.
+  /// Radius of the largest inscribed ball (negative: empty) and its centre; with `on`, of the ball on that facet.
   double radius(Eigen::VectorXd* centre = nullptr, std::size_t on = SIZE_MAX);
-  /// Whether half-space i carries a facet. `on` and `i` are numbers of half-spaces that were added.
+  /// Whether half-space i defines a facet. `on` and `i` are numbers of added half-spaces.
   bool is_facet(std::size_t i);
 
  private:

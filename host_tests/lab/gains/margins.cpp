@@ -19,7 +19,7 @@ using Dense = Eigen::MatrixXd;
 using Column = Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-/// One axis between ticks, its delay line included: x(k+1) = a x + early u(k-n-1) + late u(k-n) + bd d.
+/// One axis from tick to tick, including its delay line: x(k+1) = a x + early u(k-n-1) + late u(k-n) + bd d.
 struct SampledAxis {
   Dense a;
   Column early;
@@ -66,7 +66,7 @@ Observer observer(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age
   const bool rate_seen = n == 4 && zero == 0.0;
   out.c = Dense::Zero(rate_seen ? 3 : 2, n + 2);
   const double age_s = static_cast<double>(pose_age_ticks) * kTick_s;
-  out.c(0, 0) = 1.0;  // the position as it was: est/delayed_pose.h
+  out.c(0, 0) = 1.0;  // the position at the pose's capture: est/delayed_pose.h
   out.c(0, 1) = -age_s;
   out.c(0, n) = 0.5 * age_s * age_s;
   out.c(1, 2) = 1.0;
@@ -88,7 +88,7 @@ Observer observer(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age
   const Dense q = process.array().square().matrix().asDiagonal() * Dense::Identity(n + 2, n + 2) * kTick_s;
   const Dense r = sigma.array().square().matrix().asDiagonal() * Dense::Identity(sigma.size(), sigma.size());
   Dense p = Dense::Identity(n + 2, n + 2);
-  for (int i = 0; i < 6000; ++i) {  // a minute: the slowest mode, the offset, has settled
+  for (int i = 0; i < 6000; ++i) {  // a minute, in which the slowest mode, the offset, has settled
     p = out.a * p * out.a.transpose() + q;
     const Dense s = out.c * p * out.c.transpose() + r;
     out.gain = solve(s.cast<Real>(), (out.c * p).cast<Real>()).cast<double>().transpose();
@@ -98,9 +98,9 @@ Observer observer(const model::Vehicle& vehicle, Axis axis, std::size_t pose_age
   return out;
 }
 
-/// u_0 of the unconstrained law for a reference of zero, linear in what it is given.
+/// Linear gains of u_0 of the unconstrained law, for a reference of zero.
 struct FirstInput {
-  Column state;  ///< on the predicted states
+  Column state;  ///< gain on the predicted states
   double disturbance = 0.0;
   double offset = 0.0;
   double previous = 0.0;
@@ -119,7 +119,7 @@ FirstInput first_input(const mpc::GainTable<double>& table) {
   return out;
 }
 
-/// The opened loop as one linear system: what the vehicle is commanded in, what the controller commands out.
+/// The open loop as one linear system. Input: the vehicle's command; output: the controller's command.
 class OpenLoop {
  public:
   OpenLoop(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, std::size_t pose_age_ticks)
@@ -154,7 +154,7 @@ class OpenLoop {
   }
   bool closed_is_stable() const {
     Dense closed = a_ + b_ * c_.transpose() / (1.0 - d_);
-    for (int i = 0; i < 24; ++i) {  // power 2^24: two days of flight
+    for (int i = 0; i < 24; ++i) {  // the power 2^24 of a tick: two days of flight
       closed = (closed * closed).eval();
       if (!(closed.cwiseAbs().maxCoeff() < 1e100)) {
         return false;
@@ -176,7 +176,7 @@ class OpenLoop {
     auto positions = state.segment(truth_states_ + line + full + states_, age_);
     auto accelerations = state.tail(age_);
 
-    // The filter's step from the last tick to this one was left for now, when its inputs are all known.
+    // The filter's step from the last tick is made here, where all its inputs are known.
     Column seen = measured(vehicle);
     if (age_ > 0) {
       seen(0) = positions(age_ - 1);
@@ -243,7 +243,7 @@ class OpenLoop {
   FirstInput law_;
   mpc::DelayModel<double> delay_;
   Eigen::Index truth_states_;
-  double truth_zero_s_;  ///< what the attitude sensor sees is chi + zero chi' (axis_model.h)
+  double truth_zero_s_;  ///< the attitude sensor measures chi + zero chi' (axis_model.h)
   Eigen::Index states_;
   Eigen::Index age_;  ///< of the pose, ticks
   Dense a_;
@@ -268,7 +268,7 @@ Margins margins_from(const std::function<std::complex<double>(double)>& response
     const Complex gain = -response(frequency);  // L: the loop is closed by -1
     out.peak_sensitivity = std::max(out.peak_sensitivity, 1.0 / std::abs(1.0 + gain));
     if (i > 0 && (std::abs(before) - 1.0) * (std::abs(gain) - 1.0) <= 0.0) {
-      // phase above -180 degrees, in [0, 2 pi): what a delay has to eat up first
+      // phase above -180 degrees, in [0, 2 pi): the lag that a delay must reach
       const double at = frequency * (std::abs(before) > 1.0 ? std::sqrt(before_frequency / frequency) : 1.0);
       double phase = std::arg(-gain);
       out.phase_margin_rad = std::min(out.phase_margin_rad, std::abs(phase));

@@ -8,50 +8,51 @@
 
 namespace m100::lab::gains {
 
-/// What the sampled loop of one axis stands, opened at the attitude command. margins_of(): with a command in every tick
-/// of 10 ms, as the paper has it; flown_margins_of(): as the program flies. The axis as the vehicle file states it,
-/// steady observer (position, tilt, tilt rate measured; disturbance and input offset estimated), prediction through the
-/// delay, unconstrained MPC and a pose whose age the observer knows (est/delayed_pose.h) included. Limits are not.
+/// Stability margins of the sampled loop of one axis, opened at the attitude command. margins_of(): with a command in
+/// every tick of 10 ms, as in the paper; flown_margins_of(): as the program flies. The loop consists of the axis as in
+/// the vehicle file, the steady observer (position, tilt, tilt rate measured; disturbance and input offset estimated),
+/// the prediction through the delay, the unconstrained MPC, and a pose whose age the observer knows
+/// (est/delayed_pose.h). Limits are not included.
 struct Margins {
   bool stable = false;
   double peak_sensitivity = 0.0;
   double gain_margin = 0.0;  ///< smallest factor above 1 that makes the loop oscillate
   double phase_margin_rad = 0.0;
-  double delay_margin_s = 0.0;   ///< smallest delay that makes it oscillate
+  double delay_margin_s = 0.0;   ///< smallest delay that makes the loop oscillate
   double crossover_rad_s = 0.0;  ///< largest frequency at which the loop gain is 1
 };
 
-/// What lies between the law and the aircraft and back.
+/// Timing and scaling between the law and the aircraft, in both directions.
 struct Way {
-  std::size_t command_ticks = 4;       ///< of 10 ms, from one command to the next, which holds: 25 Hz
-  std::size_t attitude_age_ticks = 1;  ///< what app/config.h says, and what was measured on the simulated autopilot
+  std::size_t command_ticks = 4;       ///< ticks of 10 ms for which a command holds: 25 Hz
+  std::size_t attitude_age_ticks = 1;  ///< as in app/config.h, and as measured on the simulated autopilot
   std::size_t pose_age_ticks = 2;
-  bool by_sticks = true;       ///< the scale of the vehicle's stick counts; else it is told angles
-  double extra_delay_s = 0.0;  ///< of the command, beyond the vehicle's own, that nobody was told
+  bool by_sticks = true;       ///< commands have the scale of the vehicle's stick counts; false: they are angles
+  double extra_delay_s = 0.0;  ///< unknown delay of the command, in addition to the vehicle's own
 };
 inline constexpr Way kVirtualRcWay{};
 inline constexpr Way kMovementWay{.command_ticks = 2, .by_sticks = false};
-inline constexpr int kFrequencies = 3000;       ///< of a frequency response, from 0.02 rad/s on
-inline constexpr double kLargestDelay_s = 0.4;  ///< of a margin: more is not looked for
+inline constexpr int kFrequencies = 3000;       ///< points of a frequency response, starting at 0.02 rad/s
+inline constexpr double kLargestDelay_s = 0.4;  ///< largest delay margin that is searched
 
-/// Margins of the controller of `believed`, as it flies: commands that hold between two of them, observer and
-/// prediction as the flight code computes them (linear about hover), measurements of their age, on an axis that really
-/// is `truth`, whose transport delay counts all that lies between the tick and the attitude loop, and whose stick has
-/// the scale that the vehicle file states; the dead zone is taken as inverted exactly. The delay margin
-/// comes from the eigenvalues of the closed loop, in steps of 0.2 ms, up to kLargestDelay_s.
+/// Margins, as flown, of the controller of `believed` on an axis that really is `truth`. Commands hold until the next
+/// one; observer and prediction are those of the flight code (linear about hover); measurements have their ages. The
+/// transport delay of `truth` includes everything between the tick and the attitude loop. The stick has the scale of
+/// the vehicle file, and its dead zone is assumed to be inverted exactly. The delay margin comes from the eigenvalues
+/// of the closed loop, in steps of 0.2 ms, up to kLargestDelay_s.
 Margins flown_margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis, const Way& way,
                          int frequencies = kFrequencies);
 
-/// Margins from a frequency response, from the vehicle's command to the controller's, sampled so often; `stable` is
-/// left to the caller.
+/// Margins from the frequency response of the controller's command to the vehicle's, sampled with this period. The
+/// caller sets `stable`.
 Margins margins_from(const std::function<std::complex<double>(double frequency_rad_s)>& response, double period_s,
                      int frequencies = kFrequencies);
 
 inline constexpr double kLargestPeakSensitivity = 1.6;
 inline constexpr double kSmallestDelayMargin_s = 0.1;
-inline constexpr double kFieldDelayMargin_s = 0.06;  ///< in every corner of every structure, as flown
+inline constexpr double kFieldDelayMargin_s = 0.06;  ///< required in every corner of every structure, as flown
 
-/// Margins of the controller that `believed` gives, on an axis that really is `truth` (the same axis of two vehicles).
+/// Margins of the controller of `believed` on an axis that really is `truth` (the same axis of two vehicles).
 /// @param pose_age_ticks age of every pose, in ticks of 10 ms; the paper's wireless link and motion capture: 1 to 8.
 Margins margins_of(const model::Vehicle& believed, const model::Vehicle& truth, Axis axis,
                    std::size_t pose_age_ticks = 0);

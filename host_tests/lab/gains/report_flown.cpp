@@ -8,7 +8,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// Gain and frequency of a structure are known to a fifth.
+/// Factors on gain and frequency: both are known to within a fifth.
 constexpr std::array<double, 3> kCorners{1.0, 0.8, 1.2};
 
 model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
@@ -20,7 +20,7 @@ model::Vehicle corner(model::Vehicle vehicle, double gain, double frequency) {
   return vehicle;
 }
 
-/// The worst of each margin over the corners, and where (gain, frequency).
+/// The worst value of each margin over the corners, and its corner (gain, frequency).
 struct WorstCorner {
   Margins margins{.stable = true, .delay_margin_s = kLargestDelay_s};
   std::array<double, 2> most_sensitive{1.0, 1.0};
@@ -66,8 +66,7 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const Structure
       worst.stable && worst.peak_sensitivity <= kLargestPeakSensitivity && worst.delay_margin_s >= kFieldDelayMargin_s;
   std::printf(
       "  over gain and frequency +-20 %%, virtual_rc, %s: %speak sensitivity %.2f (gain x %.1f, frequency x %.1f), "
-      "delay "
-      "margin %.0f ms (gain x %.1f, frequency x %.1f)%s\n",
+      "delay margin %.0f ms (gain x %.1f, frequency x %.1f)%s\n",
       name, worst.stable ? "" : "UNSTABLE in a corner, ", worst.peak_sensitivity, most_sensitive[0], most_sensitive[1],
       worst.delay_margin_s * 1e3, least_delay[0], least_delay[1], kept ? "" : ": NOT KEPT");
   out["corners"] = {{"stable", worst.stable},
@@ -101,9 +100,8 @@ nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<St
   if (!kept) {
     std::printf(
         "warning: as flown, not every corner keeps a peak sensitivity of %.1f and %.0f ms of delay\n"
-        "To tell the structures apart, fly sticks that jump (m100-lab excite --kind doublet) with the gyro logged: a "
-        "lead "
-        "zero turns the aircraft in the sample of the jump, a pure delay does not.\n",
+        "To distinguish the structures, fly stick steps (m100-lab excite --kind doublet) with the gyro logged: with a "
+        "lead zero the aircraft rotates in the sample of the step, with a pure delay it does not.\n",
         kLargestPeakSensitivity, kFieldDelayMargin_s * 1e3);
   }
   return out;

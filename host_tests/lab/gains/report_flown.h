@@ -10,9 +10,9 @@ namespace m100::lab::gains {
 
 nlohmann::json margins_json(const Margins& margins);
 
-/// Prints the margins of the loop as it flies, on every structure and on both channels, and with `corners` what Virtual
-/// RC keeps over gain and frequency +-20 % of each: which corner is the worst, and which manoeuvre would tell the
-/// structures apart where one is not kept.
+/// Prints the margins of the loop as flown, on every structure and on both channels. With `corners` it also prints the
+/// worst margins on Virtual RC over gain and frequency +-20 % of each structure, and if a limit is not kept, the
+/// manoeuvre that distinguishes the structures.
 /// @returns {"structure": {"x": {"virtual_rc": {...}, "movement": {...}, "corners": {...}}, "y": {...}}}
 nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<Structure>& structures, bool corners);
 

@@ -9,9 +9,9 @@
 namespace m100::lab::gains {
 namespace {
 
-/// How the planes below one are put together so that the longest path has the fewest nodes.
+/// The packing of the planes below one plane for which the longest path has the fewest nodes.
 struct Plan {
-  std::vector<std::uint16_t> planes;  ///< of the node: a plane, then planes right below one of them
+  std::vector<std::uint16_t> planes;  ///< planes of the node: the first, then planes directly below one of them
   std::uint32_t depth = 0;
   std::size_t nodes = 0;
 };
@@ -20,7 +20,7 @@ class Packing {
  public:
   Packing(const std::vector<SplitPlane>& split, SetpointRows& out) : split_(split), out_(out) {}
 
-  /// Puts the planes of `root`'s plan into one node of the table, and all below into others. @returns its number.
+  /// Puts the planes of `root`'s plan into one node of the table, and those below into others. @returns its number.
   std::uint16_t pack(std::uint16_t root, std::uint32_t depth) {
     if (root >= kLeaf && depth > 1) {
       return root;
@@ -36,7 +36,7 @@ class Packing {
     std::map<std::uint16_t, std::uint16_t> below;
     for (std::size_t index = 0; index < out_.nodes.front().child.size(); ++index) {
       std::uint16_t at = root;
-      for (std::size_t p = 0; p < planes.size(); ++p) {  // a plane stands before those below it
+      for (std::size_t p = 0; p < planes.size(); ++p) {  // a plane precedes those below it
         at = planes.at(p) == at ? split_.at(at).child.at(index >> p & 1U) : at;
       }
       if (!below.contains(at)) {
@@ -48,7 +48,7 @@ class Packing {
   }
 
  private:
-  /// The planes of one node, number by number; those that it does not have are nought.
+  /// Appends the planes of one node, number by number; missing planes are zero.
   void append(const std::vector<std::uint16_t>& planes) {
     for (std::size_t i = 0; i < mpc::kPlaneNumbers; ++i) {
       for (std::size_t p = 0; p < mpc::kNodePlanes; ++p) {
@@ -88,7 +88,7 @@ class Packing {
     return plans_[root] = best;
   }
 
-  /// What it costs to have these planes in one node.
+  /// The plan, with its depth, if these planes are in one node.
   Plan plan_with(std::vector<std::uint16_t> planes) {
     Plan out{std::move(planes), 0, 1};
     for (const std::uint16_t plane : out.planes) {

@@ -14,12 +14,12 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Index kInputs = static_cast<Index>(mpc::kHorizon);
-constexpr std::size_t kParameters = 6;  ///< of the set-point law, the two residuals aside
-constexpr std::size_t kTiltRate = 3;    ///< the one that a first-order axis does not have
+constexpr std::size_t kParameters = 6;  ///< parameters of the set-point law without the two residuals
+constexpr std::size_t kTiltRate = 3;    ///< the parameter that a first-order axis does not have
 
 int side_of(const Sides& sides, Index input) { return sides.at(static_cast<std::size_t>(input)); }
 
-/// Adds a's <= b unless all of the unit box keeps it.
+/// Adds a's <= b unless the whole unit box satisfies it.
 void add_row(std::vector<HalfSpace>& rows, const VectorXd& a, double b) {
   const double size = a.norm();
   if (size > 1e-12 && b < a.cwiseAbs().sum()) {
@@ -74,7 +74,7 @@ Sides ParametricProgram::sides_at(const VectorXd& s) {
   return sides;
 }
 
-/// What the optimum of one input without limits is made of: slopes, a constant, and the shares of both residuals.
+/// Coefficients of the optimum of one input without limits: slopes, a constant, and the gains of both residuals.
 VectorXd ParametricProgram::optimum_of(Index input, double constant) const {
   const auto at = static_cast<std::size_t>(input);
   VectorXd out(size() + 3);

@@ -11,8 +11,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kThinnest = 1e-9;  ///< radius of the ball inside a region, below which it has no inside
-constexpr double kNudge = 2e-6;     ///< how far across a facet the next region is looked for
+constexpr double kThinnest = 1e-9;  ///< a region whose inscribed ball has a smaller radius has no interior
+constexpr double kNudge = 2e-6;     ///< distance across a facet at which the next region is searched
 constexpr std::size_t kMostRegions = 4000;
 
 bool same_law(const Piece& a, const Piece& b) {
@@ -64,7 +64,7 @@ std::size_t Regions::piece_index(const Piece& piece) {
   return index;
 }
 
-/// Makes one region of the sides that were met, and queues what lies across its facets.
+/// Makes the region of these sides, and queues the regions across its facets.
 void Regions::explore(const Sides& sides) {
   const CriticalRegion critical = program_.region_of(sides);
   Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
@@ -96,7 +96,7 @@ void Regions::explore(const Sides& sides) {
   regions_.push_back(std::move(region));
 }
 
-/// Looks across facet `row` of the region that is being explored.
+/// Finds the region across facet `row` of the region that is being explored.
 void Regions::cross(Polytope& polytope, std::size_t row, const HalfSpace& facet, Region& region) {
   region.corners.push_back(farthest(polytope, -facet.a));
   VectorXd centre;

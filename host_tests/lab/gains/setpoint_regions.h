@@ -10,10 +10,10 @@
 
 namespace m100::lab::gains {
 
-/// Thrown for a vehicle whose law is too large for a table: it flies by the preview law alone.
+/// Thrown for a vehicle whose law is too large for a table; it flies with the preview law alone.
 using TooLarge = Allowance::Exhausted;
 
-/// What the construction of a law may cost, and who is told how far it is. Both must outlive it.
+/// The allowance of a construction and the receiver of its progress. Both must outlive it.
 class Undertaking {
  public:
   Undertaking(Allowance& allowance, const SetpointProgress& progress) : allowance_(allowance), progress_(progress) {}
@@ -31,7 +31,7 @@ class Undertaking {
 
 struct Region {
   std::size_t piece = 0;
-  std::vector<HalfSpace> rows;           ///< facets only, the domain's included
+  std::vector<HalfSpace> rows;           ///< facets only, including those of the domain
   std::vector<Eigen::VectorXd> corners;  ///< far points of the region in many directions
 };
 
@@ -42,10 +42,10 @@ struct Border {
   std::vector<Eigen::VectorXd> points;
 };
 
-/// All critical regions that meet the unmirrored half of the box, found by walking over every facet.
+/// All critical regions that meet the unmirrored half of the box, found by crossing every facet.
 class Regions {
  public:
-  /// Throws TooLarge when there are too many or the allowance is spent. Both must outlive it.
+  /// Throws TooLarge if there are too many regions or the allowance is spent. Both arguments must outlive the object.
   Regions(ParametricProgram& program, const Undertaking& work);
 
   const std::vector<Region>& all() const { return regions_; }
@@ -70,7 +70,7 @@ class Regions {
   ParametricProgram& program_;
   const Undertaking& work_;
   std::vector<HalfSpace> domain_;
-  std::map<Sides, std::size_t> known_;  ///< SIZE_MAX: seen, but without an inside
+  std::map<Sides, std::size_t> known_;  ///< SIZE_MAX: seen, but without an interior
   std::deque<Sides> queue_;
   std::vector<Region> regions_;
   std::vector<Piece> pieces_;

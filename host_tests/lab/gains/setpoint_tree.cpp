@@ -32,7 +32,7 @@ bool parallel(const HalfSpace& one, const HalfSpace& other) {
   return (one.a - other.a).norm() < kSame || (one.a + other.a).norm() < kSame;
 }
 
-/// The same plane, whichever side each looks to.
+/// Whether both half-spaces have the same plane, in either orientation.
 bool same_plane(const HalfSpace& one, const HalfSpace& other) {
   return ((one.a - other.a).norm() < kSame && std::abs(one.b - other.b) < kSame) ||
          ((one.a + other.a).norm() < kSame && std::abs(one.b + other.b) < kSame);
@@ -95,7 +95,7 @@ class Splitting {
                  [&](std::size_t region) { return meets(region, cell, half); });
     return out;
   }
-  /// Those of the borders that stand between two of the regions, the splitting plane's own left out.
+  /// The borders that lie between two of the regions, without those on the splitting plane.
   Numbers borders_between(const Numbers& regions, const Numbers& borders, const HalfSpace& plane) const {
     const std::set<std::size_t> here(regions.begin(), regions.end());
     Numbers out;
@@ -107,7 +107,7 @@ class Splitting {
     return out;
   }
 
-  /// Whether all regions in the cell follow from one law once it is clipped.
+  /// Whether one clipped law serves all regions in the cell.
   /// @param piece receives that law.
   bool is_leaf(const Cell& cell, const Numbers& regions, std::size_t& piece) const {
     std::set<std::size_t> found;
@@ -133,14 +133,14 @@ class Splitting {
     });
   }
 
-  /// Whether the affine piece is beyond the limit of `side` all over region and cell.
+  /// Whether the affine piece is beyond the limit of `side` everywhere in region and cell.
   bool saturates(std::size_t region, const Cell& cell, const Piece& affine, int side) const {
     const double bound = program_.limit() - side * affine.constant;  // side * slope s >= bound wanted
     for (const VectorXd& corner : regions_.all().at(region).corners) {
       const bool inside = std::all_of(cell.begin(), cell.end(),
                                       [&corner](const HalfSpace& half) { return half.a.dot(corner) <= half.b - 1e-9; });
       if (inside && side * affine.slope.dot(corner) < bound - 1e-7) {
-        return false;  // a witness: no program needed
+        return false;  // a counterexample: no linear program needed
       }
     }
     Polytope polytope(static_cast<std::size_t>(program_.size()), work_.allowance());
@@ -148,7 +148,7 @@ class Splitting {
     return -polytope.maximise(-side * affine.slope, -bound) >= bound - 1e-9;
   }
 
-  /// The part of a region that lies in the cell.
+  /// Fills the polytope with the part of a region that lies in the cell.
   void fill(Polytope& polytope, std::size_t region, const Cell& cell) const {
     for (const HalfSpace& row : regions_.all().at(region).rows) {
       polytope.add(row);
@@ -165,7 +165,7 @@ class Splitting {
     return polytope.radius() > kThin;
   }
 
-  /// How many of the regions stand on that side of the plane on which more of them do.
+  /// The number of regions on the side of the plane that has more of them.
   std::size_t fuller_side(const Cell& cell, const Numbers& regions, const HalfSpace& plane) const {
     std::size_t below = 0;
     std::size_t above = 0;
@@ -176,8 +176,8 @@ class Splitting {
     return std::max(below, above);
   }
 
-  /// Regions without a common facet in the cell: the facet of one of them that leaves the fewest on its fuller side.
-  /// @returns false when none parts them.
+  /// For regions without a common facet in the cell, finds the facet of one of them that leaves the fewest on its
+  /// fuller side. @returns false: no facet separates them.
   bool parting_plane(const Cell& cell, const Numbers& regions, HalfSpace& best) const {
     std::size_t fewest = regions.size();
     for (const std::size_t owner : regions) {
@@ -192,7 +192,7 @@ class Splitting {
     return fewest < regions.size();
   }
 
-  /// Regions that nothing parts overlap by their rounding. @returns the one that is more than that.
+  /// Regions that no facet separates overlap only by rounding. @returns the one that is larger than the overlap.
   std::size_t only_real_one(const Cell& cell, const Numbers& regions) const {
     std::size_t real = regions.front();
     double largest = 0.0;
@@ -234,7 +234,7 @@ class Splitting {
     return candidates.at(best);
   }
 
-  /// How much a plane leaves on its sides; less is better.
+  /// The score of a plane from the number of borders and regions left on its sides; less is better.
   double score_of(const HalfSpace& plane, const Numbers& regions, const Numbers& borders) const {
     double low = 0;
     double high = 0;

@@ -10,7 +10,7 @@ namespace m100::lab::gains {
 namespace {
 
 constexpr double kFineness = 1.05;
-constexpr int kCoarse = 400;  ///< frequencies: a peak is found to a hundredth
+constexpr int kCoarse = 400;  ///< frequencies: enough to find a peak within a hundredth
 constexpr std::array kRow{2.0, 4.0, 8.0, 12.0, 18.0, 27.0, 40.0, 80.0};
 
 bool keeps_margins(const Kept& kept) {
@@ -42,7 +42,7 @@ Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structu
     out.keeps_all = keeps_margins(out.kept) && out.motion_deg_s <= kLargestMotion_deg_s;
     return out;
   };
-  // The row's first, and so fastest, that keeps all; then between it and its faster neighbour.
+  // The first and so fastest weight of the series that keeps all limits; then bisection towards its faster neighbour.
   std::vector<Tuned> row;
   for (const double input : kRow) {
     row.push_back(at(input));

@@ -9,36 +9,36 @@
 
 namespace m100::lab::gains {
 
-/// A structure that the log allows: what the aircraft may be.
+/// A model structure that agrees with the log, so that the aircraft may have it.
 struct Structure {
   std::string name;
   model::Vehicle vehicle;
 };
 
-/// What both axes keep at worst over structures, as flown on Virtual RC.
+/// The worst margins of both axes over several structures, as flown on Virtual RC.
 struct Kept {
   bool stable = true;
   double peak_sensitivity = 0.0;
   double delay_margin_s = kLargestDelay_s;
 };
-/// @param believed what the controller believes, weights and noises included
+/// @param believed vehicle file of the controller, including weights and noises
 Kept kept_over(const model::Vehicle& believed, const std::vector<Structure>& structures);
 
-inline constexpr double kLargestMotion_deg_s = 45.0;  ///< of both tilt commands together, in hover in calm air
+inline constexpr double kLargestMotion_deg_s = 45.0;  ///< motion of both tilt commands together, in hover in calm air
 
 struct Tuned {
   model::MpcWeights weights;
   Kept kept;
   double motion_deg_s = 0.0;
-  bool keeps_all = false;  ///< else: the weight with the least peak sensitivity, which does not
+  bool keeps_all = false;  ///< false: no weight keeps all limits; this one has the least peak sensitivity
 };
 
 inline constexpr double kSmallestInputWeight = 0.1;
-/// The weights with the smallest input weight R, and so the fastest loop, that keep as flown, on every structure, a
-/// peak sensitivity of kLargestPeakSensitivity and kFieldDelayMargin_s, and move the command in hover by no more than
-/// kLargestMotion_deg_s; Q stays, and so do the observer's noises. Found by bisection to 5 %. Where no R does, the one
-/// of a coarse row that has the least peak sensitivity among those that hover calmly enough (or among all).
-/// @param hover_motion of a hover that a controller with this belief flies [deg/s]
+/// Finds the smallest input weight R, and so the fastest loop, that keeps three limits as flown on every structure:
+/// kLargestPeakSensitivity, kFieldDelayMargin_s, and a command motion in hover of at most kLargestMotion_deg_s. Q and
+/// the observer's noises stay. The search is a bisection to 5 %. If no R keeps the limits, it returns the R of a coarse
+/// series with the least peak sensitivity among those that hover calmly enough (or among all).
+/// @param hover_motion returns the command motion [deg/s] of a hover with this vehicle file
 Tuned tune(const model::Vehicle& believed, const std::vector<Structure>& structures,
            const std::function<double(const model::Vehicle& believed)>& hover_motion);
 

@@ -70,7 +70,7 @@ std::string text_of(double value) {
   return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
 }
 
-/// Words one after another on lines of the project's width.
+/// Writes words, wrapped to the project's line width.
 class Lines {
  public:
   explicit Lines(std::string& out) : out_(out) {}
@@ -151,7 +151,7 @@ class StructText {
 
 #define M100_FIELD(field) number(#field, from.field)
 
-/// Only what is there: a number at its default is one that the struct has anyway.
+/// Writes only the numbers that differ from the struct's defaults.
 std::string axis_text(const std::string& name, const model::StickAxis& from) {
   StructText text(name);
   const model::StickAxis plain;

@@ -11,9 +11,9 @@
 
 namespace m100::lab::gains {
 
-/// Tables of a vehicle with everything they point to.
+/// The tables of a vehicle, with the data that they point to.
 struct TableSet {
-  mpc::GainTables<double> tables;  ///< the rows of the set-point laws stand below
+  mpc::GainTables<double> tables;  ///< they point to the rows below
   SetpointRows x;
   SetpointRows y;
 };

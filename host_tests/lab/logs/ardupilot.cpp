@@ -13,9 +13,9 @@
 #include "host_tests/lab/logs/raw_log.h"
 #include "host_tests/lab/whole_file.h"
 
-// ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) gives every type its
-// length, name, letters of its fields and their labels; UNIT, MULT and FMTU, in newer logs, their units and
-// multipliers. Nothing else is known here, so that any version can be read.
+// ArduPilot's binary log: records {A3 95 type body}, little endian and packed. FMT (type 128) defines the length and
+// name of every type and the letters and labels of its fields; in newer logs UNIT, MULT and FMTU define units and
+// multipliers. The reader relies on nothing else, so that it can read any version.
 
 namespace m100::lab::logs {
 namespace {
@@ -36,7 +36,7 @@ struct Letter {
   char letter;
   std::size_t bytes;
   double (*read)(const char*);
-  double factor;  ///< of its own; 1: none
+  double factor;  ///< scale that the letter itself implies; 1: none
 };
 constexpr std::array<Letter, 20> kLetters{{{'b', 1, &read_as<std::int8_t>, 1},
                                            {'B', 1, &read_as<std::uint8_t>, 1},
@@ -72,7 +72,7 @@ double read_half(const char* bytes) {
 }
 
 const Letter* letter_of(char letter) {
-  static constexpr Letter kArray{'a', 64, nullptr, 1};  // 32 numbers of 16 bits: no column
+  static constexpr Letter kArray{'a', 64, nullptr, 1};  // 32 numbers of 16 bits: not a column
   const auto found =
       std::find_if(kLetters.begin(), kLetters.end(), [&](const Letter& l) { return l.letter == letter; });
   return letter == 'a' ? &kArray : found == kLetters.end() ? nullptr : &*found;
@@ -83,7 +83,7 @@ std::string text(std::string_view bytes) { return std::string(bytes.substr(0, by
 
 struct Field {
   std::string label;
-  std::size_t at = 0;  ///< behind the head
+  std::size_t at = 0;  ///< offset after the head
   const Letter* letter = nullptr;
   double factor = 1.0;
 };
@@ -92,7 +92,7 @@ struct Type {
   std::string name;
   std::size_t bytes = 0;  ///< of a record, head included; 0: not defined
   std::vector<Field> fields;
-  std::string multipliers;  ///< of FMTU, one letter a field
+  std::string multipliers;  ///< from FMTU, one letter for each field
   std::string units;
   std::vector<std::size_t> records;  ///< offsets of their bodies
 };
@@ -109,7 +109,7 @@ class ArduPilotLog final : public RawLog {
       }
     }
     if (by_name_.empty()) {
-      throw InputError(file, 0, "", "holds no message but definitions");
+      throw InputError(file, 0, "", "contains definitions but no message");
     }
   }
 
@@ -173,7 +173,7 @@ class ArduPilotLog final : public RawLog {
   std::vector<std::string> notes() const override {
     return lost_bytes_ == 0 ? std::vector<std::string>{}
                             : std::vector<std::string>{std::to_string(lost_bytes_) +
-                                                       " bytes of the file are damaged and were stepped over"};
+                                                       " bytes of the file are damaged and were skipped"};
   }
 
  private:
@@ -194,7 +194,7 @@ class ArduPilotLog final : public RawLog {
         continue;
       }
       if (at + type.bytes > all.size()) {
-        return;  // the log ends in half a record
+        return;  // the log ends within a record
       }
       if (number == kFmt) {
         define(all.substr(at + kHeadBytes, kFmtBytes - kHeadBytes));
@@ -205,7 +205,7 @@ class ArduPilotLog final : public RawLog {
     }
   }
 
-  /// A definition whose letters do not add up to its length is none.
+  /// Takes a definition; ignores it if the sizes of its letters do not add up to its length.
   void define(std::string_view body) {
     const auto number = static_cast<std::size_t>(static_cast<unsigned char>(body[0]));
     Type type;
@@ -226,7 +226,7 @@ class ArduPilotLog final : public RawLog {
       at += known->bytes;
     }
     if (number == kFmt || at + kHeadBytes != type.bytes || !types_[number].records.empty()) {
-      return;  // what is defined twice keeps its first meaning
+      return;  // a second definition of a type is ignored
     }
     types_[number] = std::move(type);
   }
@@ -251,7 +251,7 @@ class ArduPilotLog final : public RawLog {
     }
   }
 
-  /// The letter that a row of UNIT or MULT explains, in its second column; nothing, where that is no letter.
+  /// The letter that a row of UNIT or MULT explains, from its second column; empty if that is not a letter.
   std::optional<char> explained_letter(const Type& type, std::size_t body) const {
     const double code = is_number(type.fields[1]) ? number_of(type.fields[1], type, body) : -1.0;
     return code >= 0.0 && code < 128.0 ? std::optional(static_cast<char>(code)) : std::nullopt;
@@ -303,7 +303,7 @@ class ArduPilotLog final : public RawLog {
     return found == unit_names_.end() || letter == '-' ? "" : found->second;
   }
 
-  /// The field that tells several sensors of one type apart: unit '#', or, in logs without units, a label "I".
+  /// The field that numbers several sensors of one type: it has the unit '#', or in logs without units the label "I".
   static const Field* instance_field(const Type& type) {
     for (std::size_t i = 0; i < type.fields.size(); ++i) {
       const bool marked = i < type.units.size() ? type.units[i] == '#' : type.fields[i].label == "I";

@@ -74,13 +74,13 @@ void read_signals(const toml::table& table, ColumnMap& map) {
   for (const auto& [name, value] : table) {
     const auto signal = signal_of(name.str());
     if (!signal) {
-      throw InputError(map.file, line_of(value), std::string(name.str()), "is no canonical signal");
+      throw InputError(map.file, line_of(value), std::string(name.str()), "is not a canonical signal");
     }
     map.signals[static_cast<std::size_t>(*signal)] = column_ref(value, map.file, std::string(name.str()));
   }
 }
 
-/// All four parts or none, and not beside the angles that they would give.
+/// Checks that all four parts or none are given, and that the angles that they determine are not given as well.
 void check_quaternion(const ColumnMap& map, Signal first, Signal angle, int angles) {
   const auto given = [&](Signal signal) { return map.signals[static_cast<std::size_t>(signal)].has_value(); };
   int parts = 0;
@@ -114,7 +114,7 @@ void read_extra(const toml::table& columns, ColumnMap& map) {
   }
 }
 
-/// That nothing is missing, and nothing is given twice.
+/// Checks that nothing is missing and nothing is given twice.
 void check_whole(const toml::table& root, const ColumnMap& map) {
   check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
   check_quaternion(map, Signal::kCommandQw, Signal::kCommandRoll, 2);

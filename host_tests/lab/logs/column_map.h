@@ -10,21 +10,21 @@
 
 namespace m100::lab::logs {
 
-/// Where a signal is found in a log: canonical = scale * (raw + offset).
+/// The column of a signal in a log: canonical = scale * (raw + offset).
 struct ColumnRef {
   std::string column;
   double offset = 0;
   double scale = 1;
-  std::string sequence;  ///< the stream's own message counter, where it has one; empty: found by the reader, or none
-  std::string time;      ///< the stream's own clock; empty: the map's
+  std::string sequence;  ///< column of the stream's own message counter; empty: the reader finds it, or there is none
+  std::string time;      ///< column of the stream's own clock; empty: the map's clock
   long line = 0;         ///< of the map file, for messages
 };
 
 /// The convention of a log's world and body axes.
 enum class Frame { kNwuFlu, kNedFrd };
 
-/// How a log of any origin is read (TOML). Keys: frame ("nwu_flu", which is also any other world with z up, or
-/// "ned_frd": every signal that has a direction is turned), time (a name, or {column, offset, scale}), [signals] with
+/// Describes how to read a log of any origin (TOML). Keys: frame ("nwu_flu", also for any other world with z up, or
+/// "ned_frd": every signal that has a direction is rotated), time (a name, or {column, offset, scale}), [signals] with
 /// the canonical names, [extra] with free names; an entry is a column name or {column, offset, scale, sequence, time}.
 struct ColumnMap {
   std::string file;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab logs: what is inside a log of any format, and a column map for what is recognised.
+// m100-lab logs: lists the content of a log of any format, and proposes a column map for recognised names.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -79,17 +79,17 @@ void write_text(const std::string& file, const std::string& option, const std::s
   }
 }
 
-/// What to do with a log whose names nobody knows: a map in four lines, with a column of this very file in it.
+/// Explains how to map a log with unknown names: a map in four lines, with a column of this file as example.
 void tell_how_to_map(const std::vector<logs::TopicSummary>& topics) {
   const logs::TopicSummary* const first = topics.empty() || topics.front().fields.empty() ? nullptr : &topics.front();
   const std::string column =
       first == nullptr ? "t_s" : (first->name.empty() ? "" : first->name + ".") + first->fields.front();
   std::printf(
-      "No map is proposed: the names are not known here. A map of your own names the columns, for example:\n"
-      "  time = { column = \"%s\", scale = 1e-6 }                        # what makes seconds of it\n"
+      "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
+      "  time = { column = \"%s\", scale = 1e-6 }                        # the scale converts to seconds\n"
       "  [signals]\n"
       "  stick_roll = { column = \"...\", offset = -1500 }               # counts from neutral\n"
-      "  attitude_roll = { column = \"...\", scale = 0.017453292519943 }  # radians of degrees\n"
+      "  attitude_roll = { column = \"...\", scale = 0.017453292519943 }  # degrees to radians\n"
       "m100-lab reference prints every signal that a map may have.\n",
       printable(column).c_str());
 }
@@ -137,11 +137,12 @@ void run(const LogsOptions& options) {
 }  // namespace
 
 void add_logs(CLI::App& lab) {
-  CLI::App* app = lab.add_subcommand("logs", "list what is inside a log of any format, propose a column map for it");
+  CLI::App* app =
+      lab.add_subcommand("logs", "list the content of a log of any format, and propose a column map for it");
   auto options = std::make_shared<LogsOptions>();
   app->add_option("log,--log", options->log, "CSV, MAT-file, ULog, ArduPilot .bin, ROS 1 or ROS 2 bag")->required();
-  app->add_option("--json", options->json, "the same as JSON");
-  app->add_option("--propose", options->map, "column map (TOML) to write; exit code 1 where the names are not known");
+  app->add_option("--json", options->json, "the content as JSON");
+  app->add_option("--propose", options->map, "column map (TOML) to write; exit code 1 if the names are unknown");
   app->callback([options] { run(*options); });
 }
 

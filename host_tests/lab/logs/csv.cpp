@@ -26,8 +26,8 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(kBlank) - first + 1);
 }
 
-/// One record cut at the separators; quotes may enclose separators, doubled quotes mean one, line feeds are not
-/// allowed inside. nullopt: a quote is left open.
+/// Splits a record at the separators. Quotes may enclose separators, a doubled quote means one quote, line feeds inside
+/// quotes are not allowed. nullopt: a quote is left open.
 std::optional<std::vector<std::string>> cells_of(std::string_view line, char separator) {
   std::vector<std::string> cells(1);
   bool quoted = false;
@@ -98,7 +98,7 @@ class CsvLog final : public RawLog {
         first_wrong = complaint;
         wrong_line = row.line;
       }
-      wrong += complaint == kEmpty ? 0U : 1U;  // an empty cell says that nothing was sampled, however many there are
+      wrong += complaint == kEmpty ? 0U : 1U;  // empty cells mean that nothing was sampled, however many there are
     }
     if (numbers == 0 || 2 * wrong >= rows_.size()) {
       throw InputError(file(), wrong_line, name, first_wrong);
@@ -108,7 +108,7 @@ class CsvLog final : public RawLog {
 
   std::string format() const override { return "CSV"; }
 
-  /// One stream; its clock is the first column that is called like one.
+  /// The file as one stream; its clock is the first column with the name of a clock.
   std::vector<TopicSummary> topics() const override {
     std::vector<double> clock(rows_.size(), std::numeric_limits<double>::quiet_NaN());
     for (const char* const name : {"t_s", "time_s", "time", "t", "timestamp", "Time"}) {
@@ -150,7 +150,7 @@ class CsvLog final : public RawLog {
     }
     const bool cut = text_.back() != '\n' && !rows_.empty();
     if (cut && rows_.size() > 1 && cell_count(rows_.back()) != names_.size()) {
-      rows_.pop_back();  // half a last row: whoever wrote it was stopped
+      rows_.pop_back();  // incomplete last row: the logger was stopped
     }
     if (rows_.empty()) {
       throw InputError(file(), header_line_, "", "has a header but no samples");
@@ -186,7 +186,7 @@ class CsvLog final : public RawLog {
     return static_cast<std::size_t>(std::count(row.text.begin(), row.text.end(), separator_)) + 1;
   }
 
-  /// The cell as text, or a complaint. Rows without quotes, nearly all, are cut without copying.
+  /// The cell as text, or a complaint. Rows without quotes, nearly all of them, are split without copying.
   std::string cell(const Row& row, std::size_t index, std::string& complaint) const {
     const std::size_t count = cell_count(row);
     if (count != names_.size()) {
@@ -206,7 +206,7 @@ class CsvLog final : public RawLog {
     return std::string(trimmed(row.text.substr(begin, end == std::string_view::npos ? end : end - begin)));
   }
 
-  /// NaN with a complaint where there is no number.
+  /// The cell as a number; NaN with a complaint if it is not one.
   double value(const Row& row, std::size_t index, std::string& complaint) const {
     const std::string text = cell(row, index, complaint);
     const char* begin = text.c_str() + (text.rfind('+', 0) == 0 ? 1 : 0);

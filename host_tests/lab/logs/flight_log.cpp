@@ -14,12 +14,12 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr double kRateEvidence = 0.8;  // correlation of gyro and turning attitude that counts as the same motion
+constexpr double kRateEvidence = 0.8;  // least correlation of gyro and attitude rate to count as the same motion
 constexpr int kLongestRateShift = 50;  // samples
 constexpr std::size_t kFewestSamples = 16;
-constexpr double kSlowestSample_s = 1.0;  // slower is no flight log, or its clock counts milliseconds
+constexpr double kSlowestSample_s = 1.0;  // slower: not a flight log, or its clock counts milliseconds
 
-/// A counter of 16 bits wraps; ours goes on.
+/// Removes the wraps of a 16-bit counter.
 std::vector<double> unwrapped(std::vector<double> counter) {
   double turns = 0;
   for (std::size_t k = 1; k < counter.size(); ++k) {
@@ -109,7 +109,7 @@ class Loader {
 
   double turn(Signal signal) const { return map_.frame == Frame::kNedFrd ? sign_in_ned_frd(signal) : 1.0; }
 
-  /// The stream on the log's grid; what it does not have is marked for these signals.
+  /// The stream resampled onto the log's grid; its gaps are marked for these signals.
   std::vector<double> on_grid(const Stream& stream, Signal first, int signals) {
     std::vector<std::uint8_t> gap(log_.size, 0);
     std::vector<double> grid = resampled(stream, log_.start_s, log_.period_s, log_.size, gap);
@@ -150,8 +150,8 @@ class Loader {
     }
   }
 
-  /// Four parts become `angles` angles from `first_angle` on. The parts are put on the grid one by one and are of unit
-  /// length again there: between two samples of a flight the straight line is as good as the arc.
+  /// Converts four parts to `angles` angles, starting with `first_angle`. The parts are resampled one by one and then
+  /// normalised: between two samples of a flight, linear interpolation is as good as the arc.
   void read_quaternion(Signal first, Signal first_angle, int angles) {
     if (!map_.signals[static_cast<std::size_t>(first)]) {
       return;
@@ -172,7 +172,7 @@ class Loader {
     const std::string& column = map_.signals[static_cast<std::size_t>(first)]->column;
     const std::size_t wrong = make_continuous({&parts[0].values, &parts[1].values, &parts[2].values, &parts[3].values});
     if (2 * wrong >= parts[0].values.size()) {
-      throw InputError(raw_.file(), 0, column, "is no quaternion: its four parts are not of unit length");
+      throw InputError(raw_.file(), 0, column, "is not a quaternion: its four parts are not of unit length");
     }
     std::array<std::vector<double>, 4> grid;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -191,7 +191,7 @@ class Loader {
     }
   }
 
-  /// One column of the log; where it has none of that name, the line of the map that asked for it.
+  /// One column of the log. @throws InputError naming the map's line if the log has no column of that name.
   RawColumn column(const ColumnRef& ref, const std::string& name, const std::string& key) const {
     try {
       return raw_.column(name, key);
@@ -200,7 +200,7 @@ class Loader {
     }
   }
 
-  /// Times and scaled values of one column. @param shift out: samples by which its counter moved it, if not null.
+  /// Times and scaled values of one column. @param shift receives, if not null, the shift in samples from its counter.
   Stream stream_of(const ColumnRef& ref, const std::string& key, int* shift) {
     RawColumn column = this->column(ref, ref.column, key);
     for (double& value : column.values) {
@@ -229,7 +229,7 @@ class Loader {
     return stream;
   }
 
-  /// When was the message with this number received, on the clock of the log? Linear between and beyond known ones.
+  /// The reception times of messages with these numbers on the log's clock, linearly inter- and extrapolated.
   std::vector<double> times_by_counter(std::vector<double> own, std::size_t count, const std::string& key, int* shift) {
     if (own.size() != count && count == counter_.size()) {
       // The values were resampled to the log's clock with their own start set to zero: row k is as far from the
@@ -270,7 +270,7 @@ class Loader {
     return times;
   }
 
-  /// @throws InputError where time runs backwards: which part of the log is wrong cannot be known.
+  /// @throws InputError if time runs backwards, because it cannot be known which part of the log is wrong.
   Stream tidy(const Stream& stream, const std::string& name, bool is_clock) {
     Untidy untidy;
     std::size_t backwards = 0;
@@ -279,11 +279,11 @@ class Loader {
       throw InputError(raw_.file(), raw_.line_of(backwards), name, "time runs backwards");
     }
     if (out.values.empty()) {
-      throw InputError(raw_.file(), 0, name, "has no sample that can be used");
+      throw InputError(raw_.file(), 0, name, "has no usable sample");
     }
     if (is_clock && untidy.repeated > 0) {
       log_.notes.push_back(name + ": " + std::to_string(untidy.repeated) +
-                           " repeated stamps, the first sample of each kept");
+                           " repeated time stamps; the first sample of each is kept");
     }
     if (untidy.spoilt > 0) {
       log_.notes.push_back(name + ": " + std::to_string(untidy.spoilt) + " of " + std::to_string(stream.time_s.size()) +
@@ -301,11 +301,11 @@ class Loader {
     }
     if (holes > 0) {
       log_.notes.push_back(std::to_string(holes) + " gaps, " + std::to_string(lost) + " samples of " +
-                           std::to_string(log_.size) + " are kept out");
+                           std::to_string(log_.size) + " are excluded");
     }
   }
 
-  /// The gyro must turn when the attitude does. Where no counter tells, a shift between them is found and taken out.
+  /// Compares the gyro with the rate of the attitude. If no counter aligns them, finds and removes their shift.
   void compare_rates() {
     if (log_.alignment.evidence != "none" || !log_.has(Signal::kRateX) || !log_.has(Signal::kAttitudeRoll)) {
       return;
@@ -324,8 +324,8 @@ class Loader {
       return;
     }
     log_.alignment.rate_shift_samples = lag.samples;
-    log_.notes.push_back("rate_x: lies " + std::to_string(lag.samples) +
-                         " samples beside the turning attitude (correlation " + std::to_string(lag.peak) +
+    log_.notes.push_back("rate_x: is shifted by " + std::to_string(lag.samples) +
+                         " samples against the attitude (correlation " + std::to_string(lag.peak) +
                          "); the rates were moved");
     for (int i = 0; i < 3; ++i) {
       shift_later(log_.of(offset(Signal::kRateX, i)), lag.samples);

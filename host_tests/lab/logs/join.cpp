@@ -8,8 +8,7 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr double kPause_s =
-    5.0;  // longer than what any model remembers of its input (3 s), and than any filter is wide
+constexpr double kPause_s = 5.0;  // longer than any model's memory of its input (3 s) and than any filter
 
 void append(std::vector<double>& to, const std::vector<double>& more, std::size_t pause) {
   to.insert(to.end(), to.empty() ? 0 : pause, more.front());

@@ -10,13 +10,13 @@
 namespace m100::lab::logs {
 namespace {
 
-/// A path cut at its dots, and the row index behind the last name (1-based; 0: none).
+/// A path split at its dots, and the row index after the last name (1-based; 0: none).
 struct Path {
   std::vector<std::string> parts;
   std::size_t row = 0;
 };
 
-/// Whole numbers that mostly go up by one.
+/// Whether these are whole numbers that mostly increase by one.
 bool counts(const std::vector<double>& numbers) {
   std::size_t ones = 0;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
@@ -75,7 +75,7 @@ class MatLog final : public RawLog {
     return column;
   }
 
-  /// The matrices of one length belong together: each such group is a topic.
+  /// One topic for each group of matrices of the same length.
   std::vector<TopicSummary> topics() const override {
     std::map<std::size_t, TopicSummary> by_length;
     std::map<std::size_t, std::vector<double>> clocks;
@@ -112,7 +112,7 @@ class MatLog final : public RawLog {
       const char* begin = rest.data() + open + 1;
       const char* end = rest.data() + rest.size() - 1;
       if (begin >= end || std::from_chars(begin, end, path.row).ptr != end || path.row == 0) {
-        throw InputError(file(), 0, name, "the row in brackets is a number from 1");
+        throw InputError(file(), 0, name, "the row in brackets must be a number from 1");
       }
       rest.resize(open);
     }
@@ -136,7 +136,7 @@ class MatLog final : public RawLog {
     return at;
   }
 
-  /// Message counters go by a few names; one beside a column in the same struct counts that stream's messages.
+  /// The message counter of a column: a field of the same struct with one of a few known names.
   static std::vector<double> counter_beside(const MatVariable* structure) {
     for (const char* name : {"i", "seq", "sequence"}) {
       const MatVariable* const counter = structure == nullptr ? nullptr : structure->field(name);

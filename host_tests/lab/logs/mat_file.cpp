@@ -10,10 +10,10 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/whole_file.h"
 
-// MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; up to four
-// bytes of data may stand in the tag itself. A matrix (14) consists of elements: flags, sizes, name, numbers; a
-// structure of the length of its field names, those, and one matrix for each field. 15 is an element that zlib has
-// packed.
+// MATLAB 5: a head of 128 bytes, then elements {uint32 type, uint32 bytes, data to the next multiple of 8}; the tag
+// itself may hold up to four bytes of data. A matrix (14) consists of the elements flags, sizes, name and numbers; a
+// structure of the length of its field names, the names, and one matrix for each field. Type 15 is an element that zlib
+// has compressed.
 
 namespace m100::lab::logs {
 namespace {
@@ -40,7 +40,7 @@ struct Element {
   std::string_view data;
 };
 
-/// Takes the next element off. nullopt: there is none that is whole.
+/// Removes and returns the next element. nullopt: there is no complete one.
 std::optional<Element> next(std::string_view& bytes) {
   if (bytes.size() < 8) {
     return std::nullopt;
@@ -134,7 +134,7 @@ void read_numbers(std::string_view bytes, MatVariable& out) {
   out.bytes = numbers->data;
 }
 
-/// A variable that cannot be understood is one without a value.
+/// The variable of a matrix element; one that cannot be understood has no value.
 MatVariable matrix_of(std::string_view bytes, int depth) {
   MatVariable out;
   const auto flags = next(bytes);
@@ -201,7 +201,7 @@ void MatFile::read_elements(std::string_view bytes) {
   }
 }
 
-/// What zlib packed; as far as it goes where it is damaged or has no room.
+/// Unpacks zlib data; returns the intact beginning if the data are damaged or exceed the room.
 std::string_view MatFile::unpacked(std::string_view packed) {
   constexpr std::size_t kStep = std::size_t{1} << 16U;
   std::string out;

@@ -13,13 +13,13 @@
 namespace m100::lab::logs {
 
 /// One variable of a MATLAB 5 file, or a field of one: a real matrix, a scalar structure, or neither (text, cells,
-/// complex numbers, structure arrays: they are there, and are not looked into).
+/// complex numbers and structure arrays are listed but not read).
 struct MatVariable {
   std::string name;
   bool is_matrix = false;
   std::array<std::size_t, 2> dims{};
-  std::string_view bytes;     ///< of a matrix, column by column
-  std::uint32_t storage = 0;  ///< how its numbers are stored
+  std::string_view bytes;     ///< data of a matrix, column by column
+  std::uint32_t storage = 0;  ///< MATLAB's code for the stored number type
   std::vector<MatVariable> fields;
 
   std::size_t length() const { return dims[0] > dims[1] ? dims[0] : dims[1]; }
@@ -30,11 +30,11 @@ struct MatVariable {
   const MatVariable* field(std::string_view wanted) const;
 };
 
-/// A MATLAB 5 file, little endian, with or without compression. Memory and time: at most a constant times its size, and
-/// unpacked data of at most 64 MiB and 64 times its size; what a number in the file claims beyond its bytes is damage.
+/// A MATLAB 5 file, little endian, with or without compression. Memory and time are at most a constant times its size;
+/// unpacked data are limited to 64 MiB and to 64 times its size. A size in the file beyond its bytes counts as damage.
 class MatFile {
  public:
-  /// @throws InputError: no MAT-file of version 5, big endian, no variable that can be read.
+  /// @throws InputError: not a MAT-file of version 5, big endian, no readable variable.
   explicit MatFile(const std::string& file);
   const std::vector<MatVariable>& variables() const { return variables_; }
 
@@ -43,7 +43,7 @@ class MatFile {
   std::string_view unpacked(std::string_view packed);
 
   std::string bytes_;
-  std::deque<std::string> unpacked_;  ///< what the variables' views look at
+  std::deque<std::string> unpacked_;  ///< memory of the variables' views
   std::size_t room_ = 0;
   std::vector<MatVariable> variables_;
 };

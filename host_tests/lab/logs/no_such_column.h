@@ -5,7 +5,7 @@
 
 namespace m100::lab::logs {
 
-/// A column that a log does not have. Whoever was told its name by a file says where.
+/// Thrown for a column that a log does not have. A caller that read the name from a file rethrows it with the line.
 class NoSuchColumn : public InputError {
  public:
   using InputError::InputError;

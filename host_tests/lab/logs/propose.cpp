@@ -19,16 +19,16 @@ namespace {
 struct Line {
   const char* signal;
   const char* column;
-  const char* more = "";  ///< offset and scale, as they stand in the map
+  const char* more = "";  ///< offset and scale, as the map writes them
 };
-/// Lines that are taken together or not at all, unless one of their signals is there already.
+/// Lines that are used together or not at all; skipped if an earlier group has given the same signals.
 struct Group {
-  const char* gives;  ///< what later groups with the same word need not give
+  const char* gives;  ///< keyword of the signals given: later groups with the same one are skipped
   std::vector<Line> lines;
 };
 struct Dialect {
   const char* name;
-  const char* known_by;  ///< a column; the clock too, unless `time` says otherwise
+  const char* known_by;  ///< a column by which the dialect is recognised
   const char* time;
   const char* frame;
   std::vector<Group> groups;
@@ -75,7 +75,7 @@ Dialect own_log() {
           {{"pose_age", "tick.pose_age"}}};
 }
 
-/// Of m100 record; the map that ships, host_tests/lab/logs/maps/m100_recording_with_pose.toml, says the same.
+/// The log of m100 record; the shipped map host_tests/lab/logs/maps/m100_recording_with_pose.toml is equivalent.
 Dialect own_recording() {
   const char* const counts = "scale = 0.066";  // -10000..10000 are 660 counts to either side
   return {"our own recording",
@@ -88,7 +88,7 @@ Dialect own_recording() {
            {"rates", rates("rates.xyz[0]", "rates.xyz[1]", "rates.xyz[2]")},
            {"velocity", velocities("velocity.xyz[0]", "velocity.xyz[1]", "velocity.xyz[2]")},
            {"force", three("force_x", "force.xyz[0]", "force_y", "force.xyz[1]", "force_z", "force.xyz[2]",
-                           "scale = 9.80665")},  // "raw" in DJI's assistant is in g
+                           "scale = 9.80665")},  // "raw" in DJI's assistant is in units of g
            {"position", positions("pose.xyz[0]", "pose.xyz[1]", "pose.xyz[2]")}},
           {{"battery", "status.battery_percent"}}};
 }
@@ -143,7 +143,7 @@ Dialect ardupilot() {
           {{"battery", "BAT.Volt"}}};
 }
 
-/// @param known_by which message brings the attitude; the rest is the same for all bags.
+/// @param known_by the column of the attitude; everything else is the same for all bags.
 Dialect bag(const char* name, const char* known_by, const char* time, std::vector<Line> attitude) {
   return {
       name,
@@ -206,7 +206,7 @@ Dialect measured_csv() {
           {}};
 }
 
-/// What `convert` writes: canonical names.
+/// The CSV that `convert` writes, with canonical names.
 Dialect canonical_csv(const char* known_by) {
   Dialect out{"canonical names", known_by, "t_s", "nwu_flu", {}, {}};
   for (const std::string_view name : kSignalNames) {
@@ -259,7 +259,7 @@ class Proposer {
   }
 
  private:
-  /// "<Imu>.x" with the first topic of that type; empty: there is none.
+  /// Replaces "<Imu>" in "<Imu>.x" by the first topic of that type; empty: there is none.
   std::string resolved(const std::string& column) const {
     if (column.empty() || column.front() != '<') {
       return column;
@@ -308,7 +308,7 @@ class Proposer {
   Proposal written(const Dialect& dialect) const {
     std::ostringstream out;
     out << "# Proposed by m100-lab logs: recognised " << dialect.name
-        << ". Check signs and units against what is known of the log.\n";
+        << ". Check the signs and units of every signal.\n";
     if (std::string_view(dialect.frame) != "nwu_flu") {
       out << "frame = \"" << dialect.frame << "\"\n";
     }

@@ -8,15 +8,15 @@
 
 namespace m100::lab::logs {
 
-/// A column map for a log whose names are known here.
+/// A proposed column map for a log with known names.
 struct Proposal {
   std::string dialect;  ///< "PX4", "ArduPilot", ...
-  std::string toml;     ///< what read_column_map() reads
+  std::string toml;     ///< text for read_column_map()
 };
 
 /// Recognises our own logs and CSV files, PX4, ArduPilot, ROS bags (DJI's topics first) and the published MAT-files by
-/// the names of their columns, and maps what is there and mostly sound. nullopt: nothing that is known. Cost: a few
-/// dozen columns of the log.
+/// the names of their columns, and maps the columns that are present and mostly finite. nullopt: not recognised. Cost:
+/// reads a few dozen columns of the log.
 std::optional<Proposal> propose(const RawLog& log);
 
 }  // namespace m100::lab::logs

@@ -9,7 +9,7 @@ namespace m100::lab::logs {
 namespace {
 
 constexpr double kUnitWithin =
-    0.1;  // 16-bit integers and rounded text are far closer; another order of parts is not seen
+    0.1;  // 16-bit integers and rounded text are far closer; a wrong order of the parts is not detected
 
 double dot(const Quaternion& a, const Quaternion& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
 

@@ -17,8 +17,8 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr std::size_t kComparedBytes = 64;  // of names: what a message offers need not be right beyond that
-constexpr std::size_t kTextBytes = 4096;    // looked at before a file is taken for text
+constexpr std::size_t kComparedBytes = 64;  // of names: suggestions in messages need not be exact beyond that
+constexpr std::size_t kTextBytes = 4096;    // checked before a file is taken as text
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   a = a.substr(0, kComparedBytes);
@@ -37,7 +37,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-/// Whether a file that begins like this may be text: no control characters but those that lines are made of.
+/// Whether a file with this beginning may be text: it has no control characters other than those that end lines.
 bool may_be_text(std::string_view head) {
   return std::none_of(head.begin(), head.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
@@ -52,7 +52,7 @@ bool is_mat(std::string_view head) {
   return head.starts_with("MATLAB") || version == "\x00\x01IM"sv || version == "\x01\x00MI"sv;
 }
 
-/// What to do with a file of a known format that is not read; empty: not known.
+/// Advice for a file of a known format that is not supported; empty: the format is unknown.
 std::string_view remedy(std::string_view head) {
   using namespace std::string_view_literals;
   constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kOthers{
@@ -64,8 +64,8 @@ std::string_view remedy(std::string_view head) {
         "7zXZ"sv,
         "is compressed with xz: unpack it first"sv},
        {"PK\x03\x04"sv, "is a zip archive: unpack it first"sv},
-       {"\xff\xfe"sv, "is text of 16 bits a character: save it as UTF-8"sv},
-       {"\xfe\xff"sv, "is text of 16 bits a character: save it as UTF-8"sv}}};
+       {"\xff\xfe"sv, "is text with 16 bits per character: save it as UTF-8"sv},
+       {"\xfe\xff"sv, "is text with 16 bits per character: save it as UTF-8"sv}}};
   for (const auto& [magic, what] : kOthers) {
     if (head.starts_with(magic)) {
       return what;
@@ -88,7 +88,7 @@ void RawLog::require_mostly_sound(const std::vector<double>& values, const std::
   if (bad > 0 && 2 * bad >= values.size()) {
     throw InputError(file_, line_of(first), name,
                      "sample " + std::to_string(first + 1) + " is not a finite number, and " + std::to_string(bad) +
-                         " of " + std::to_string(values.size()) + " are none");
+                         " of " + std::to_string(values.size()) + " samples are not");
   }
 }
 
@@ -177,7 +177,7 @@ std::unique_ptr<RawLog> open_log(const std::string& file) {
     throw InputError(file, 0, "", std::string(what));
   }
   if (!may_be_text(head)) {
-    throw InputError(file, 0, "", "is of no format that is read here (CSV, MAT 5, ULog, ArduPilot .bin, ROS bags)");
+    throw InputError(file, 0, "", "has an unknown format (known: CSV, MAT 5, ULog, ArduPilot .bin, ROS bags)");
   }
   return open_csv(file);
 }

@@ -8,32 +8,32 @@
 
 namespace m100::lab::logs {
 
-/// One column as the file has it, before any scaling. A value that is no finite number (a spoilt row, a cell that is
-/// empty, a message that is too short) is NaN: whoever needs that moment finds a gap there.
+/// One column of the file before any scaling. A value that is not a finite number (a spoilt row, an empty cell, a
+/// message that is too short) is NaN, which becomes a gap.
 struct RawColumn {
   std::vector<double> values;
-  std::vector<double> time_s;    ///< the stream's own clock, where the format gives each stream one (ULog); else empty
-  std::vector<double> sequence;  ///< message counter found beside the column (MAT structs); else empty
+  std::vector<double> time_s;    ///< the stream's own clock, if the format has one per stream (ULog); otherwise empty
+  std::vector<double> sequence;  ///< message counter of the column's struct (MAT-files); otherwise empty
 };
 
-/// What a log says of one of its streams.
+/// Summary of one stream of a log.
 struct TopicSummary {
-  std::string name;  ///< as columns spell it; empty: the file has one stream only
-  std::string type;  ///< as the file calls it; may be empty
+  std::string name;  ///< as in column names; empty: the file has only one stream
+  std::string type;  ///< name of the type in the file; may be empty
   std::size_t messages = 0;
-  double from_s = 0.0, to_s = 0.0;  ///< on the clock that the columns have
+  double from_s = 0.0, to_s = 0.0;  ///< on the clock of the columns
   double rate_hz = 0.0;             ///< one over the median interval; 0: no clock is known
   std::size_t gaps = 0;             ///< intervals longer than 50 ms and 3.5 median intervals
   double longest_gap_s = 0.0;
   std::vector<std::string> fields;  ///< an array is one entry: "q[4]"
 };
 
-/// Counts rate and gaps of a stream; stamps that are not finite or do not increase are left out.
+/// Computes the rate and gaps of a stream; time stamps that are not finite or do not increase are ignored.
 TopicSummary summary_of(std::string name, std::string type, const std::vector<double>& time_s,
                         std::vector<std::string> fields);
 
-/// A log file of some format, read column by column: only columns that somebody asks for have to be sound. Whatever the
-/// file holds, memory and time stay within a constant times its size.
+/// A log file of some format, read column by column: only the columns that are read need to be sound. Whatever the file
+/// holds, memory and time are at most a constant times its size.
 class RawLog {
  public:
   virtual ~RawLog() = default;
@@ -41,10 +41,10 @@ class RawLog {
   RawLog& operator=(const RawLog&) = delete;
 
   /// @param asked_by the key of the column map that wants this column (for messages).
-  /// @throws InputError: no such column, or half of its values and more are no finite numbers (file, line, column).
+  /// @throws InputError: no such column, or at least half of its values are not finite numbers (file, line, column).
   virtual RawColumn column(const std::string& name, const std::string& asked_by) const = 0;
 
-  /// Names that column() would accept, at most kMostNames of them, for `convert` and for messages.
+  /// Names that column() accepts, at most kMostNames of them, for `convert` and for messages.
   virtual std::vector<std::string> names() const = 0;
   static constexpr std::size_t kMostNames = 100'000;
 
@@ -54,7 +54,7 @@ class RawLog {
   /// "CSV", "ULog", ...
   virtual std::string format() const { return ""; }
 
-  /// What was damaged or left out while the file was opened: sentences for the report.
+  /// Sentences for the report about data that were damaged or left out when the file was opened.
   virtual std::vector<std::string> notes() const { return {}; }
 
   /// Line of a sample (0-based) in the file, or its number where the format has no lines; for messages.
@@ -65,16 +65,16 @@ class RawLog {
  protected:
   explicit RawLog(std::string file) : file_(std::move(file)) {}
 
-  /// @throws InputError if half of the values and more are no finite numbers, naming the first of them.
+  /// @throws InputError if at least half of the values are not finite numbers, naming the first of these.
   void require_mostly_sound(const std::vector<double>& values, const std::string& name) const;
-  /// @throws InputError, with the names that are near.
+  /// @throws InputError with the most similar names.
   [[noreturn]] void no_such_column(const std::string& name, const std::string& asked_by) const;
 
  private:
   std::string file_;
 };
 
-/// Comma (or semicolon, or tab) separated text; first line names; quotes, CRLF and a byte-order mark are fine.
+/// Text separated by commas, semicolons or tabs; the first line has the names. Accepts quotes, CRLF, a byte-order mark.
 std::unique_ptr<RawLog> open_csv(const std::string& file);
 /// MATLAB 5 MAT-file. Columns are paths: `Experiment1.RCData.channel[1]` is row 1 (as MATLAB counts) of a matrix whose
 /// longer side is time. Struct arrays and cells are not followed.
@@ -86,19 +86,20 @@ std::unique_ptr<RawLog> open_ulog(const std::string& file);
 /// give (degrees stay degrees), and `IMU:1.GyrX` for the second instance; each message type has its own clock, in
 /// seconds (`ATT.TimeUS`).
 std::unique_ptr<RawLog> open_ardupilot(const std::string& file);
-/// ROS 1 bag 2.0, chunks plain or (built with libbz2) bz2. Columns are `/topic.field.path`, `/topic.axes[0]`, and
-/// `/topic.time`: the header's stamp, else the time of reception, in seconds from the bag's first message.
+/// ROS 1 bag 2.0 with uncompressed or (if built with libbz2) bz2 chunks. Columns are `/topic.field.path`,
+/// `/topic.axes[0]`, and `/topic.time`: the header's time stamp, or without one the time of reception, in seconds from
+/// the bag's first message.
 std::unique_ptr<RawLog> open_rosbag(const std::string& file);
-/// ROS 2 bag, storage sqlite3, encoding CDR; columns as in a ROS 1 bag. Types: those of ros_types.h, and any that the
-/// bag itself defines.
+/// ROS 2 bag with sqlite3 storage and CDR encoding; columns as in a ROS 1 bag. Types: those of ros_types.h, and all
+/// that the bag itself defines.
 std::unique_ptr<RawLog> open_rosbag2(const std::string& file);
 
-/// Chooses by the file's first bytes. @throws InputError: cannot be opened, no regular file, empty, of no format that
-///   is read here, damaged.
+/// Opens a log; the file's first bytes decide its format. @throws InputError: cannot be opened, not a regular file,
+///   empty, unknown format, damaged.
 std::unique_ptr<RawLog> open_log(const std::string& file);
 
-/// "a, b, c" with at most `count` names, the nearest to `wanted` first: what a message offers when a name is unknown.
-/// Cost: linear in the number of names.
+/// "a, b, c" with at most `count` names, the most similar to `wanted` first: suggestions for a message about an unknown
+/// name. Cost: linear in the number of names.
 std::string nearest_names(const std::vector<std::string>& names, const std::string& wanted, std::size_t count = 6);
 
 }  // namespace m100::lab::logs

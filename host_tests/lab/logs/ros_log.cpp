@@ -35,7 +35,7 @@ void RosTopic::decode(double start_s) {
       columns_.assign(names_.size(), std::vector<double>(time_s_.size(), kNone));
     }
     if (wrong.empty() && numbers.size() != columns_.size()) {
-      wrong = "has arrays of another length than the first one";
+      wrong = "has arrays whose lengths differ from the first message's";
     }
     if (!wrong.empty()) {
       complain(wrong);
@@ -55,7 +55,7 @@ void RosTopic::append(const std::vector<double>& numbers, double received_s, dou
     columns_[k].push_back(numbers[k]);
   }
   const auto stamp = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), "header.stamp") - names_.begin());
-  const bool is_stamped = stamp < numbers.size() && numbers[stamp] > 0.0;  // one that is damaged has no number
+  const bool is_stamped = stamp < numbers.size() && numbers[stamp] > 0.0;  // a damaged message has no numbers
   time_s_.push_back(is_stamped ? numbers[stamp] - start_s : received_s);
 }
 

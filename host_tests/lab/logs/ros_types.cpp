@@ -12,7 +12,7 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr std::size_t kLongestArray = 64;  // longer ones (images, scans) are stepped over
+constexpr std::size_t kLongestArray = 64;  // longer ones (images, scans) are skipped
 constexpr int kDeepest = 12;
 constexpr std::size_t kCdrHeadBytes = 4;
 
@@ -51,7 +51,7 @@ const Basic* basic(std::string_view type) {
   return found == types.end() ? nullptr : &found->second;
 }
 
-/// ROS 2 calls its time builtin_interfaces/Time; it is the same eight bytes.
+/// Replaces ROS 2's builtin_interfaces/Time by ROS 1's time; both are the same eight bytes.
 std::string plain_type(const std::string& type) {
   if (type.ends_with("builtin_interfaces/Time") || type.ends_with("builtin_interfaces/msg/Time")) {
     return "time";
@@ -62,7 +62,7 @@ std::string plain_type(const std::string& type) {
   return type.substr(0, type.starts_with("string<=") ? 6 : type.size());
 }
 
-/// "geometry_msgs/msg/Pose" and "geometry_msgs/Pose" are one type.
+/// Shortens "geometry_msgs/msg/Pose" to "geometry_msgs/Pose", which is the same type.
 std::string short_name(const std::string& type) {
   const std::size_t middle = type.find("/msg/");
   return middle == std::string::npos ? type : type.substr(0, middle) + type.substr(middle + 4);
@@ -138,7 +138,7 @@ RosType::Field RosType::field_of(const std::string& type, const std::string& nam
   if (const std::size_t bracket = type.find('['); bracket != std::string::npos) {
     field.array = true;
     field.type = type.substr(0, bracket);
-    // "[3]" is three, "[]" and "[<=3]" are as many as the message says.
+    // "[3]" means three; for "[]" and "[<=3]" the message gives the count.
     static_cast<void>(std::from_chars(type.data() + bracket + 1, type.data() + type.size(), field.fixed));
   }
   field.type = plain_type(field.type);
@@ -146,7 +146,7 @@ RosType::Field RosType::field_of(const std::string& type, const std::string& nam
 }
 
 void RosType::find_inner_types(const std::map<std::string, int>& numbers) {
-  std::map<std::string, int> endings;  // a type is called by its last name inside of its package
+  std::map<std::string, int> endings;  // inside its package a type is named without the package
   for (const auto& [name, index] : numbers) {
     endings.emplace(name.substr(name.rfind('/') + 1), index);
   }
@@ -164,7 +164,7 @@ void RosType::find_inner_types(const std::map<std::string, int>& numbers) {
   }
 }
 
-/// A type holds bytes if one inside of it does: as many rounds as types may be nested.
+/// Marks the types that hold bytes: a type does if an inner type does. Repeats as often as types may be nested.
 void RosType::find_bytes() {
   for (int round = 0; round < kDeepest; ++round) {
     for (Definition& definition : definitions_) {
@@ -176,7 +176,7 @@ void RosType::find_bytes() {
   }
 }
 
-/// One message on its way through its definition.
+/// Walks through one message along its definition.
 class RosType::Walker {
  public:
   Walker(const RosType& type, std::string_view bytes, bool named, const Visit& visit)
@@ -199,7 +199,7 @@ class RosType::Walker {
     return false;
   }
 
-  /// The next bytes; nullptr: there are not so many.
+  /// The next bytes; nullptr: there are fewer.
   const char* take(std::size_t count, std::size_t alignment) {
     if (type_.wire_ == RosWire::kCdr) {
       at_ = (at_ + alignment - 1) / alignment * alignment;
@@ -242,7 +242,7 @@ class RosType::Walker {
   }
 
   bool elements(const Field& field, std::size_t count, const std::string& path, int depth, bool show) {
-    if (count > all_.size() - std::min(at_, all_.size())) {  // each element has a byte at least
+    if (count > all_.size() - std::min(at_, all_.size())) {  // each element has at least one byte
       return fail("is shorter than its definition");
     }
     const Basic* const plain = basic(field.type);

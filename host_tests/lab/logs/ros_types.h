@@ -13,28 +13,28 @@
 
 namespace m100::lab::logs {
 
-/// How a message is laid out in bytes.
+/// The byte layout of a message.
 enum class RosWire {
-  kPacked,  ///< ROS 1: little endian, no padding, strings by their length
+  kPacked,  ///< ROS 1: little endian, no padding, strings with their length
   kCdr      ///< ROS 2: four bytes of head, primitives aligned to their size, strings with their NUL
 };
 
-/// The definition of a message type and of all types inside of it, from the text that a bag carries or, for ROS 2 bags
-/// without one, from a few types that are known here: Imu, PoseStamped, PoseWithCovarianceStamped, Odometry,
+/// The definition of a message type and of its inner types, from the text in the bag or, for ROS 2 bags without one,
+/// from a few built-in types: Imu, PoseStamped, PoseWithCovarianceStamped, Odometry,
 /// QuaternionStamped, TransformStamped, TwistStamped, Vector3Stamped, Joy.
 class RosType {
  public:
   RosType() = default;
-  /// @param own the name of the outer type. @param text of ROS 1 or ROS 2.
+  /// @param own name of the outer type. @param text its definition as in ROS 1 or ROS 2.
   RosType(const std::string& own, const std::string& text, RosWire wire);
-  /// nullptr where the type is not known here.
+  /// The definition of a built-in type; nullptr: there is none.
   static const char* known_definition(const std::string& type);
 
   using Visit = std::function<void(const std::string& path, double value)>;
-  /// Visits the numbers of a message in order. Paths are made only if `named`.
-  /// Arrays longer than 64 numbers (images, scans) are stepped over; so is text. Cost: linear in the message's bytes,
-  /// whatever the definition says.
-  /// @returns "" or what is wrong with the message or its type.
+  /// Visits the numbers of a message in order. Paths are built only if `named`.
+  /// Arrays longer than 64 numbers (images, scans) and text are skipped. Cost: linear in the message's bytes, whatever
+  /// the definition says.
+  /// @returns the fault of the message or its type; empty: none.
   std::string walk(std::string_view message, bool named, const Visit& visit) const;
 
  private:
@@ -42,12 +42,12 @@ class RosType {
     std::string name;
     std::string type;
     bool array = false;
-    std::size_t fixed = 0;  ///< elements of an array of fixed size; 0: the message says
-    int inner = -1;         ///< index of the type where it is not a number or text
+    std::size_t fixed = 0;  ///< elements of an array of fixed size; 0: the message gives the count
+    int inner = -1;         ///< index of the type if it is neither a number nor text
   };
   struct Definition {
     std::vector<Field> fields;
-    bool has_bytes = false;  ///< some value lies inside, at some depth
+    bool has_bytes = false;  ///< it contains a value at some depth
   };
 
   static Field field_of(const std::string& type, const std::string& name);
@@ -59,7 +59,7 @@ class RosType {
   RosWire wire_ = RosWire::kPacked;
 };
 
-/// One topic of a bag: its messages, and once it was asked for, its numbers.
+/// One topic of a bag: its messages and, after decode(), its numbers.
 class RosTopic {
  public:
   std::string type_name;
@@ -67,8 +67,8 @@ class RosTopic {
   std::string unknown;                                        ///< why the type cannot be read; empty: it can
   std::vector<std::pair<std::string_view, double>> messages;  ///< bytes, time of reception [s]
 
-  /// Numbers of all messages; a message that is damaged, or whose arrays have other lengths than the first one's, is
-  /// NaN throughout. Times: the header's stamp, else the reception, less start_s.
+  /// Decodes the numbers of all messages. A message that is damaged, or whose arrays differ in length from the first
+  /// message's, becomes NaN. Times: the header's time stamp, or without one the time of reception, minus start_s.
   void decode(double start_s);
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<double>& times() const { return time_s_; }
@@ -89,7 +89,7 @@ class RosTopic {
   bool decoded_ = false;
 };
 
-/// What both kinds of bags are once their containers have been opened.
+/// The common part of both kinds of bags after their containers have been opened.
 class RosLog : public RawLog {
  public:
   RawColumn column(const std::string& name, const std::string& asked_by) const override;
@@ -99,7 +99,7 @@ class RosLog : public RawLog {
 
  protected:
   using RawLog::RawLog;
-  /// To be called once all messages are there. @throws InputError: there is none.
+  /// Must be called after all messages were added. @throws InputError: there is none.
   void start();
 
   mutable std::map<std::string, RosTopic> topics_;

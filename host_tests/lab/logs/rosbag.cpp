@@ -14,7 +14,7 @@
 #include "host_tests/lab/whole_file.h"
 
 // ROS 1 bag, format 2.0: records of {uint32 length, header, uint32 length, data}; a header is fields of {uint32 length,
-// name=value}. Connections (op 7) carry the text that defines their message, so that no message has to be known here;
+// name=value}. Connections (op 7) contain the definition of their message, so that the reader needs to know no message;
 // messages (op 2) lie in chunks (op 5). Indices (op 4, 6) are not needed.
 
 namespace m100::lab::logs {
@@ -110,7 +110,7 @@ class Bag final : public RosLog {
     }
   }
 
-  /// Header and data both lie inside of the bytes.
+  /// Whether header and data both lie inside the bytes.
   static bool whole_record(std::string_view bytes) {
     for (int part = 0; part < 2; ++part) {
       if (bytes.size() < 4 || bytes.size() - 4 < number<std::uint32_t>(bytes.data())) {
@@ -146,7 +146,7 @@ class Bag final : public RosLog {
       return;
     }
 #endif
-    fail("is compressed with " + how + ", which is not read: rosbag decompress makes it readable");
+    fail("is compressed with " + how + ", which is not supported: decompress it with rosbag decompress");
   }
 
   void connection(const std::map<std::string, std::string_view>& header, std::string_view data) {
@@ -156,13 +156,13 @@ class Bag final : public RosLog {
     const std::string type(need(inner, "type", 1));
     const std::string text(need(inner, "message_definition", 0));
     RosTopic& topic = topics_[name];
-    if (topic.type_name.empty()) {  // every publisher of a topic announces it again
+    if (topic.type_name.empty()) {  // each publisher announces the topic again
       topic.type_name = type;
       topic.type = RosType(type, text, RosWire::kPacked);
     }
   }
 
-  std::vector<std::unique_ptr<std::string>> buffers_;  // what the messages' views look at
+  std::vector<std::unique_ptr<std::string>> buffers_;  // the memory of the messages' views
   std::map<std::uint32_t, std::string> connections_;
   std::size_t room_ = 0;  ///< bytes that chunks may still unpack to
 };

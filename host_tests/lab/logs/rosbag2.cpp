@@ -10,8 +10,8 @@
 #include "host_tests/lab/logs/ros_types.h"
 
 // ROS 2 bag with sqlite3 storage: tables topics(id, name, type, serialization_format, ...), messages(topic_id,
-// timestamp in ns, data in CDR) and, in newer ones, message_definitions. A file is data: nothing that it brings along
-// (views, triggers, functions) is run.
+// timestamp in ns, data in CDR) and, in newer bags, message_definitions. The file is treated as data: its views,
+// triggers and functions are not run.
 
 namespace m100::lab::logs {
 namespace {
@@ -26,7 +26,7 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-/// A path as an address: what has a meaning there is escaped.
+/// A path as a URI, with its special characters escaped.
 std::string address_of(const std::string& file) {
   constexpr char kDigits[] = "0123456789abcdef";
   std::string out = "file:";
@@ -77,7 +77,7 @@ class Bag2 final : public RosLog {
   void check(int answer) const {
     if (answer != SQLITE_OK && answer != SQLITE_ROW && answer != SQLITE_DONE) {
       throw InputError(file(), 0, "",
-                       std::string("is no sqlite3 file that can be read: ") +
+                       std::string("is not a readable sqlite3 file: ") +
                            (base_ == nullptr ? sqlite3_errstr(answer) : sqlite3_errmsg(base_.get())));
     }
   }
@@ -94,13 +94,14 @@ class Bag2 final : public RosLog {
     return answer == SQLITE_ROW;
   }
 
-  /// A view in the place of a table could be a program without an end.
+  /// Checks that these are tables: a view instead could be a query that never ends.
   void require_tables() const {
     const Statement found = prepare(
         "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages') "
         "AND sql NOT LIKE 'CREATE VIRTUAL%'");
     if (!step(found) || sqlite3_column_int(found.get(), 0) != 2) {
-      throw InputError(file(), 0, "", "is an sqlite3 file, but no ROS 2 bag: it lacks the tables topics and messages");
+      throw InputError(file(), 0, "",
+                       "is an sqlite3 file, but not a ROS 2 bag: it lacks the tables topics and messages");
     }
   }
 
@@ -132,13 +133,13 @@ class Bag2 final : public RosLog {
       const auto own = definitions.find(topic.type_name);
       const char* const known = RosType::known_definition(topic.type_name);
       if (text(rows.get(), 3) != "cdr") {
-        topic.unknown = "is encoded in another way than CDR";
+        topic.unknown = "is not encoded as CDR";
       } else if (own != definitions.end()) {
         topic.type = RosType(topic.type_name, own->second, RosWire::kCdr);
       } else if (known != nullptr) {
         topic.type = RosType(topic.type_name, known, RosWire::kCdr);
       } else {
-        topic.unknown = "is not known here, and the bag does not define it";
+        topic.unknown = "is unknown, and the bag does not define it";
       }
     }
   }
@@ -169,7 +170,7 @@ class Bag2 final : public RosLog {
 
   std::unique_ptr<sqlite3, CloseBase> base_;
   std::map<std::int64_t, RosTopic*> by_id_;
-  std::vector<std::unique_ptr<std::string>> bytes_;  // what the messages' views look at
+  std::vector<std::unique_ptr<std::string>> bytes_;  // the memory of the messages' views
   std::int64_t steps_left_ = 0;
   std::size_t room_ = 0;
 };

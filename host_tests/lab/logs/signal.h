@@ -9,11 +9,11 @@
 
 namespace m100::lab::logs {
 
-/// What a log column can mean. Units and frames: sticks in counts from neutral (right, forward, up, right positive);
+/// The canonical signals. Units and frames: sticks in counts from neutral (right, forward, up, right positive);
 /// commands in rad, rad/s and m/s; attitude z-y-x Euler angles of the forward-left-up body [rad]; rates in the body
 /// [rad/s]; position, velocity in the world, z up [m, m/s]; force is the specific force in the body [m/s^2];
-/// thrust_ratio is thrust over weight, thrust_dir the body z axis in the world. A quaternion turns a body vector into a
-/// world vector; a loaded log holds its angles instead.
+/// thrust_ratio is thrust over weight, thrust_dir the body z axis in the world. A quaternion rotates a body vector into
+/// a world vector; a loaded log holds its angles instead.
 enum class Signal : std::uint8_t {
   kStickRoll,
   kStickPitch,
@@ -75,9 +75,9 @@ constexpr std::optional<Signal> signal_of(std::string_view name) {
   return std::nullopt;
 }
 
-/// 1, or -1 where a log of the convention north-east-down, forward-right-down has the opposite sign: both conventions
-/// differ by half a turn about x, in the world and in the body alike. Sticks are counts and have no frame; thrust_dir
-/// is the body's z axis, which itself points the other way.
+/// -1 for signals with the opposite sign in a log of the convention north-east-down, forward-right-down, otherwise 1.
+/// Both conventions differ by half a turn about x, in the world and in the body alike. Sticks are counts and have no
+/// frame; thrust_dir is the body's z axis, which itself points in the opposite direction.
 constexpr double sign_in_ned_frd(Signal signal) {
   switch (signal) {
     case Signal::kCommandPitch:

@@ -7,8 +7,8 @@
 namespace m100::lab::logs {
 namespace {
 
-constexpr double kGapFloor_s = 0.05;   // a stream of 100 Hz may lose four samples in a row before it counts
-constexpr double kGapIntervals = 3.5;  // slower streams: as many of their own intervals
+constexpr double kGapFloor_s = 0.05;   // a stream of 100 Hz may lose four samples in a row without a gap
+constexpr double kGapIntervals = 3.5;  // for slower streams: in their own intervals
 
 }  // namespace
 
@@ -30,7 +30,7 @@ namespace {
 
 enum class Clock { kRuns, kStands, kSpoilt, kBackwards };
 
-/// What row k says behind the rows that were taken. One row that is out of line with both neighbours is spoilt.
+/// Judges the clock of row k after the rows taken so far. A single row out of order with both neighbours is spoilt.
 Clock clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
   const double t = stream.time_s[k];
   if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {

@@ -7,32 +7,33 @@
 
 namespace m100::lab::logs {
 
-/// Samples of one signal with their times. Once tidied: both finite, times strictly increasing.
+/// Samples of one signal with their times. In a tidied stream both are finite and times increase strictly.
 struct Stream {
   std::vector<double> time_s;
   std::vector<double> values;
-  std::vector<std::uint8_t> after_spoilt;  ///< 1: something between the sample before and this one could not be used
+  std::vector<std::uint8_t>
+      after_spoilt;  ///< 1: an unusable sample was dropped between the previous sample and this one
 };
 
-/// What was not taken into a tidy stream.
+/// Counts of the samples that a tidied stream leaves out.
 struct Untidy {
-  std::size_t repeated = 0;  ///< stamps that were there already: the first sample of each is kept
-  std::size_t spoilt = 0;    ///< samples or stamps that are no finite numbers, single stamps far out of order
+  std::size_t repeated = 0;  ///< repeated time stamps; the first sample of each is kept
+  std::size_t spoilt = 0;    ///< samples or time stamps that are not finite, single time stamps far out of order
 };
 
-/// The samples in order. A single stamp that jumps ahead or back, with order around it, is a spoilt sample.
-/// @param backwards out: index of the sample at which time really runs backwards; the size of the stream where it does
-///   not. What lies behind it is left out.
+/// The samples in order of time. A single time stamp that jumps ahead or back between ordered ones is a spoilt sample.
+/// @param backwards receives the index of the sample at which time really runs backwards, or the size of the stream if
+///   it does not. Later samples are left out.
 Stream tidied(const Stream& stream, Untidy& untidy, std::size_t& backwards);
 
-/// The stream on a grid of `size` times, linear in between and held beyond its ends.
-/// @param gap out: 1 is written where nothing was sampled: inside a hole longer than 50 ms or 3.5 of the stream's own
+/// Resamples the stream onto a grid of `size` times: linear interpolation, held beyond the ends.
+/// @param gap receives 1 where nothing was sampled: inside a hole longer than 50 ms or 3.5 of the stream's own
 ///   intervals, between the neighbours of a spoilt sample, more than one period beyond the ends.
 std::vector<double> resampled(const Stream& tidy, double start_s, double period_s, std::size_t size,
                               std::vector<std::uint8_t>& gap);
 
-/// y(at) by the straight line through its neighbours. Preconditions: at least two values; `at` does not decrease from
-/// call to call with the same hint.
+/// y(at) by linear interpolation. Preconditions: at least two values; `at` does not decrease from call to call with the
+/// same hint.
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at, std::size_t& hint);
 
 /// Precondition: not empty.

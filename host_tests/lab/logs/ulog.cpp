@@ -16,8 +16,8 @@
 
 // ULog, as PX4 documents it: 16 bytes of header, then messages of {uint16 size, uint8 type, payload}. Definitions 'F'
 // name the fields of a format, subscriptions 'A' give a format a number, data 'D' carry that number and the bytes. The
-// flags 'B' may announce data that were appended later, behind a message that the loss of power cut short. PX4 leaves
-// out the padding at the end of a format, so a message may be shorter than its format says.
+// flags 'B' may announce data that were appended later, after a message that a loss of power cut short. PX4 omits
+// the padding at the end of a format, so a message may be shorter than its format says.
 
 namespace m100::lab::logs {
 namespace {
@@ -26,9 +26,9 @@ using namespace std::string_view_literals;
 
 constexpr std::size_t kHeaderBytes = 16;
 constexpr std::size_t kFlagBytes = 40;
-constexpr auto kSync = "\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"sv;  // a whole message, to find one's way back
+constexpr auto kSync = "\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"sv;  // a complete message, to resynchronise
 constexpr auto kKnownTypes = "BFIMPQADLCSOR"sv;
-constexpr unsigned kAppended = 1;  // the one incompatible flag that is defined
+constexpr unsigned kAppended = 1;  // the only incompatible flag that is defined
 
 template <typename T>
 T number(const char* bytes) {
@@ -38,7 +38,7 @@ T number(const char* bytes) {
 }
 
 struct Message {
-  std::size_t at;    ///< of its data in the file, behind the message's number
+  std::size_t at;    ///< of its data in the file, after the message's number
   std::size_t size;  ///< of its data
 };
 
@@ -108,7 +108,7 @@ class ULog final : public RawLog {
   std::vector<std::string> notes() const override {
     std::vector<std::string> out;
     if (lost_bytes_ > 0) {
-      out.push_back(std::to_string(lost_bytes_) + " bytes of the file are damaged and were stepped over");
+      out.push_back(std::to_string(lost_bytes_) + " bytes of the file are damaged and were skipped");
     }
     if (foreign_ > 0) {
       out.push_back(std::to_string(foreign_) + " messages of topics that were never announced were left out");
@@ -127,7 +127,7 @@ class ULog final : public RawLog {
     return key.first + (key.second == 0 ? "" : ":" + std::to_string(key.second));
   }
 
-  /// "topic", "topic:1", and "topic#1", as this program once wrote it.
+  /// The key of "topic" or "topic:1", or of "topic#1", which earlier versions of this program wrote.
   static Key key_of(const std::string& text) {
     const std::size_t mark = text.find_first_of(":#");
     unsigned instance = 0;
@@ -148,7 +148,7 @@ class ULog final : public RawLog {
     return out;
   }
 
-  /// Seconds; empty: the topic has no clock.
+  /// The times of a topic in seconds; empty: the topic has no clock.
   std::vector<double> times(const Topic& topic) const {
     const auto clock = formats_.find(topic.format, "timestamp");
     std::vector<double> out = clock ? values(topic, *clock) : std::vector<double>{};
@@ -158,7 +158,7 @@ class ULog final : public RawLog {
     return out;
   }
 
-  /// By the flags of the file: where its first data and what was appended to it begin.
+  /// The offsets at which the file's first data and its appended data begin, according to its flags.
   std::vector<std::size_t> section_begins() const {
     std::vector<std::size_t> begins{kHeaderBytes};
     const char* const first = bytes_.data() + kHeaderBytes;
@@ -169,7 +169,7 @@ class ULog final : public RawLog {
     for (std::size_t i = 8; i < 16; ++i) {
       const auto unknown = static_cast<unsigned>(static_cast<unsigned char>(flags[i])) & ~(i == 8 ? kAppended : 0U);
       if (unknown != 0) {
-        throw InputError(file(), 0, "", "uses features of ULog that are not known here (incompatible flags)");
+        throw InputError(file(), 0, "", "uses unknown features of ULog (incompatible flags)");
       }
     }
     for (std::size_t i = 16; (static_cast<unsigned char>(flags[8]) & kAppended) != 0 && i < kFlagBytes; i += 8) {
@@ -181,7 +181,7 @@ class ULog final : public RawLog {
     return begins;
   }
 
-  /// The file's sections: up to the first appended data, and each of those to the next.
+  /// Reads the file's sections: up to the first appended data, and each appended part up to the next.
   void read_sections() {
     const std::vector<std::size_t> begins = section_begins();
     for (std::size_t i = 0; i < begins.size(); ++i) {
@@ -195,7 +195,7 @@ class ULog final : public RawLog {
       const char type = bytes_[at + 2];
       const std::size_t begin = at + 3;
       if (kKnownTypes.find(type) == std::string_view::npos || begin + size > end) {
-        // Damage, or half a message at the end: what came before is good, and so is what follows the next mark.
+        // Damage, or an incomplete last message: the data before it and after the next sync mark are good.
         const std::size_t mark = std::string_view(bytes_).substr(0, end).find(kSync, at);
         lost_bytes_ += std::min(mark, end) - at;
         at = std::min(mark, end);

@@ -33,7 +33,7 @@ const Basic* basic(std::string_view type) {
   return found == types.end() ? nullptr : &found->second;
 }
 
-/// "name[3]" in two; no number: no bracket. nullopt: brackets that hold no number.
+/// "name[3]" split into name and number; without brackets there is no number. nullopt: the brackets hold no number.
 struct Step {
   std::string_view name;
   std::optional<std::size_t> index;
@@ -75,7 +75,7 @@ const UlogFormats::Format* UlogFormats::understood(const std::string& name, int 
   Format& format = found->second;
   if (!format.understood) {
     format.understood = true;
-    format.broken = true;  // as long as it is being looked at: a format inside of itself has no size
+    format.broken = true;  // while it is evaluated, because a format inside itself has no size
     format.broken = !understand(format, depth);
   }
   return format.broken ? nullptr : &format;

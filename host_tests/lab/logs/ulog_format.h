@@ -10,16 +10,16 @@
 
 namespace m100::lab::logs {
 
-/// A number inside a ULog message: where it lies behind the message's number, and how its bytes are read.
+/// A number inside a ULog message: its offset after the message's number, and how its bytes are read.
 struct UlogNumber {
   std::size_t at = 0;
   std::size_t bytes = 0;
   double (*read)(const char*) = nullptr;
 };
 
-/// The formats that a ULog defines for itself ('F'), and the places of their fields. A format is understood when it is
-/// first asked for, so that one that nobody needs may be nonsense. Arrays and nested formats are never spelled out:
-/// a definition of fifty bytes may describe four thousand million numbers.
+/// The formats that a ULog defines ('F'), and the offsets of their fields. A format is parsed when it is first used, so
+/// that an unused format may be invalid. Arrays and nested formats are never expanded, because a definition of fifty
+/// bytes may describe four thousand million numbers.
 class UlogFormats {
  public:
   /// Takes the definition of a format. @returns false if it has no name.
@@ -28,7 +28,7 @@ class UlogFormats {
   /// The number at a path in a format: "q[3]", "place.x", "esc[2].rpm". nullopt: there is none.
   std::optional<UlogNumber> find(const std::string& format, std::string_view path);
 
-  /// Appends prefix + path of the format's numbers to `out`, until that has `most` names. Paddings have no name.
+  /// Appends prefix + path of the format's numbers to `out`, until `out` has `most` names. Paddings have no name.
   void list(const std::string& format, const std::string& prefix, std::size_t most, std::vector<std::string>& out);
   /// At most `most` names of the format's own fields, one for a whole array ("q[4]"); a nested format ends in a dot.
   std::vector<std::string> fields(const std::string& format, std::size_t most);
@@ -41,23 +41,23 @@ class UlogFormats {
     std::size_t count = 1;
     std::size_t at = 0;
     std::size_t each = 0;  ///< bytes of one element
-    bool named = false;    ///< a column can be made of it
+    bool named = false;    ///< it can be a column
   };
   struct Format {
     std::string text;
     bool understood = false;
     bool broken = false;
     std::size_t bytes = 0;
-    bool named = false;  ///< it holds a number that is no padding
+    bool named = false;  ///< it holds a number that is not padding
     std::vector<Field> fields;
   };
-  /// Longest payload of a message: what a format describes beyond it can never have been logged.
+  /// Longest payload of a message. A format cannot log anything beyond it.
   static constexpr std::size_t kMostBytes = 65535;
   static constexpr int kDeepest = 16;
 
   const Format* understood(const std::string& name, int depth);
   bool understand(Format& format, int depth);
-  /// How many bytes one element has. @returns false: of a type that nobody defined.
+  /// Computes the bytes of one element. @returns false: its type is not defined.
   bool measure(Field& field, int depth);
 
   std::map<std::string, Format, std::less<>> formats_;

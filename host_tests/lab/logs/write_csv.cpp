@@ -15,7 +15,7 @@ namespace {
 struct Column {
   std::string name;
   const std::vector<double>* values;
-  std::vector<std::uint8_t> gap;  ///< where the value was not sampled; empty: nowhere
+  std::vector<std::uint8_t> gap;  ///< 1: the value was not sampled; empty: there are no gaps
 };
 
 std::vector<Column> columns_of(const FlightLog& log) {
@@ -37,7 +37,7 @@ std::string digits(double value) {
   return text.data();
 }
 
-/// A clock may count from 1970: nine digits would leave ten seconds of it.
+/// A time with fifteen digits: a clock may count from 1970, and nine digits would resolve only ten seconds of it.
 std::string stamp(double time_s) {
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.15g", time_s);

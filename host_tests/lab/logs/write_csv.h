@@ -7,9 +7,9 @@
 
 namespace m100::lab::logs {
 
-/// Writes a log as CSV in canonical units: `t_s`, each signal it has by its canonical name, each extra channel, and
-/// `gap` where there are any. Nine significant digits, of the time fifteen. A cell of a gap is empty, so that it is a
-/// gap when the file is read again. @throws InputError: cannot be written.
+/// Writes a log as CSV in canonical units: `t_s`, each of its signals by canonical name, each extra channel, and `gap`
+/// if there are any. Values have nine significant digits, times fifteen. A cell in a gap is empty, so that it is again
+/// a gap when the file is read. @throws InputError: cannot be written.
 void write_csv(const FlightLog& log, const std::string& file);
 
 /// The column map that reads such a file back. @throws InputError: cannot be written.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab mpc solve: the controller's own solver on quadratic programs from a file.
+// m100-lab mpc solve: solves quadratic programs from a file with the controller's own solver.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -95,7 +95,7 @@ void solve(const gains::InstanceFile& file, bool setpoint) {
   }
   for (const gains::Instance& instance : file.instances) {
     mpc::HorizontalMpc<T>& controller = *controllers.at(instance.model);
-    controller.reset();  // the instances of a file have nothing to do with each other
+    controller.reset();  // the instances of a file are independent
     mpc::Solution<T> solution;
     if (setpoint) {
       controller.solve(problem_in<T>(instance.problem), solution);
@@ -109,14 +109,16 @@ void solve(const gains::InstanceFile& file, bool setpoint) {
 }  // namespace
 
 void add_mpc(CLI::App& lab) {
-  CLI::App* mpc = lab.add_subcommand("mpc", "the horizontal MPC on its own");
+  CLI::App* mpc = lab.add_subcommand("mpc", "run the horizontal MPC alone");
   mpc->require_subcommand(1);
-  CLI::App* command = mpc->add_subcommand("solve", "solves quadratic programs: JSON lines in, JSON lines out");
+  CLI::App* command = mpc->add_subcommand("solve", "solve quadratic programs: JSON lines in, JSON lines out");
   auto options = std::make_shared<MpcOptions>();
   command->add_option("FILE", options->file, "model records, then problems (JSON lines)")->required();
   command->add_option("--scalar", options->scalar, "arithmetic of the controller")
       ->check(CLI::IsMember({"double", "float"}));
-  command->add_option("--law", options->law, "preview: whole sequence; setpoint: the explicit law where it holds")
+  command
+      ->add_option("--law", options->law,
+                   "preview: the whole input sequence; setpoint: the explicit law inside its range")
       ->check(CLI::IsMember({"preview", "setpoint"}));
   command->callback([options] {
     companion::FileUse().reads("FILE", options->file).check();

@@ -15,7 +15,7 @@ constexpr double kGlyph_px = 7.0;
 constexpr double kBoldGlyph_px = 7.5;
 constexpr double kCellHeight_px = 24.0;
 
-/// From orange over nearly white to blue.
+/// A colour of the scale from orange through near white to blue.
 std::string colour(double share) {
   constexpr std::array<std::array<double, 3>, 3> kEnds{{{213, 94, 0}, {247, 243, 238}, {0, 114, 178}}};
   const double at = 2.0 * std::clamp(share, 0.0, 1.0);

@@ -27,7 +27,7 @@ struct Range {
   double size() const { return high - low; }
 };
 
-/// Never empty, never a single value, with some air above and below.
+/// A range that is never empty or a single value, with a margin above and below.
 Range padded(Range range, double air) {
   if (!(range.low <= range.high)) {
     return {.low = 0.0, .high = 1.0};
@@ -69,7 +69,7 @@ void text(std::ostream& out, double x, double y, const std::string& words, const
       << escape(words) << "</text>\n";
 }
 
-/// Where data land on the sheet.
+/// The mapping from data to the sheet.
 struct Sheet {
   double left, top, width, height;
   Range x, y;
@@ -94,7 +94,7 @@ void draw_grid(std::ostream& out, const Sheet& s) {
       << "\" fill=\"none\" stroke=\"#888\"/>\n";
 }
 
-/// At most two points a pixel column: the smallest and the largest, in their order.
+/// At most two points per pixel column: the smallest and the largest, in their order.
 std::vector<std::pair<double, double>> thinned(const Line& line, const Sheet& s) {
   std::vector<std::pair<double, double>> points;
   const std::size_t count = std::min(line.x.size(), line.y.size());
@@ -178,7 +178,7 @@ std::pair<double, double> shares(const IntervalRow& row) {
   return size > 0.0 ? std::pair{(row.low - row.value) / size, (row.high - row.value) / size} : std::pair{0.0, 0.0};
 }
 
-/// A round number of per cent that holds every interval, as far as 50.
+/// A round number of per cent that includes every interval, at most 50.
 double widest_percent(const IntervalChart& chart) {
   constexpr std::array kRound{1.0, 2.0, 5.0, 10.0, 20.0, 50.0};
   double widest = 0.0;
@@ -352,7 +352,7 @@ namespace {
 
 constexpr double kCell = 30.0;
 
-/// One row of a matrix: a square for each count, the fuller the larger its share of the row.
+/// One row of a matrix: a square for each count, whose fill grows with the count's share of the row.
 void draw_counts(std::ostringstream& out, const Matrix& matrix, std::size_t r, double left, double y) {
   int total = 0;
   for (const int count : matrix.counts[r]) {

@@ -8,7 +8,7 @@
 
 namespace m100::lab::plot {
 
-/// Colours that stay apart for colour-blind readers and in print (Okabe and Ito).
+/// Colours that colour-blind readers can distinguish, also in print (Okabe and Ito).
 inline constexpr const char* kBlack = "#333333";
 inline constexpr const char* kBlue = "#0072b2";
 inline constexpr const char* kOrange = "#d55e00";
@@ -25,7 +25,7 @@ struct Line {
   bool dashed = false;
 };
 
-/// A stretch of x shaded behind the curves, e.g. the validation part.
+/// A range of x, shaded behind the curves, e.g. the validation part.
 struct Span {
   double from = 0.0;
   double to = 0.0;
@@ -48,11 +48,11 @@ struct Figure {
 };
 std::string svg(const Figure& figure);
 
-/// Horizontal bars, largest label column first come first drawn.
+/// A horizontal bar; bars are drawn in their given order.
 struct Bar {
   std::string label;
   double value = 0.0;
-  std::string note;  ///< behind the bar
+  std::string note;  ///< text after the bar
   std::string color = kBlue;
 };
 struct BarChart {
@@ -63,9 +63,9 @@ struct BarChart {
 };
 std::string svg(const BarChart& chart);
 
-/// One row per parameter: the interval as a line, the value as a dot, the numbers in words. All rows share one scale,
-/// per cent of the value, as wide as the widest interval and at most +-50 %: what goes beyond is cut at the edge. A
-/// value of nought has no per cent: there it is per cent of the larger end.
+/// One row per parameter: the interval as a line, the value as a dot, and the numbers as text. All rows share one scale
+/// in per cent of the value, as wide as the widest interval but at most +-50 %; longer intervals are cut at the edge.
+/// If the value is zero, the scale is in per cent of the larger end.
 struct IntervalRow {
   std::string label;
   double value = 0.0;
@@ -79,7 +79,7 @@ struct IntervalChart {
 };
 std::string svg(const IntervalChart& chart);
 
-/// Counts by row (what was there) and column (what was answered); the diagonal is right when names agree.
+/// A confusion matrix: counts by row (true effect) and column (answer); on the diagonal the names agree.
 struct Matrix {
   std::string title;
   std::vector<std::string> rows;
@@ -88,9 +88,9 @@ struct Matrix {
 };
 std::string svg(const Matrix& matrix);
 
-/// A number for people: three significant digits, no exponent where it can be avoided.
+/// A number as text: three significant digits, without exponent if possible.
 std::string number(double value);
-/// Text with <, >, & and quotes made harmless.
+/// Text with <, >, & and quotes escaped.
 std::string escape(const std::string& text);
 
 }  // namespace m100::lab::plot

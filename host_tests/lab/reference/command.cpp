@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab reference: the keys and words that the programs read, as JSON, for the guide's reference pages.
+// m100-lab reference: prints the keys and words that the programs read, as JSON, for the guide's reference pages.
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -27,8 +27,7 @@ void print_references() {
 void add_reference(CLI::App& lab) {
   CLI::App* const command = lab.add_subcommand(
       "reference", "print every key and word that the programs read, with unit, range and default, as JSON");
-  command->footer(
-      "The pages of firmware/companion/guide are written from it: host_tests/lab/reference/pages.py --write");
+  command->footer("host_tests/lab/reference/pages.py --write makes the pages of firmware/companion/guide from it");
   command->callback(print_references);
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The programs know every subcommand and every option of the command lines in the guide.
+"""Checks that the programs know every subcommand and every option of the command lines in the guide.
 
 Usage: guide_commands.py M100 LAB PAGE... Prints one line per offence and exits with 1 if there is any.
 """
@@ -25,7 +25,7 @@ def commands(page):
 
 
 def known_options(program, subcommand):
-    """What --help of a subcommand lists; none where there is no such subcommand."""
+    """The options that --help of a subcommand lists; None if there is no such subcommand."""
     run = subprocess.run([program, subcommand, "--help"], capture_output=True, text=True, check=False)
     return set(OPTION.findall(run.stdout)) if run.returncode == 0 else None
 

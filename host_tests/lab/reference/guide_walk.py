@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Walks through the guide as a new user would: every line of its code blocks is run as it stands, in its order.
+"""Walks through the guide as a new user would: runs every line of its code blocks unchanged and in order.
 
 Usage: guide_walk.py M100 LAB SOURCE TABLE [FOLDER]
 
-SOURCE is the project's folder, TABLE the gain table of the vehicle file that ships. What is put in the place of
-something else: the emulated autopilot, in simulated time, for the aircraft at /dev/ttyUSB0 and /dev/ttyUSB1; a folder
-as the package has it for /usr/share/doc/m100/examples; the window that excite.json names for FROM:TO. Lines that build
-or install (NOT_HERE) belong to other tests. FOLDER keeps what is made, and walk.txt with what every line said.
+SOURCE is the project's folder, TABLE the gain table of the shipped vehicle file. Replacements: the emulated autopilot,
+in simulated time, replaces the aircraft at /dev/ttyUSB0 and /dev/ttyUSB1; a folder as in the package replaces
+/usr/share/doc/m100/examples; the window in excite.json replaces FROM:TO. Lines that build or install (NOT_HERE) belong
+to other tests. FOLDER keeps the files made, and walk.txt with the output of every line.
 """
 import json
 import os
@@ -23,8 +23,8 @@ NOT_HERE = re.compile(r"^(host_tests/|sudo |export PATH=)")
 ANSWER_MAY_BE_NO = re.compile(r"^m100 doctor|^m100-lab identify")
 EXAMPLES = "/usr/share/doc/m100/examples"
 END = "END"
-LEAST_LINES = 25  # of the guide; fewer are a walk that lost its page
-WAITS_FOR_EVER_S = 1800  # a command that waits for a person, not one that is slow
+LEAST_LINES = 25  # of the guide; with fewer, the walk did not find its page
+WAITS_FOR_EVER_S = 1800  # the limit is for a command that waits for a person, not for a slow one
 PLANTED = """```
 m100 probe --port /dev/ttyUSB0
 m100 probe --prot /dev/ttyUSB0
@@ -36,7 +36,7 @@ m100 this is prose
 
 
 def lines_of(page):
-    """(number, line) of the code blocks; a here-document is one line, comments are left out."""
+    """(number, line) of the code blocks; a here-document counts as one line, comments are skipped."""
     inside, block = False, []
     for number, line in enumerate(page.splitlines(), 1):
         if line.startswith("```"):
@@ -70,7 +70,7 @@ class Walk:
             shutil.copy(path, work / "examples" / name)
 
     def put_in_place(self, line, world):
-        if not line.startswith("m100 doctor"):  # it looks at the ports of this machine
+        if not line.startswith("m100 doctor"):  # it examines the ports of this machine
             line = line.replace("/dev/ttyUSB0", f"sim:{world}").replace("/dev/ttyUSB1", f"sim:{world}.pose")
         line = line.replace(EXAMPLES, str(self.work / "examples")).replace("/tmp/m100", str(self.work / "m100"))
         if "FROM:TO" in line:
@@ -79,7 +79,7 @@ class Walk:
         return line
 
     def autopilot(self, line, world):
-        """The aircraft of one command: it stands where the guide's own autopilot does not."""
+        """The emulated aircraft for one command, where the guide does not start its own autopilot."""
         arguments = [self.lab, "autopilot", "--sim", str(world), "--seed", "7"]
         if line.startswith("m100 record"):
             arguments += ["--rc-mode", "P", "--script", str(self.work / "pilot.txt")]
@@ -87,7 +87,7 @@ class Walk:
 
     @staticmethod
     def started(process, world):
-        """Its two ports are there: a program that opens them is heard, however long it takes."""
+        """Waits until its two ports exist: from then on it hears a program that opens them, at any time."""
         while not all(pathlib.Path(f"{world}{port}").exists() for port in ("", ".pose")) and process.poll() is None:
             time.sleep(0.01)
         return process
@@ -103,7 +103,7 @@ class Walk:
         self.background = None
 
     def run(self, line):
-        """@returns the exit code and what was said, or None where the line is not for here."""
+        """@returns the exit code and the output, or None if the line is not run here."""
         if NOT_HERE.match(line):
             return None
         self.count += 1
@@ -128,7 +128,7 @@ class Walk:
         return run.returncode, run.stdout + run.stderr
 
     def offences(self, page):
-        for _, line in lines_of(page):  # the pilot of the guide's end flies the recording of its middle
+        for _, line in lines_of(page):  # the pilot script at the guide's end is for the recording in its middle
             if line.startswith("cat > pilot.txt"):
                 subprocess.run(["bash", "-c", line], cwd=self.work, check=True)
         for number, line in lines_of(page):
@@ -144,7 +144,7 @@ class Walk:
 
 
 def self_test(paths):
-    """Of the planted lines the first one works, the others do not, and prose is not run."""
+    """Checks that only the first of the planted lines works, and that prose is not run."""
     with tempfile.TemporaryDirectory() as folder:
         walk = Walk(*paths, pathlib.Path(folder))
         found = list(walk.offences(PLANTED))

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The guide's reference pages hold every key and word that the code reads, and no other.
+"""Checks that the guide's reference pages hold every key and word that the code reads, and no others.
 
 Usage: pages.py LAB ROOT            compares; one line per difference, exit code 1 if there is any
-       pages.py LAB ROOT --write    writes the pages anew; meanings and the words around the tables stay
-       pages.py --self-test         plants differences and sees each found
+       pages.py LAB ROOT --write    writes the pages anew; meanings and the text around the tables stay
+       pages.py --self-test         plants differences and checks that each is found
 
-LAB is the program m100-lab, whose `reference` prints the tables by which the programs read their files. Two tables
+LAB is the program m100-lab, whose `reference` prints the tables with which the programs read their files. Two tables
 are read from the source: the JSON of `m100-lab frames` and the exit codes.
 """
 import json
@@ -56,7 +56,7 @@ def exit_table(root):
 
 
 def map_rows(root):
-    """The keys of a column map that are no signals."""
+    """The keys of a column map that are not signals."""
     source = (root / "host_tests/lab/logs/column_map.cpp").read_text()
     rows = [("top of the file", key) for key in unique(re.findall(r'\bkey == "(\w+)"', source))]
     rows += [("{ } of one column", key) for key in unique(re.findall(r'\bname == "(\w+)"', source))]
@@ -72,7 +72,7 @@ def spoken(literal):
 
 
 def messages_table(root):
-    """What the program can say where it refuses, descends or gives up, with its own advice."""
+    """The messages with which the program refuses, descends or gives up, with its own advice."""
     def source(path):
         return (root / path).read_text()
 
@@ -143,7 +143,7 @@ def differences(page, table, text):
 
 
 def written(table, text):
-    """The page with its tables made anew; what stands before the first section and between heading and table stays."""
+    """The page with new tables; the text before the first section and between heading and table stays."""
     meanings = {place: cells[-1] for place, cells in page_rows(text).items()}
     head = text.split("\n## ", 1)[0].rstrip("\n")
     notes = {}

@@ -24,7 +24,7 @@ namespace {
 
 using companion::NumberKey;
 
-/// What the end of a key says about its unit; the longer ending first.
+/// The unit that the ending of a key stands for; longer endings come first.
 struct Unit {
   std::string_view ending;
   std::string_view unit;
@@ -77,13 +77,13 @@ void add(Table& table, const std::string& section, std::span<const NumberKey<T>>
   }
 }
 
-/// An axis of a vehicle file; a file of one's own has no axis until it is identified.
+/// Adds an axis of a vehicle file; a user's own file has no axis until it is identified.
 void add_axis(Table& table, const std::string& section, model::AxisUnit unit) {
   add<model::StickAxis>(table, section, companion::axis_keys(unit), model::StickAxis{});
   table.rows.push_back({section, "dead_zone_shape", {"text", "\"continuous\" or \"jump\"", "\"continuous\""}});
 }
 
-/// Every section that a vehicle file is written with is one of these.
+/// Checks that every section of a written vehicle file is in the table.
 void expect_sections(const Table& table) {
   std::istringstream written(companion::to_text(mpc::generated::kVehicle, {}));
   for (std::string line; std::getline(written, line);) {

@@ -29,17 +29,17 @@ struct ReportOptions {
   std::vector<std::string> pages;
 };
 
-/// What stands between the tags, or an InputError that names the page.
+/// The text between the tags. @throws InputError naming the page.
 std::string between(const std::string& page, const std::string& html, const std::string& from, const std::string& to) {
   const std::size_t begin = html.find(from);
   const std::size_t end = html.rfind(to);
   if (begin == std::string::npos || end == std::string::npos || end < begin + from.size()) {
-    throw InputError(page, 0, from, "not a page that this program wrote");
+    throw InputError(page, 0, from, "this is not a page that m100-lab wrote");
   }
   return html.substr(begin + from.size(), end - begin - from.size());
 }
 
-/// The way to a page from the folder of the page that is written: the reader's, not that of who wrote it.
+/// The path of a page relative to the folder of the written page, so that it is valid for the reader.
 std::string seen_from(const std::string& out, const std::string& page) {
   std::error_code none;
   const std::filesystem::path folder = std::filesystem::absolute(out, none).parent_path();
@@ -95,12 +95,12 @@ void add_report(CLI::App& lab) {
   command->add_option("pages", options->pages, "pages (HTML) in their order")->required();
   command->add_option("--out", options->out, "the page to write")->required();
   command->add_option("--title", options->title, "its title");
-  command->add_option("--lead", options->lead, "page (HTML) that stands on the first screen, before the links");
-  command->add_option("--asked", options->asked, "the question that the page answers, on its first line");
+  command->add_option("--lead", options->lead, "page (HTML) to show on the first screen, before the links");
+  command->add_option("--asked", options->asked, "the question that the page answers, shown on its first line");
   command->add_option("--note", options->note, "a sentence under the title");
   command->add_option("--identified", options->sources.identified,
-                      "answer of identify (JSON), for the summary; may be repeated");
-  command->add_option("--source", options->source, "who flew the identified logs")
+                      "result of identify (JSON), for the summary; may be repeated");
+  command->add_option("--source", options->source, "origin of the identified logs")
       ->check(CLI::IsMember({"measured", "simulated"}));
   command->add_option("--experiments", options->sources.experiments, "result of experiments (JSON), for the summary");
   command->add_option("--loop", options->sources.loop, "result of loop (JSON), for the summary");

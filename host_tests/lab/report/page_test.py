@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pages of m100-lab in a browser, 400 px wide: no console error, no sideways scroll, no text below 12 px, no words
-of a figure cut off.
+"""Opens the pages of m100-lab in a browser, 400 px wide, and checks: no console error, no horizontal scrolling, no text
+below 12 px, no truncated words in a figure.
 
 Usage: page_test.py LAB [PAGE ...]. Without pages it makes some: an identification, a flown task, a campaign, and all
 joined.
-Ends with 77 (skipped) where no Chromium is installed. Each page is copied with a few lines of script that measure it,
-and opened in a frame of 400 px, because a window of a browser may refuse to be that narrow.
+Exit code 77 (skipped) if no Chromium is installed. Each page is copied with a short script that measures it, and opened
+in a frame of 400 px, because a browser window may refuse to be that narrow.
 """
 import html
 import json
@@ -43,7 +43,7 @@ JSON.stringify(e.data)))</script></body></html>"""
 
 
 def measured(browser, page):
-    """What the browser says of a page: {scroll, width, least, words}, and its console's lines."""
+    """The browser's measurements of a page, {scroll, width, least, words}, and the lines of its console."""
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         (folder / "page.html").write_text(page.replace("</body>", MEASURE + "</body>"))
@@ -76,8 +76,8 @@ def offences(browser, page):
 def write_log(path):
     """A minute of roll: second order with a dead zone, moved by pairs of kicks.
 
-    A row has the stick and the roll of its time: what the stick does is in the rows after it. Written the other way
-    round the response is a sample early, and identify rightly names clocks that disagree.
+    A row holds the stick and the roll of the same time; the stick acts on the rows after it. In the opposite order the
+    response would be a sample early, and identify would correctly report clocks that disagree.
     """
     roll, rate, chance = 0.0, 0.0, random.Random(12345)
     lines = ["t,stick,roll"]
@@ -130,16 +130,16 @@ def summary_of(folder):
 
 
 def first_screen(page, identified):
-    """What the summary must say; catches a result that is read from the wrong place and silently missing.
+    """Checks the texts of the summary; catches a result that is read from the wrong place and silently missing.
 
-    `identified` is identify's answer: a log of which it leaves a part unexplained is one thing more that was not reached.
+    `identified` is identify's answer: if it leaves a part of the log unexplained, one more goal was not reached.
     """
     said = page.split("In detail", 1)[0]
     unexplained = identified["verdict"] == "unexplained"
     missed = PLANTED_MISSES + int(unexplained)
-    if unexplained != ("roll: a part of the log's error is explained by no effect that is known here" in said):
+    if unexplained != ("roll: no known effect explains a part of the log's error" in said):
         yield f"identify's verdict is '{identified['verdict']}', and the first screen says otherwise"
-    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors are at or below", f" {missed} things were not reached",
+    for what in ("Asked: is it better?", "m100-lab ", "0 of 1 errors are at or below", f" {missed} goals were not reached",
                  "roll: second order, dead zone", '<td>log: roll [rad]</td><td class="n">',
                  '<td>loop: roll [rad]</td><td class="n">0.100</td><td class="n">0.0100</td>',
                  '<td>flown: step, calm [m]</td><td class="n">0.300</td><td class="n missed">0.400</td>',
@@ -152,7 +152,7 @@ def first_screen(page, identified):
 
 
 def self_test(browser):
-    """Each of these must be found on one bad page, or the browser looked at nothing."""
+    """All of these must be found on one bad page; otherwise the browser checked nothing."""
     bad = ("<!DOCTYPE html><html><head></head><body><script>console.error('x')</script>"
            '<div style="width:900px;font-size:9px">words</div><svg viewBox="0 0 40 20" width="40">'
            '<text x="2" y="14">a title that is wider</text></svg></body></html>')

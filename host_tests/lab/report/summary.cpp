@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A smaller growth of an error is none: seeds alone do as much.
+/// Smaller growth of an error is ignored: the choice of seeds alone changes it as much.
 constexpr double kNoticed = 1.02;
 
 json read(const std::string& file) {
@@ -22,7 +22,7 @@ json read(const std::string& file) {
   }
   json out = parse_json(whole_file(file));
   if (!out.is_object()) {
-    throw InputError(file, 0, "", "is no result of m100-lab");
+    throw InputError(file, 0, "", "is not a result of m100-lab");
   }
   return out;
 }
@@ -38,13 +38,13 @@ const char* unit_of(const std::string& axis) {
   return axis == "climb" ? "m/s" : axis == "yaw_rate" ? "rad/s" : axis == "translation" ? "m/s^2" : "rad";
 }
 
-/// The number at a path; negative where there is none.
+/// The number at a path; negative if there is none.
 double number_at(const json& from, const std::string& path) {
   const json::json_pointer place(path);
   return from.contains(place) && from[place].is_number() ? from[place].get<double>() : -1.0;
 }
 
-/// The first screen as it grows: rows of before and after, and what was not reached.
+/// Builds the first screen: rows with the errors before and after, and the goals that were not reached.
 class Summary {
  public:
   explicit Summary(const Sources& sources) : sources_(sources), measured_(sources.measured) {
@@ -57,7 +57,7 @@ class Summary {
   }
 
   void write(plot::Page& page) {
-    constexpr const char* kNone = "is no result of m100-lab";
+    constexpr const char* kNone = "is not a result of m100-lab";
     for (std::size_t i = 0; i < identified_.size(); ++i) {
       of_json(sources_.identified[i], kNone, [&] { identified(identified_[i]); });
     }
@@ -69,16 +69,14 @@ class Summary {
     of_json(sources_.margins, kNone, [&] { margins(); });
     page.verdict(sentence(), missed_.empty() ? "good" : "warn");
     if (!found_.empty()) {
-      page.paragraph("Found beside the declared model: " + found_ + ".");
+      page.paragraph("Found in addition to the declared model: " + found_ + ".");
     }
     page.table(rows_, marked_);
     page.paragraph(
-        "Rows 'log': error of the prediction over the part of the identified log that no fit has seen, with the "
-        "declared "
-        "model and with what was found. Rows 'loop': error of the prediction 1 s ahead for a simulated aircraft with "
-        "hidden effects, with the vehicle file before and after they were identified. Rows 'flown': error of the pose "
-        "in "
-        "the tasks that this aircraft flew with both files.");
+        "Rows 'log': prediction error on the part of the log that no fit has used, with the declared model (before) "
+        "and with the effects found (after). Rows 'loop': prediction error 1 s ahead for a simulated aircraft with "
+        "hidden effects, with the vehicle file before and after they were identified. Rows 'flown': pose error in the "
+        "tasks that this aircraft flew with both files.");
     if (!missed_.empty()) {
       page.paragraph("Not reached:");
       page.list(missed_);
@@ -111,7 +109,7 @@ class Summary {
     row("log: " + spaced(axis) + " [" + unit_of(axis) + "]", number_at(one, "/declared/validation_rmse"),
         number_at(one, "/final/validation_rmse"), !measured_);
     if (one.value("verdict", "") == "unexplained") {
-      missed_.push_back(spaced(axis) + ": a part of the log's error is explained by no effect that is known here");
+      missed_.push_back(spaced(axis) + ": no known effect explains a part of the log's error");
     }
   }
 
@@ -141,7 +139,7 @@ class Summary {
     }
   }
 
-  /// The cells of the paper's table, and those that are above it.
+  /// Counts the cells that the paper's table has, and those of ours that are above it.
   void paper() {
     for (const auto& [task, airs] : experiments_.items()) {
       if (!airs.is_object()) {
@@ -178,10 +176,10 @@ class Summary {
       out = "Simulated flights: " + std::to_string(cells_ - above_) + " of " + std::to_string(cells_) +
             " errors are at or below those that the paper measured. ";
     }
-    return out + (missed_.empty() ? "Everything that was asked was reached."
+    return out + (missed_.empty() ? "Every goal was reached."
                   : missed_.size() == 1
-                      ? "1 thing was not reached; it stands below."
-                      : std::to_string(missed_.size()) + " things were not reached; they stand below.");
+                      ? "1 goal was not reached; it is listed below."
+                      : std::to_string(missed_.size()) + " goals were not reached; they are listed below.");
   }
 
   const Sources& sources_;

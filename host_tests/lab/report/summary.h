@@ -8,7 +8,7 @@
 
 namespace m100::lab::report {
 
-/// Results as the subcommands write them with --json; empty: there is none.
+/// Files with results that the subcommands wrote with --json; empty: there is none.
 struct Sources {
   std::vector<std::string> identified;  ///< of identify, one for each axis
   bool measured = false;                ///< whether the identified logs were flown by an aircraft
@@ -18,8 +18,8 @@ struct Sources {
   bool any() const { return !identified.empty() || !experiments.empty() || !loop.empty() || !margins.empty(); }
 };
 
-/// The first screen of a page: what was found, prediction and flight before and after, what was not reached; each
-/// number with whether it is measured or simulated. Errors: InputError.
+/// Writes the first screen of a page: the effects found, predictions and flights before and after, the goals not
+/// reached. Each number is marked as measured or simulated. Errors: InputError.
 void summarise(const Sources& sources, plot::Page& page);
 
 }  // namespace m100::lab::report
