@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of the program m100-lab campaign: the worlds that ship, the matrix of what the source of pose may be, and
-aircraft that are not what the vehicle file says."""
+"""Figures of m100-lab campaign: the shipped worlds, the matrix of tolerable properties of the pose source, and aircraft
+that differ from the vehicle file."""
 import json
 import pathlib
 import sys
@@ -24,7 +24,7 @@ def number(value, digits=2):
 
 def world_rows(report):
     rows = [["world", "stayed", "coasted", "oscillating", "worst tilt [deg]", "hover: pose, median [m]", "hover: tilt [deg]",
-             "hover: command [deg/s]", "NEES", "NIS"]]
+             "hover: command rate [deg/s]", "NEES", "NIS"]]
     for name, world in report["worlds"].items():
         hover = world["tasks"]["hover"]
         rows.append([name.replace("_", " "), f"{world['stayed']} of {world['flights']}", str(world["coasted"]),
@@ -35,7 +35,7 @@ def world_rows(report):
 
 
 def drawn_worlds(place):
-    """What is flown in worlds that are drawn by number, and in the shipped ones with nothing to be alarmed about."""
+    """Flights in worlds drawn at random (healthy, held out, storm): the summary line of each script."""
     last = {name: place.run(sys.executable, pathlib.Path(place.root) / script, place.program(LAB), *options,
                             may_fail=True).strip().splitlines()[-1]
             for name, script, options in (("drawn.healthy", HEALTHY, ("--seed", "7001")),
@@ -45,11 +45,11 @@ def drawn_worlds(place):
 
 
 def campaigns(place):
-    """The shipped worlds, ten seeds of each task; the matrix, six."""
+    """The shipped worlds with ten seeds of each task, and the matrix with six."""
     with tempfile.TemporaryDirectory() as folder:
         shipped, matrix = pathlib.Path(folder) / "shipped.json", pathlib.Path(folder) / "matrix.json"
         paths = sorted((pathlib.Path(place.root) / WORLDS).glob("*.toml"))
-        # An answer of "not all stayed" is a figure too.
+        # The answer "not all stayed" is a figure, too.
         place.run(place.program(LAB), "campaign", *paths, "--json", shipped, may_fail=True)
         printed = place.run(pathlib.Path(place.root) / MATRIX, place.program(LAB), "--record", matrix)
         worlds = json.loads(shipped.read_text())
@@ -60,13 +60,14 @@ def campaigns(place):
 
 
 def changed_aircraft(place):
-    """Aircraft that are not what the vehicle file says."""
-    # An answer of "one swings" is a figure too.
+    """Flights of aircraft that differ from the vehicle file."""
+    # The answer "one swings" is a figure, too.
     printed = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), may_fail=True)
     inside = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--inside", "1000", may_fail=True)
     everything = place.run(pathlib.Path(place.root) / CHANGES, place.program(LAB), "--drawn", "0:500")
     _, flights, left, swing, noticed, _ = (cell.strip() for cell in everything.splitlines()[-1].split("|"))
-    return {"changes.drawn": Figure(f"{swing} of {flights} flights swing, {noticed} of them noticed in flight; {left} did not stay"),
+    return {"changes.drawn": Figure(f"{swing} of {flights} flights swing, and {noticed} of these are noticed in flight; "
+                                    f"{left} did not stay"),
             **{name: table(*[[cell.strip() for cell in line.split("|")] for line in lines.splitlines() if "|" in line])
                for name, lines in (("changes.map", printed), ("changes.inside", inside))}}
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Instructions on x86-64, counted by callgrind: parts of a tick, solves of the MPC, bytes of the parser.
 
-Another processor or another build of the C library moves such a count a little: 2 % are no news.
+Another processor or another build of the C library changes such a count slightly: differences up to 2 % are ignored.
 """
 import re
 
@@ -10,9 +10,9 @@ from measure.marked import Figure
 from measure.place import NotMeasuredHere, Source
 
 SPREAD = 0.02
-PARTS = {"axis": "observer, one horizontal axis: predict, tilt, rate, pose 20 ms old",
-         "ekf": "observer, whole: both axes, height, yaw, attitude to tilt",
-         "law": "control law, moving reference: two predictions, two programs by table, height, yaw",
+PARTS = {"axis": "observer, one horizontal axis: prediction; updates with tilt, rate and a pose 20 ms old",
+         "ekf": "whole observer: both axes, height, yaw, attitude to tilt",
+         "law": "control law, moving reference: two predictions, two MPC programs by table, height, yaw",
          "window": "reference window of 21 points in x and y",
          "sticks": "command to four sticks"}
 SCALARS = {"double": "double", "float": "float", "fixed": "fixed point"}
@@ -21,7 +21,7 @@ SCALARS = {"double": "double", "float": "float", "fixed": "fixed point"}
 def needs_callgrind(place):
     place.tool("valgrind")
     if not place.has_avx2:
-        raise NotMeasuredHere("this processor has no AVX2, of which the published counts are")
+        raise NotMeasuredHere("this processor has no AVX2, which the published counts need")
 
 
 def spaced(number):
@@ -44,12 +44,12 @@ PATH = re.compile(r"^(\w+)\s+(\d+) solves\s+median\s+(\d+)\s+p99\s+(\d+)\s+worst
 
 
 def solves(place):
-    """Solves of the MPC with registers of 256 bits, and on a machine that has SSE2 alone."""
+    """Solves of the MPC with 256-bit registers, and on a machine with SSE2 only."""
     needs_callgrind(place)
     wide = place.program("host_tests/benchmark/mpc_instructions", ("host-release",))
     plain = place.program("host_tests/benchmark/mpc_instructions_plain", ("host-release",))
     rows = [["mode", "path", "solves", "median", "99th percentile", "worst"]]
-    beside = [["mode", "path", "median", "99th percentile", "worst", "times AVX2's"]]
+    beside = [["mode", "path", "median", "99th percentile", "worst", "ratio to AVX2"]]
     for mode, scalar in (("flight", "double"), ("flight", "float")):
         few = {path: numbers for path, *numbers in PATH.findall(
             place.run("host_tests/benchmark/mpc_instructions.sh", wide, mode, scalar))}
@@ -65,9 +65,9 @@ def solves(place):
 
 STREAMS = {"clean_142_byte_frames": "telemetry, 142-byte frames back to back", "random_bytes": "random bytes",
            "runs_of_start_bytes": "runs of 0xAA",
-           "headers_of_1023": "headers with a good CRC16 and LEN 1023, one after the other",
-           "densest_headers": "the same as close as headers can be, every 8 bytes",
-           "frames_behind_false_headers": "good frames, each behind such a header"}
+           "headers_of_1023": "headers with a valid CRC16 and LEN 1023, one after the other",
+           "densest_headers": "the same headers as dense as possible, every 8 bytes",
+           "frames_behind_false_headers": "good frames, each after such a header"}
 
 
 def streams(place):
@@ -76,7 +76,7 @@ def streams(place):
     printed = place.run("host_tests/benchmark/instructions.sh", program, may_fail=True)
     counts = re.findall(r"^(\w+)\s+([\d.]+) instructions per byte", printed, re.MULTILINE)
     clean = float(counts[0][1])
-    rows = [["stream", "instructions per byte", "in clean bytes"]]
+    rows = [["stream", "instructions per byte", "ratio to clean telemetry"]]
     rows += [[STREAMS.get(name, name), f"{float(count):.1f}", f"{float(count) / clean:.1f}"] for name, count in counts]
     return {"cost.streams": Figure(table(*rows).text, 0.05)}
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Six whole evenings (soak.evening): each error before and after the correction, by aircraft."""
+"""Six whole evenings (soak.evening): each error of each aircraft, before and after the correction."""
 import json
 import pathlib
 import tempfile
@@ -9,10 +9,10 @@ from measure.place import Source
 
 TEST = "host_tests/lab/evening/evening_test.py"
 M100 = "firmware/companion/m100"
-# What is shown, the names of its two numbers in evening.json, and how often its unit goes into what is printed.
+# Row title, names of its two numbers in evening.json, and the factor from their unit to the printed one.
 ROWS = (("distance from the course [cm]", "pose_m.course", "pose_m.corrected", 100.0),
-        ("of it along x and y [cm]", "horizontal_m.course", "horizontal_m.corrected", 100.0),
-        ("in height [cm]", "height_m.course", "height_m.corrected", 100.0),
+        ("its horizontal part [cm]", "horizontal_m.course", "horizontal_m.corrected", 100.0),
+        ("its vertical part [cm]", "height_m.course", "height_m.corrected", 100.0),
         ("heading [deg]", "heading_deg.course", "heading_deg.corrected", 1.0),
         ("roll, predicted 1 s ahead [mrad]", "ahead.roll.before", "ahead.roll.after", 1000.0),
         ("pitch, predicted 1 s ahead [mrad]", "ahead.pitch.before", "ahead.pitch.after", 1000.0),
@@ -29,7 +29,7 @@ def titled(name, numbers):
 
 
 def errors(evenings):
-    """-> rows of the table, from the folder that holds one folder for each evening, in the order of their names."""
+    """-> rows of the table. The folder holds one folder for each evening; columns are in the order of their names."""
     flown = {file.parent.parent.name: json.loads(file.read_text())["numbers"]
              for file in sorted(pathlib.Path(evenings).glob("*/*/evening.json"))}
     return [["root mean square, before -> after", *(titled(*one) for one in flown.items())]] + [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of identify on logs that are made to lead it astray, and on measured flights with an effect added."""
+"""Figures of identify on adversarial logs, and on measured flights to which an effect was added."""
 import json
 import pathlib
 import re
@@ -12,16 +12,16 @@ from measure.place import Source
 STRANGERS = ("--strangers", "--logs", 2, "--seed", 8101)
 KIND = re.compile(r"^(?P<kind>\S.*?) +" + " +".join(rf"(?P<n{k}>\d+)" for k in range(8)) + r" +[\d.]+$")
 MAP = "host_tests/lab/columns/m100_csv.toml"
-# Medium, as the confusion matrix of simulated logs has them.
+# The medium sizes of the confusion matrix of simulated logs.
 SIZES = {"transport_delay": 0.10, "dead_zone": 20, "gain_asymmetry": 1.25, "trim_offset": 40, "stick_curve": 1.35,
          "backlash": 18, "gain_drift": 0.28, "cross_axis": 0.17}
 
 
 def strangers(place):
-    """Logs of strangers' vehicles: what identify answers, kind by kind, and the shares that are asked for."""
+    """Logs of unknown vehicles: the answers of identify for each kind, and the shares that have a limit."""
     printed = place.run(place.program("host_tests/property/identify_adversary", ("host-release",)), *STRANGERS,
                         may_fail=True)
-    rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of them nobody can see",
+    rows = [["kind (simulated)", "logs", "right", "undecided", "wrong name", "clean bill", "of these, not visible in the log",
              "healthy refused", "error"]]
     said = []
     for line in printed.splitlines():
@@ -36,7 +36,7 @@ def strangers(place):
 
 
 def untouched(place, axis):
-    """-> what identify finds on a measured flight as it is"""
+    """-> the answer of identify for an unchanged measured flight"""
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
         _, log, ranges = MEASURED[axis]
@@ -46,7 +46,7 @@ def untouched(place, axis):
 
 
 def with_effect(place, axis, structure, effect, size):
-    """-> what identify says of the flight with the effect added, all else that it has declared"""
+    """-> the answer of identify for the flight with the effect added; all its other effects are declared"""
     with tempfile.TemporaryDirectory() as folder:
         log, columns, answer = (pathlib.Path(folder) / name for name in ("log.csv", "map.toml", "answer.json"))
         _, flight, ranges = MEASURED[axis]
@@ -58,7 +58,7 @@ def with_effect(place, axis, structure, effect, size):
 
 
 def by_itself(place, axis, structure, effect, parameter):
-    """-> what the flight as it is has of the effect, fitted beside all else that it has"""
+    """-> the size of the effect in the unchanged flight, fitted together with all its other effects"""
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"
         _, log, ranges = MEASURED[axis]
@@ -68,7 +68,7 @@ def by_itself(place, axis, structure, effect, parameter):
 
 
 def together(effect, added, own):
-    """-> the size that an added effect has beside the flight's own: ratios and exponents multiply"""
+    """-> the total size of an added effect and the flight's own one: ratios and exponents multiply, others add"""
     return added * own if effect in ("gain_asymmetry", "stick_curve") else added + own
 
 
@@ -79,8 +79,8 @@ def names_it(found, effect):
 
 
 def injected(place):
-    """Each effect that a measured flight does not have, added to it at medium size."""
-    rows = [["flight", "effect", "added", "with the flight's own", "named", "found, 95 %", "verdict"]]
+    """Adds each effect that a measured flight does not have, at medium size."""
+    rows = [["flight", "effect", "added", "added and the flight's own", "named", "identified, 95 % interval", "verdict"]]
     right, inside, inside_with_own, numbers = 0, 0, 0, 0
     for axis in MEASURED:
         structure = untouched(place, axis)["final"]["structure"]
@@ -103,18 +103,18 @@ def injected(place):
                     interval = f"{number['value']:.3g} [{number['low']:.3g}, {number['high']:.3g}]"
             rows.append([axis, effect.replace("_", " "), f"{size:g}", with_own, ", ".join(named).replace("_", " "),
                          interval, found["verdict"].replace("_", " ")])
-    shares = (f"{right} of {len(rows) - 1} named right, {inside} of {numbers} sizes inside their intervals, "
-              f"{inside_with_own} of {numbers} together with what the flight has by itself")
+    shares = (f"{right} of {len(rows) - 1} named correctly; {inside} of {numbers} intervals contain the added size, "
+              f"{inside_with_own} of {numbers} the sum of the added size and the flight's own")
     return {"identify.injected": table(*rows), "identify.injected_shares": Figure(shares)}
 
 
 def hour(place):
-    """What an hour of one axis takes: memory, and time against what a minute of a short log takes."""
+    """Cost of an hour's log of one axis: memory, and processor time per minute relative to a log of four minutes."""
     printed = place.run(place.program("host_tests/lab/hidden/identify_scaling", ("host-release",)), "--minutes", "4,60")
     rows = [[float(word) for word in line.split()[:4]] for line in printed.splitlines()[1:]]
     short, long = rows[0], rows[-1]
-    return {"identify.hour": Figure(f"{long[3]:.0f} MB, and {long[2] / short[2]:.1f} times the processor time a minute "
-                                    f"that four minutes take")}
+    return {"identify.hour": Figure(f"{long[3]:.0f} MB, and {long[2] / short[2]:.1f} times the processor time per minute "
+                                    f"that a log of four minutes takes")}
 
 
 SOURCES = [Source(("identify.hour",), hour, quick=False),

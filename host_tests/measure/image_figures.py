@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of the ARM builds, which host_tests/arm_tests makes: sizes, stack, instructions of a tick on the Cortex-M7."""
+"""Figures of the ARM builds, which host_tests/arm_tests makes: sizes, stack, instructions per tick on the Cortex-M7."""
 import re
 
 from measure.cost_figures import spaced
@@ -16,14 +16,14 @@ def budget(place, name="budget.txt"):
 
 
 def sizes(place):
-    """Flash and RAM by the linker's map, the deepest path by the compiler's call graph."""
+    """Flash and RAM from the linker's map."""
     image = place.program(f"{BUILD}/m100_mps2.elf", ("mps2",))
     allowed = budget(place)
     printed = place.run("linker/size_report.py", f"{image}.map", "linker/budget.txt", may_fail=True)
     flash, ram = re.search(r"^total\s+(\d+)\s+(\d+)", printed, re.MULTILINE).groups()
     rows = [["", "used [bytes]", "budget [bytes]"],
             ["flash, tables included, without AES", spaced(flash), spaced(allowed["flash_bytes"])],
-            [f"RAM, {spaced(allowed['stack_bytes'])} of stack included, logs apart", spaced(ram), spaced(allowed["ram_bytes"])]]
+            [f"RAM, {spaced(allowed['stack_bytes'])} bytes of stack included, logs excluded", spaced(ram), spaced(allowed["ram_bytes"])]]
     return {"image.sizes": table(*rows)}
 
 
@@ -43,7 +43,7 @@ COLUMN = re.compile(r"^\s*(\d+)\s+(\d+)\s+(\d+)\s{2}(\S.*)$", re.MULTILINE)
 
 
 def ticks(place):
-    """Two lists of parts: a recorded flight, and hostile bytes with programs at their limits."""
+    """Instructions of each part of a tick: in a recorded flight, and with hostile bytes and hard MPC programs."""
     place.tool("qemu-system-arm")
     place.program(f"{BUILD}/replay.elf", ("mps2",))
     tape = place.root / "build" / "determinism" / "flight.tape"
@@ -60,7 +60,7 @@ def ticks(place):
 
 
 def cortex_m4f(place):
-    """The image of the board without double in its FPU, and its ticks; parts as on the Cortex-M7 are printed, not shown."""
+    """The image of the board whose FPU has no double, and its ticks; its parts of a tick are not shown."""
     place.tool("qemu-system-arm")
     image = place.program(f"{BUILD}/m100_mps2.elf", ("mps2-m4f",))
     place.program(f"{BUILD}/replay.elf", ("mps2-m4f",))
@@ -74,17 +74,17 @@ def cortex_m4f(place):
     rows = [["Cortex-M4F", "measured", "budget"],
             ["flash, tables included [bytes]", spaced(flash), spaced(allowed["flash_bytes"])],
             ["RAM, stack included [bytes]", spaced(ram), spaced(allowed["ram_bytes"])]]
-    for (median, worst), mode, label in zip(whole, ("cost", "hostile"), ("tick", "tick, hostile bytes and hardest programs")):
+    for (median, worst), mode, label in zip(whole, ("cost", "hostile"), ("tick", "tick, hostile bytes and hardest MPC programs")):
         for number, what in ((median, "median"), (worst, "worst")):
             rows.append([f"{label}, {what} [instructions]", spaced(number), spaced(allowed[f"{mode}_{what}_instructions"])])
     return {"image.cortex_m4f": table(*rows)}
 
 
-MOST_CHANGES = 64  # kMaxChanges of firmware/mpc/problem.h, in each of two tries
+MOST_CHANGES = 64  # kMaxChanges of firmware/mpc/problem.h, in each of two attempts
 
 
 def active_set(place):
-    """What a change of the active set costs on the Cortex-M7, and by that what the cap on them would cost."""
+    """Cost of a change of the active set on the Cortex-M7, and the cost at the limit of changes, computed from it."""
     emulator = place.tool("qemu-system-arm")
     image = place.program(f"{BUILD}/active_set_cost.elf", ("mps2",))
     printed = place.run("sh", "-c", f"{emulator} -M mps2-an500 -display none -monitor none -serial null -icount shift=0 "
@@ -93,10 +93,10 @@ def active_set(place):
     worst = {changes: cost for changes, _, cost in found}
     each = max(-(-(cost - worst[0]) // changes) for changes, cost in worst.items() if changes > 0)
     most = max(worst)
-    rows = [["changes of the active set", "solves", "instructions at most"]]
+    rows = [["changes of the active set", "solves", "most instructions"]]
     rows += [[str(changes), str(solves), spaced(cost)] for changes, solves, cost in found if changes % 8 == 0 or changes == most]
-    rows.append(["one change, the dearest", "", spaced(each)])
-    rows.append([f"the cap, {MOST_CHANGES} in each of two tries, reckoned", "", spaced(2 * (worst[0] + MOST_CHANGES * each))])
+    rows.append(["the most expensive single change", "", spaced(each)])
+    rows.append([f"at the limit, {MOST_CHANGES} in each of two attempts (computed)", "", spaced(2 * (worst[0] + MOST_CHANGES * each))])
     return {"image.active_set": table(*rows)}
 
 

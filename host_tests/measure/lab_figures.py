@@ -14,7 +14,7 @@ ROOT_TASKS = [(task, air) for task in ("hover", "step", "trajectory") for air in
 
 
 def table(*rows):
-    """Rows of cells as Markdown; the second line is the header's rule."""
+    """-> rows of cells as a Markdown table; the first row is the header."""
     lines = ["| " + " | ".join(cells) + " |" for cells in rows]
     return Figure("\n".join([lines[0], "|" + "---|" * len(rows[0])] + lines[1:]))
 
@@ -33,8 +33,8 @@ MEASURED = {"roll": ("rad", "pitch_roll.csv", ("--train", "12:38", "--validate",
 
 
 def measured_flights(place):
-    """Roll, pitch and climb of the published flights, first order declared: errors on the validation part."""
-    rows = [["axis", "declared first order", "with what was found", "named", "1 s ahead, declared", "1 s ahead, found"]]
+    """Roll, pitch and climb of the published flights with first order declared: errors on the validation part."""
+    rows = [["axis", "declared first order", "with the identified effects", "identified effects", "1 s ahead, declared", "1 s ahead, identified"]]
     zones = []
     for axis, (unit, log, ranges) in MEASURED.items():
         _, found = asked(place, "identify", "--log", place.measured_log(log), "--columns",
@@ -70,7 +70,7 @@ def gain_tables(place):
 
 
 def papers_numbers(place):
-    """The paper's scales and climb dynamics from the paper's files, as its authors did it and with the sticks moved to where they belong."""
+    """The paper's scales and climb dynamics from its files: with its authors' method, and with aligned sticks."""
     _, answer = asked(place, "paper", "--pitch-roll", place.measured_log("ExperimentPitchRoll.mat"),
                       "--height", place.measured_log("ExperimentHeight.mat"))
     rows = [["quantity", "paper", "reproduced", "aligned by the message counters"]]
@@ -81,12 +81,12 @@ def papers_numbers(place):
 
 
 RIVAL = "host_tests/lab/gains/no_zero.toml"
-SMALL_BOX = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not asked for
+SMALL_BOX = ["--setpoint-box"] + ["0.01"] * 6  # the explicit law is not needed
 STRUCTURES = (("its own structure", "as the vehicle file, with lead zeros"), (RIVAL, "without a zero"))
 
 
 def as_flown(place):
-    """Margins of the default controller with the hold between two commands, the observer and the prediction as flown."""
+    """Margins of the default controller as flown: with command hold, observer and prediction."""
     _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, *SMALL_BOX)
     rows = [["aircraft", "channel", "x: peak sensitivity", "x: delay margin [ms]", "y: peak sensitivity", "y: delay margin [ms]"]]
     for structure, name in STRUCTURES:
@@ -98,9 +98,9 @@ def as_flown(place):
 
 
 def corners(place):
-    """Which corners of gain and frequency both modes keep as flown on Virtual RC, on both structures that the flights allow."""
+    """Margins at the corners of gain and frequency, for both modes on Virtual RC and both possible structures."""
     rows = [["mode", "aircraft", "axis", "nominal: peak sensitivity", "delay margin [ms]", "worst corner: peak sensitivity",
-             "delay margin [ms]", "1.6 and 60 ms"]]
+             "delay margin [ms]", "limits 1.6 and 60 ms"]]
     for mode in ("field", "calm_room"):
         _, answer = asked(place, "gains", "--vehicle", VEHICLE, "--rival", RIVAL, "--corners", "--mode", mode, *SMALL_BOX)
         for structure, name in STRUCTURES:
@@ -121,7 +121,7 @@ def papers_tasks(place):
     """The paper's tasks in simulated flight, over 20 seeds."""
     _, answer = asked(place, "experiments", "--seeds", "20")
     rows = [["task", "pose [m]", "x [m]", "y [m]", "z [m]", "yaw [deg]"]]
-    more = [["task", "pose [m]", "tilt [deg]", "command moves [deg/s]", "largest tilt [deg]",
+    more = [["task", "pose [m]", "tilt [deg]", "command rate [deg/s]", "largest tilt [deg]",
              "share of the time-optimal response"]]
     for task, air in ROOT_TASKS:
         cell = answer[task][air]
@@ -138,7 +138,7 @@ def papers_tasks(place):
 
 
 def command_rates(place):
-    """What a command rate costs, over three seeds."""
+    """Tracking error at each command rate, over three seeds."""
     _, answer = asked(place, "experiments", "--rates", "--seeds", "3")
     tasks = [(task, air) for task, airs in answer[0]["tasks"].items() if isinstance(airs, dict) for air in airs]
     rows = [["channel and rate"] + [f"{task}, {air}" for task, air in tasks]]
@@ -150,7 +150,7 @@ def command_rates(place):
 
 
 def far_tasks(place):
-    """Both laws where the limits bind, over 20 seeds."""
+    """Both control laws in tasks where the limits are active, over 20 seeds."""
     _, answer = asked(place, "experiments", "--tasks", "far", "--seeds", "20")
     rows = [["task", "overshoot, MPC [m]", "overshoot, LQR [m]", "integral of the error, MPC [m s]",
              "integral of the error, LQR [m s]"]]
@@ -176,7 +176,7 @@ def both_modes(place):
 
 
 def motion_curve(place):
-    """What calm commands cost in tracking error, over five seeds."""
+    """Tracking error against the motion of the commands, over five seeds."""
     _, answer = asked(place, "experiments", "--motion", "--seeds", "5")
     rows = [["input weight", "hover: command [deg/s]", "pose [m]", "square: command [deg/s]", "pose [m]"]]
     for point in answer:
@@ -186,14 +186,14 @@ def motion_curve(place):
 
 
 def hidden_effects(place):
-    """The confusion matrix, as shares: one list of 620 logs, and two more that were not looked at before."""
+    """The confusion matrix, as shares: one list of 620 logs, and two held-out lists of 320."""
     program, scores = place.program("host_tests/lab/hidden/hidden_effects", ("host-release",)), {}
     for seed, logs in (("20261121", 620), ("90210", 320), ("55", 320)):
         with tempfile.TemporaryDirectory() as folder:
             answer = pathlib.Path(folder) / "answer.json"
             place.run(program, "--logs", logs, "--seed", seed, "--json", answer)
             scores[seed] = json.loads(answer.read_text())["scores"]
-    rows = [["", "right", "share", "goal", "seeds 90210 and 55, 320 logs each"]]
+    rows = [["", "right", "share", "goal", "right, seeds 90210 and 55 (320 logs each)"]]
     for first, second, third in zip(*scores.values()):
         goal = f"{100 * first['goal']:.0f} %" if first["goal"] > 0 else ""
         share = f"{100 * first['right'] / max(first['count'], 1):.1f} %"
@@ -203,7 +203,7 @@ def hidden_effects(place):
 
 
 def coverage(place):
-    """How often the 95 % intervals hold the truth, over simulated logs of ten blocks of which it is known."""
+    """How often the 95 % intervals contain the true value, over simulated logs of ten blocks."""
     program = place.program("host_tests/property/identify_coverage", ("host-release",))
     with tempfile.TemporaryDirectory() as folder:
         answer = pathlib.Path(folder) / "answer.json"

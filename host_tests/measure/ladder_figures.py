@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The failsafe ladder's timers and counts, as struct Limits of firmware/safety has them."""
+"""The failsafe ladder's timers and counts, read from struct Limits of firmware/safety."""
 import re
 
 from measure.marked import Figure

@@ -1,34 +1,34 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Text between markers in Markdown, `<!-- figure: NAME -->TEXT<!-- end -->`: found, compared, replaced.
+"""Finds, compares and replaces text between markers in Markdown, `<!-- figure: NAME -->TEXT<!-- end -->`.
 
-TEXT is a few words within a line, or whole lines where a line break follows the opening marker.
+TEXT is a few words within a line, or whole lines if a line break follows the opening marker.
 """
 import dataclasses
 import re
 
-OPEN, CLOSE = re.compile(r"(?<!`)<!-- figure:"), re.compile(r"(?<!`)<!-- end -->")  # in code they are only talked about
+OPEN, CLOSE = re.compile(r"(?<!`)<!-- figure:"), re.compile(r"(?<!`)<!-- end -->")  # not those quoted as code
 MARKED = re.compile(r"(?<!`)<!-- figure: (?P<name>[\w.-]+) -->(?P<text>.*?)<!-- end -->", re.DOTALL)
 NUMBER = re.compile(r"\d[\d ]*\d(?:\.\d+)?(?:e-?\d+)?|\d(?:\.\d+)?(?:e-?\d+)?")
 
 
 @dataclasses.dataclass(frozen=True)
 class Figure:
-    """What was measured, as it is printed; `spread` is the relative difference that is no news."""
+    """A measured figure, as text; `spread` is the relative difference that is ignored."""
     text: str
     spread: float = 0.0
 
 
 def names(text):
-    """The figures that a page shows. A marker that is not closed, or stands inside another one, is a ValueError."""
+    """-> names of the figures on a page. ValueError: a marker is not closed, or is inside another one."""
     found = list(MARKED.finditer(text))
     opened, closed = len(OPEN.findall(text)), len(CLOSE.findall(text))
     if not opened == closed == len(found) or any("<!--" in one["text"] for one in found):
-        raise ValueError(f"{opened} markers are opened, {closed} are closed, {len(found)} fit together")
+        raise ValueError(f"{opened} opening markers and {closed} closing markers form only {len(found)} pairs")
     return [one["name"] for one in found]
 
 
 def same(old, new, spread):
-    """Do two texts say the same? With a spread: the same words, and numbers that differ by no more than that."""
+    """Whether two texts are equal. With a spread: the same words, and numbers that differ by at most the spread."""
     old, new = old.strip(), new.strip()
     if old == new or spread == 0.0:
         return old == new
@@ -40,7 +40,7 @@ def same(old, new, spread):
 
 
 def rewrite(text, figures):
-    """-> the page with what was measured, and what changed: [(name, old, new)]. Figures not measured stay as they are."""
+    """-> the page with the measured figures, and the changes [(name, old, new)]. Other figures stay as they are."""
     changes = []
 
     def replaced(found):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where figures are measured: the project's folder, its builds, and how a measuring program is run."""
+"""The place of a measurement: the project's folder, its builds and tools, and a way to run programs there."""
 import dataclasses
 import functools
 import os
@@ -9,15 +9,15 @@ import subprocess
 
 
 class NotMeasuredHere(Exception):
-    """Something that a measurement needs is missing; the text says what. The old figure stays."""
+    """A measurement lacks something, which the text names. The old figure stays."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Source:
-    """Some figures, each of which begins with one of the `prefixes`, and the function that measures them all."""
+    """A group of figures, whose names begin with one of the `prefixes`, and the function that measures them all."""
     prefixes: tuple
     measure: object  # (Place) -> {name: Figure}; may raise NotMeasuredHere
-    quick: bool = True  # costs seconds; the others are for the nightly run
+    quick: bool = True  # takes seconds; the others are for the nightly run
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Place:
     root: pathlib.Path
 
     def program(self, path, builds=("host-release", "host-debug")):
-        """A built program by its path inside a build folder; the newest, where several builds have it."""
+        """-> a built program by its path inside a build folder; the newest, if several builds have it."""
         files = [self.root / "build" / build / path for build in builds]
         built = [file for file in files if file.is_file()]
         if not built:
@@ -38,21 +38,21 @@ class Place:
         return name
 
     def measured_log(self, name):
-        """A file of the measured flights, where they are at hand."""
+        """-> a file of the measured flights."""
         for folder in (os.environ.get("M100_SHARED", ""), self.root.parent / "shared"):
             file = pathlib.Path(folder) / "data" / "m100" / name
             if folder and file.is_file():
                 return file
-        raise NotMeasuredHere(f"the measured flight {name} is not at hand")
+        raise NotMeasuredHere(f"the measured flight {name} is not here")
 
     @functools.cached_property
     def has_avx2(self):
-        """The exact MPC has a second copy for such machines; its published counts are of that copy."""
+        """Whether the processor has AVX2 and FMA: the published counts are of the exact MPC's copy for it."""
         cpuinfo = pathlib.Path("/proc/cpuinfo")
         return cpuinfo.is_file() and " avx2 " in cpuinfo.read_text() and " fma " in cpuinfo.read_text()
 
     def run(self, *command, may_fail=False):
-        """-> what the command prints. It runs in the project's folder; failing is an error unless it may."""
+        """-> stdout of the command, which runs in the project's folder. RuntimeError if it fails, unless it may."""
         done = subprocess.run([str(word) for word in command], cwd=self.root, capture_output=True, text=True, check=False)
         if done.returncode != 0 and not may_fail:
             said = done.stdout[-2000:] + done.stderr[-2000:]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The tests that hold each promise of firmware/safety/PROMISES.md, as they name themselves.
+"""Lists the tests that hold each promise of firmware/safety/PROMISES.md. Each test names its promises itself.
 
 GoogleTest: RecordProperty("promise", "R4") or ("promise", "R4, R5"). Any other test: the line
 `# Holds promise R7: arm.tick_cost` beside its add_test in the CMakeLists.txt.
@@ -42,7 +42,7 @@ def of_sources(root):
 
 
 def of_cmake(root):
-    """-> [(promise, kind of test, its name)]. A name whose last word its file does not know is a ValueError."""
+    """-> [(promise, kind of test, its name)]. ValueError: the last word of a name does not occur in its file."""
     out = []
     for file in sorted((root / "host_tests").rglob("CMakeLists.txt")):
         text = file.read_text()
@@ -56,7 +56,7 @@ def of_cmake(root):
 
 
 def holders(root):
-    """-> {"R4": [(kind of test, name)], ...} for every promise of the page; one that the page does not state: ValueError."""
+    """-> {"R4": {(kind of test, name)}, ...} for every promise of the page. ValueError: the page lacks a promise."""
     out = {promise: set() for promise in stated(root)}
     for promise, kind, name in of_sources(root) + of_cmake(root):
         if promise not in out:

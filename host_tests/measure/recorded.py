@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the tests say of themselves: calls of RecordProperty in their sources, each with the tests that make it."""
+"""Finds the calls of RecordProperty in the tests' sources, each with the tests that make it."""
 import dataclasses
 import re
 
@@ -12,14 +12,14 @@ WHOLE_SUITE = ("SetUp", "SetUpTestSuite", "TearDown")
 
 @dataclasses.dataclass(frozen=True)
 class Call:
-    key: str  # ends with a dot where the source computes the rest
-    value: str  # empty where the source computes it
+    key: str  # ends with a dot if the program computes the rest
+    value: str  # empty if the program computes it
     suite: str
-    test: str  # * where every test of the suite makes the call
+    test: str  # * if every test of the suite makes the call
 
 
 def blocks(pattern, text):
-    """-> [(start, end, match)] of blocks that begin with the pattern at a line's start and end with a brace there."""
+    """-> [(start, end, match)] of blocks that begin with the pattern and end with a brace at a line's start."""
     out = []
     for found in pattern.finditer(text):
         end = re.compile(r"^\};?", re.MULTILINE).search(text, found.end())
@@ -28,7 +28,7 @@ def blocks(pattern, text):
 
 
 def tests_that_make(position, text):
-    """-> [(suite, test)]: whose body holds the position, or who calls the helper that holds it."""
+    """-> [(suite, test)]: the test whose body contains the position, or the tests that call the helper around it."""
     tests = blocks(TEST, text)
     for start, end, found in tests:
         if start < position < end:
@@ -43,7 +43,7 @@ def tests_that_make(position, text):
 
 
 def calls_of(text):
-    """-> [Call] of one source. A call that no test makes is a ValueError."""
+    """-> [Call] of one source. ValueError: no test makes the call."""
     out = []
     for found in CALL.finditer(text):
         line = text[text.rfind("\n", 0, found.start()) + 1:found.start()]
@@ -52,7 +52,7 @@ def calls_of(text):
         makers = tests_that_make(found.start(), text)
         if not makers:
             number = text.count("\n", 0, found.start()) + 1
-            raise ValueError(f"line {number}: no test is seen to call RecordProperty(\"{found[1]}\", ...)")
+            raise ValueError(f"line {number}: no test calls this RecordProperty(\"{found[1]}\", ...)")
         out += [Call(found[1], found[3] or "", suite, test) for suite, test in makers]
     return out
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long the two commands of the project took when they last ran here, as they note it in the build folder."""
+"""Durations of the last runs of the project's two commands, which they write into the build folder."""
 from measure.marked import Figure
 from measure.place import NotMeasuredHere, Source
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""All sources of figures: the lists of tests by promise, what tests record, and every module named *_figures.py here."""
+"""All sources of figures: lists of tests by promise, figures that tests record, and the modules *_figures.py here."""
 import importlib
 import pathlib
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long the installed programs keep the sticks under every fault (m100_sticks), and on a line that loses frames."""
+"""Time until the installed programs give the sticks back (m100_sticks): under every fault, and on a lossy line."""
 from measure.lab_figures import LAB
 from measure.marked import Figure
 from measure.place import Source
@@ -14,10 +14,10 @@ OPEN = "host_tests/scenario/sticks/open.txt"
 def table_of(battery):
     def measured(place):
         def built(path):
-            return place.program(path, ("host-release",))  # time limits of seconds are those of the program that ships
+            return place.program(path, ("host-release",))  # the time limits hold for the program that ships
         printed = place.run(built(STICKS), "--battery", battery, "--m100", built(M100), "--lab", built(LAB),
                             "--vehicle", place.root / VEHICLE, "--gains", built(TABLE), "--open", place.root / OPEN,
-                            may_fail=True)  # what failed stands in the table, too
+                            may_fail=True)  # the table shows failures, too
         return {f"sticks.{battery}": Figure("\n".join(line for line in printed.splitlines() if line.startswith("|")))}
     return measured
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figures that tests measure: RecordProperty("figure.NAME", text), or ("figure.PREFIX." + rest, text) for a family.
 
-Each test program that has such a test is asked for these tests alone. Programs of the labels `scenario`, `soak` and
-`arm` are asked in the nightly run only.
+Of each test program, only these tests are run. Programs of the labels `scenario`, `soak` and `arm` run only at night.
 """
 import collections
 import json
@@ -28,14 +27,14 @@ def recording_tests(root):
 
 
 def sources_of(file):
-    """The source itself, or those that CMake joined in it."""
+    """-> the source itself, or the sources that CMake joined in a unity file."""
     if file.parent.name == "Unity":
         return [pathlib.Path(name) for name in re.findall(r'^#include "(.*)"$', file.read_text(), re.MULTILINE)]
     return [file]
 
 
 def programs_of(root):
-    """-> {source file: [test program's path in a build folder]}, from what the builds say of themselves."""
+    """-> {source file: [test program's path in a build folder]}, from the builds' compile commands."""
     out = collections.defaultdict(list)
     for build in ("host-release", "host-debug"):
         file = root / "build" / build / "compile_commands.json"
@@ -62,12 +61,12 @@ def measure(place, program, calls):
                 out.update({key.removeprefix("figure."): Figure(value) for key, value in test.items()
                             if key.startswith("figure.")})
     if not out:
-        raise NotMeasuredHere(f"{program}: its tests are skipped here")
+        raise NotMeasuredHere(f"{program}: its tests were skipped")
     return out
 
 
 def is_long(program):
-    """Labels whose programs cost minutes, or need the ARM builds: for the nightly run."""
+    """Whether the program takes minutes or needs the ARM builds: for the nightly run."""
     return program.rsplit("/", 1)[-1].startswith(("scenario_", "soak_", "arm_"))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How far the tests themselves are tested: rows of the safety tables, states of the model, mutants, lines and branches."""
+"""How well the tests themselves are tested: rows of the safety tables, states of the model, mutants, coverage."""
 import json
 import re
 
@@ -27,15 +27,15 @@ def mutants(place):
         raise NotMeasuredHere("host_tests/mutants has not run to its end here")
     counts = json.loads(note.read_text())
     judged = counts["noticed"] + counts["alive"]
-    by = ", by the tests of their own part alone" if counts["part"] else ""
-    left = f"; the {counts['not_judged']} that were drawn after these are not judged yet" if counts["not_judged"] else ""
+    by = ", judged only by the tests of their own part" if counts["part"] else ""
+    left = f"; {counts['not_judged']} drawn after these are not judged yet" if counts["not_judged"] else ""
     return {"trust.mutants": Figure(f"{counts['noticed']} of {judged} ({100 * counts['noticed'] / judged:.0f} %){by}; drawn from "
-                                    f"{counts['of']} with seed {counts['seed']}; besides, {counts['equivalent']} cannot be noticed "
+                                    f"{counts['of']} with seed {counts['seed']}; a further {counts['equivalent']} cannot be noticed "
                                     f"and {counts['not_compiled']} do not compile{left}", 0.02)}
 
 
 def searched(place):
-    """The farthest that a fault of one channel took the aircraft before anyone noticed, of all that the search has found."""
+    """Largest distance that a fault of one channel moved the aircraft before it was noticed, over the whole search."""
     said = place.run(place.program("host_tests/scenario/scenario_worst_faults", builds=("host-release",)),
                      "--gtest_filter=*WorstFault*", may_fail=True)
     found = re.findall(r"^([\w.]+) \| ([\d.]+) m \| (.*) \| [\d.]+ m$", said, re.MULTILINE)
@@ -45,7 +45,7 @@ def searched(place):
 
 
 def fuzzed(place):
-    """How many inputs the fuzzers try: read from the tests as they are configured."""
+    """Number of inputs that the fuzzers try, read from the configured tests."""
     files = [place.root / "build" / build / "host_tests" / "fuzz" / "CTestTestfile.cmake" for build in ("host-release", "host-debug")]
     tests = "".join(file.read_text() for file in files if file.is_file())
     by_day = dict(re.findall(r"add_test\(\S*?fuzz\.(\w+)_short\S* .*?\"-runs=(\d+)\"", tests))
@@ -58,7 +58,7 @@ def fuzzed(place):
 
 
 def counted(counts):
-    """-> what the page says of lines and branches that were counted."""
+    """-> the text for counted lines and branches."""
     lines, branches = counts["run"] / counts["lines"], counts["taken"] / counts["branches"] if counts["branches"] else 1.0
     return f"{100 * lines:.1f} % of {counts['lines']} lines, {100 * branches:.1f} % of {counts['branches']} branches"
 
