@@ -8,9 +8,9 @@
 
 namespace {
 
-/// Every test program has a folder for temporary files of its own, removed when it ends: tests that run at the same
-/// time may then write files of one name. $TMPDIR is where GoogleTest, std::filesystem and every program that a test
-/// starts look for it.
+/// Gives every test program its own folder for temporary files and removes it at the end, so that tests that run at the
+/// same time may write files of the same name. GoogleTest, std::filesystem and every program that a test starts find
+/// the folder in $TMPDIR.
 class OwnFolder {
  public:
   OwnFolder() {
@@ -24,7 +24,7 @@ class OwnFolder {
   OwnFolder& operator=(const OwnFolder&) = delete;
   ~OwnFolder() {
     std::error_code ignored;
-    if (::getpid() == owner_) {  // and not a child that a test has forked
+    if (::getpid() == owner_) {  // not in a child that a test has forked
       std::filesystem::remove_all(path_, ignored);
     }
   }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# A package of host_tests/package as a board gets it: installed by dpkg into a root of its own and started there.
-# Usage: package_test.sh FILE.deb
+# Tests a package of host_tests/package: dpkg installs it into a root folder of its own, and the program is started
+# there. Usage: package_test.sh FILE.deb
 set -euo pipefail
 package=$(realpath "$1")
 machine=$(dpkg-deb --field "$package" Architecture)
@@ -23,14 +23,14 @@ case "$machine" in
 esac
 m100() { "${run[@]}" "$root/usr/bin/m100" "$@"; }
 file=$root/usr/bin/m100
-[ -z "$(readelf --dynamic "$file" 2>/dev/null | grep NEEDED)" ] || fail "needs libraries"
-[ -z "$(readelf --sections "$file" | grep -w .symtab)" ] || fail "is not stripped"
+[ -z "$(readelf --dynamic "$file" 2>/dev/null | grep NEEDED)" ] || fail "the program needs shared libraries"
+[ -z "$(readelf --sections "$file" | grep -w .symtab)" ] || fail "the program is not stripped"
 
 version=$(dpkg-deb --field "$package" Version)
 m100 --version | grep -q "^m100 $version " || fail "--version says: $(m100 --version)"
-m100 --version | grep -q '^tables: ' || fail "--version says nothing of tables"
+m100 --version | grep -q '^tables: ' || fail "--version does not mention the tables"
 
-# The examples belong together, and the service's files are where the service looks.
+# The example files fit together, and the service finds its files.
 examples=$root/usr/share/doc/m100/examples
 m100 check --vehicle "$examples/vehicle.toml" --gains "$examples/gains.bin" --flight "$examples/flight.toml" >/dev/null ||
   fail "the examples do not agree"
@@ -42,18 +42,18 @@ grep -q "$root/none: no such serial port" "$root/log" || fail "fly without a por
 
 unit=$root/lib/systemd/system/m100.service
 [ -s "$unit" ] || fail "the unit file is missing"
-! grep -v '^#' "$unit" | grep -q -- --take-control || fail "the service takes control by itself"
+! grep -v '^#' "$unit" | grep -q -- --take-control || fail "the service takes control without an order"
 grep -q '^Restart=on-failure' "$unit" && grep -q '^WatchdogSec=' "$unit" && grep -q '^KillMode=process' "$unit" ||
-  fail "the service lacks its restart, its watchdog or its way to end"
-# Every name in the unit stands in the environment file, and every option is one of the program's.
+  fail "the unit file lacks Restart=on-failure, WatchdogSec= or KillMode=process"
+# The environment file sets every variable of the unit, and the program knows every option.
 for name in $(grep -o '\$[{]*M100_[A-Z_]*' "$unit" | tr -d '${' | sort -u); do
-  grep -q "^$name=" "$root/etc/m100/m100.env" || fail "$name is set nowhere"
+  grep -q "^$name=" "$root/etc/m100/m100.env" || fail "m100.env does not set $name"
 done
 m100 fly --help >"$root/help"
 for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
   grep -q -- "$option " "$root/help" || fail "the service uses $option, which fly does not know"
 done
-# The service manager reads the unit without a word, beside stand-ins for the units and the shell that a board has.
+# systemd-analyze accepts the unit without a message; stand-ins replace the units and the shell that a board has.
 if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
   mkdir -p "$root/bin"
   [ -e "$root/bin/sh" ] || install -m 755 /dev/null "$root/bin/sh"
@@ -64,7 +64,7 @@ if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
   [ -z "$said" ] || fail "systemd-analyze: $said"
 fi
 
-# The manual and the completion know every subcommand.
+# The manual page and the completion know every subcommand.
 page=$(zcat -f "$root/usr/share/man/man1/m100.1"*)
 subcommands=$(m100 --help | sed -n '/^Subcommands:/,$s/^  \([a-z][a-z-]*\)  *.*/\1/p')
 [ "$(wc -w <<<"$subcommands")" -ge 6 ] || fail "--help lists: $subcommands"
@@ -84,5 +84,5 @@ fi
 [ -s "$root/lib/udev/rules.d/60-m100.rules" ] || fail "the udev rules are missing"
 [ -s "$root/usr/share/doc/m100/CHANGELOG.md" ] || fail "the changelog is missing"
 dpkg --root="$root" --force-not-root --log=/dev/null --purge m100 >/dev/null 2>&1 || fail "cannot be removed"
-[ ! -e "$root/usr/bin/m100" ] || fail "leaves the program behind"
+[ ! -e "$root/usr/bin/m100" ] || fail "the program is still there after the purge"
 echo "$(basename "$package"): installed, started and removed in a test root"

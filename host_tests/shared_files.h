@@ -8,8 +8,8 @@
 
 namespace m100::host_tests {
 
-/// A file of the shared material (measured logs, vectors, instances), which is never part of the project: looked for in
-/// $M100_SHARED, then in ../shared beside the source tree. Empty when there is neither.
+/// Finds a file of the shared material (measured logs, vectors, instances), which is never part of the project: in
+/// $M100_SHARED if that is set, otherwise in ../shared beside the source tree. Empty if the file is not there.
 inline std::optional<std::filesystem::path> shared_file(const std::string& name) {
   std::error_code ignored;
   if (const char* root = std::getenv("M100_SHARED"); root != nullptr) {
@@ -28,7 +28,7 @@ inline std::optional<std::filesystem::path> shared_file(const std::string& name)
 }  // namespace m100::host_tests
 
 // NOLINTBEGIN(bugprone-macro-parentheses): variable is a name to be declared
-/// Declares `variable` as the path of a shared file, or skips the test by the file's name.
+/// Declares `variable` as the path of a shared file, or skips the test with a message that names the file.
 #define M100_SHARED_FILE_OR_SKIP(variable, name)                                                  \
   const auto variable##_found = ::m100::host_tests::shared_file(name);                            \
   if (!variable##_found) {                                                                        \

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The flight image of the Cortex-M7, emulated, against the simulated aircraft: what flies here is the image's own
-// FlightController, through its own interrupts, rings and UARTs.
+// Flies the emulated flight image of the Cortex-M7 against the simulated aircraft. The image runs its own
+// FlightController behind its own interrupts, rings and UARTs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,8 @@ struct Flight {
   std::uint32_t ticks_apart = 0;  ///< ticks after which the two aircraft are not in the same place to the last bit
 };
 
-/// The same program on this machine, for comparison: same tables, same course, same scalar, a world of its own.
+/// The same program on this machine, for comparison: same tables, course and scalar type, but a simulated world of its
+/// own.
 class Twin {
  public:
   explicit Twin(const char* course) : world_(measured_plant(), {.seed = kSeed}) {
@@ -81,7 +82,7 @@ struct Course {
   double way_m;  ///< the aircraft must get this far from its start
 };
 
-/// How far an aircraft under control is from its start: the whole way, and the error while it is judged.
+/// Distance of an aircraft under control from its start: the largest one, and the error over the judged time.
 class Way {
  public:
   Way(const Course& course, core::Vector<double, 3> start_w_m) : course_(course), start_w_m_(std::move(start_w_m)) {}
@@ -104,8 +105,8 @@ class Way {
   int judged_ = 0;
 };
 
-/// Time of control, then the course, then release. The reference is not known here; hovering is judged against the
-/// start, the others by how far they went and by their return to it.
+/// Waits for control, flies the course, and releases. The test does not know the reference: hovering is judged by the
+/// distance from the start, the other courses by how far they went and how close they came back.
 Flight fly(const Course& course) {
   Flight flight;
   World world(measured_plant(), {.seed = kSeed});
@@ -172,15 +173,15 @@ TEST_P(TargetFlight, FliesFromTheImage) {
   EXPECT_EQ(flight.exit_status, 0);
 }
 
-// Limits: hovering, twice the paper's 0.043 m (IV-C, calm) for a controller in float; step and square end at the start,
-// which they must have reached again within 0.15 m.
+// Limits: hovering may have twice the paper's 0.043 m (IV-C, calm), because the controller runs in float. Step and
+// square end at the start and must be back within 0.15 m of it.
 INSTANTIATE_TEST_SUITE_P(Courses, TargetFlight,
                          ::testing::Values(Course{"hover", 12.0, 4.0, 0.086, 0.0},
                                            Course{"step", 18.0, 16.0, 0.15, 1.3},
                                            Course{"trajectory", 15.5, 14.8, 0.15, 1.3}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-/// The image in lockstep with nobody who gives orders over the lockstep line.
+/// The image in lockstep; no orders are given over the lockstep line.
 struct TargetOrders : ::testing::Test {
   explicit TargetOrders(const core::Vector<double, 3>& position_w_m = WorldOptions{}.position_w_m)
       : world(measured_plant(), {.seed = kSeed, .position_w_m = position_w_m}) {}
@@ -197,7 +198,7 @@ struct TargetOrders : ::testing::Test {
       board.step(world.now(), hal::LockstepOrder::kNone, world.autopilot_uart(), world.pose_uart());
     }
   }
-  /// Moves the operator's switch, as a sender of poses reports it.
+  /// Moves the operator's switch, in the message in which a sender of poses reports it.
   void turn_switch(bool program_flies) {
     ASSERT_EQ(world.pose_line().b().write(protocol::encode_order(program_flies)).value_or(0),
               protocol::kOrderMessageBytes);
@@ -212,8 +213,8 @@ struct TargetOrders : ::testing::Test {
   }
 };
 
-// Would catch: a board that flies off by itself as soon as its link is ready, or because it was switched on with the
-// operator's switch already on.
+// Would catch: a board that takes control by itself as soon as its link is ready, or because the operator's switch was
+// already on at power-up.
 TEST_F(TargetOrders, ControlIsTakenWhenTheSwitchIsTurnedOnAndGivenBackWhenItIsTurnedOff) {
   RecordProperty("promise", "R4");
   advance(600);
@@ -230,12 +231,12 @@ TEST_F(TargetOrders, ControlIsTakenWhenTheSwitchIsTurnedOnAndGivenBackWhenItIsTu
   EXPECT_FALSE(world.autopilot().client_in_control());
 }
 
-/// Inside the fence, and 3 m from the course that the board knows.
+/// The aircraft starts inside the fence, 3 m away from the board's course.
 struct TargetOrdersElsewhere : TargetOrders {
   TargetOrdersElsewhere() : TargetOrders({3.0, 0.0, 1.5}) {}
 };
 
-// Would catch: a board that flies 3 m at full tilt to where its course begins as soon as the switch is turned.
+// Would catch: a board that flies 3 m at full tilt to the beginning of its course as soon as the switch is turned on.
 TEST_F(TargetOrdersElsewhere, NothingIsTakenFarFromTheCourse) {
   RecordProperty("promise", "R4");
   advance(600);
@@ -256,7 +257,7 @@ TEST_F(TargetOrders, AnAssertionLeavesNeutralSticksAndReleasedControl) {
   EXPECT_FALSE(world.autopilot().client_in_control());
 }
 
-// Would catch: a board that hangs in flight with the autopilot still its own.
+// Would catch: a board that hangs in flight and keeps control of the autopilot.
 TEST_F(TargetOrders, AHangEndsInTheWatchdogsInterruptWithReleasedControl) {
   RecordProperty("promise", "R15");
   take_control();

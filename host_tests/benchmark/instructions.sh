@@ -1,14 +1,14 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Instructions per received byte through parser and telemetry decoder, counted by callgrind; none may cost more than four
-# clean bytes.
-# usage: instructions.sh BENCHMARK_PROTOCOL   exit 1: a stream costs more than it may; 77: valgrind is not here
+# Counts the instructions per received byte in parser and telemetry decoder, with callgrind. No stream may cost more per
+# byte than four times the clean stream.
+# usage: instructions.sh BENCHMARK_PROTOCOL   exit 1: a stream exceeds its limit; 77: valgrind is not installed
 set -u
 command -v valgrind >/dev/null || { echo "valgrind is not here"; exit 77; }
 counts=$(mktemp)
 trap 'rm -f "$counts"' EXIT
 result=0
-# Stream and limit: the published figure and 15 % for another compiler.
+# Each stream with its limit: the published figure plus 15 % for another compiler.
 while read -r stream limit; do
   line=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='*receive*' "$1" --once "$stream" \
          2> "$counts")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Counts the instructions of single solves of one axis under callgrind; mpc_instructions.sh runs it and prints the
-// distribution. Every solve is one dump; the trigger line of a dump says what it was.
+// distribution. Every solve is one dump; the trigger line of the dump names the path of the solution.
 //   mpc_instructions flight double|float     closed loop as flown; hover, steps, sinusoids, segments, preview jumps
 //   mpc_instructions setpoint double|float   only the flights with a constant reference
 //   mpc_instructions cold double|float FILE  the instances of a file, each from an empty active set
@@ -45,7 +45,7 @@ void measure(mpc::HorizontalMpc<T>& controller, const mpc::Problem<T>& problem, 
   } else {
     controller.solve(problem, solution);
   }
-  switch (solution.path) {  // literals: what builds a string here would be counted
+  switch (solution.path) {  // literals, because building a string here would be counted
     case mpc::Path::kSetpoint:
       CALLGRIND_DUMP_STATS_AT("setpoint");
       break;
@@ -62,7 +62,7 @@ void measure(mpc::HorizontalMpc<T>& controller, const mpc::Problem<T>& problem, 
   most_changes = std::max<unsigned>(most_changes, solution.changes);
 }
 
-/// One axis that is not quite the one the controller believes in, 100 Hz, exact between ticks but for the tangent.
+/// One axis at 100 Hz whose parameters differ a little from the controller's model.
 class Flight {
  public:
   using Path = std::function<double(double)>;
@@ -138,7 +138,7 @@ mpc::Problem<double> problem_of(const Task& task, double now_s, const mpc::AxisS
     problem.position_ref_m.at(k) = task.position(t);
     problem.velocity_ref_m_s.at(k) = task.preview ? (task.position(t + 1e-3) - task.position(t - 1e-3)) / 2e-3 : 0.0;
     if (std::abs(problem.velocity_ref_m_s.at(k)) > 20) {
-      problem.velocity_ref_m_s.at(k) = 0;  // the jump itself
+      problem.velocity_ref_m_s.at(k) = 0;  // the reference jumps here
     }
   }
   problem.tilt_ref_rad.fill(-seen.disturbance_m_s2 / model::kGravity_m_s2);

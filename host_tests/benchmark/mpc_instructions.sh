@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# Instructions of one solve of one axis (x86-64, callgrind): mpc_instructions.sh PROGRAM flight|setpoint|cold double|float [FILE]
+# Prints the instructions of one solve of one axis (x86-64, callgrind).
+# Usage: mpc_instructions.sh PROGRAM flight|setpoint|cold double|float [FILE]
 set -e
 program=$1
 shift

@@ -18,7 +18,7 @@ struct Received {
   float sum = 0.F;  ///< of something in them, so that nothing is optimised away
 };
 
-/// Parser and telemetry decoder: what the benchmarks of the wire measure. Not inlined: callgrind counts it by its name.
+/// Feeds a stream through parser and telemetry decoder. Not inlined, because callgrind counts it by its name.
 [[gnu::noinline]] inline Received receive(protocol::FrameParser& parser, std::span<const std::byte> stream) {
   Received result;
   protocol::Telemetry telemetry;

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# Instructions of each part of a tick (x86-64, callgrind), median and worst of 1000 ticks but the first, from
-# one to the next (some ten instructions of the loop around it are in it):
+# Prints the instructions of each part of a tick (x86-64, callgrind): median and worst of 1000 ticks without the first.
+# A tick is counted from its beginning to the beginning of the next, so some ten instructions of the loop around it are
+# included.
 #   host_tests/benchmark/tick_parts.sh build/host-release/host_tests/property/tick_cost
 set -e
 program=$1

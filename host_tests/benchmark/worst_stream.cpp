@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Searches for the stream that costs the parser most: worst_stream.sh runs it under callgrind and prints the dearest.
-// Every stream is one dump, whose trigger line names the stream.
+// Searches for the stream with the highest parser cost; worst_stream.sh runs it under callgrind and prints the most
+// expensive streams. Every stream is one dump, whose trigger line names the stream.
 //   worst_stream STREAMS   each family with that many seeds
 #include <valgrind/callgrind.h>
 
@@ -24,7 +24,7 @@ constexpr std::size_t kStreamBytes = 40'000;
 
 std::uint8_t any_byte(std::mt19937& random) { return static_cast<std::uint8_t>(random() & 0xFFU); }
 
-/// Bytes that matter to a header, in a pattern that repeats.
+/// A repeated pattern of bytes that have a meaning in a header.
 Bytes pattern(std::mt19937& random) {
   constexpr std::array<std::uint8_t, 8> kAlphabet{0xAA, 0xAA, 0xAA, 0x00, 0x00, 0x00, 0x03, 0xFF};
   Bytes period(2 + random() % 23);
@@ -38,7 +38,7 @@ Bytes pattern(std::mt19937& random) {
   return stream;
 }
 
-/// One kind of header with any LEN, SESSION, PADDING, ENC that its CRC16 covers, after a gap of any content.
+/// Headers of one kind with arbitrary LEN, SESSION, PADDING and ENC and a valid CRC16, separated by arbitrary gaps.
 Bytes headers(std::mt19937& random) {
   const std::size_t length = random() % 1024;
   const std::uint8_t session = any_byte(random);
@@ -52,7 +52,7 @@ Bytes headers(std::mt19937& random) {
   return stream;
 }
 
-/// What a good header begins with, so that its CRC16 must be asked, as often as it fits in.
+/// As many beginnings of valid headers as fit in; each makes the parser compute the CRC16.
 Bytes beginnings(std::mt19937& random) {
   const Bytes gap(random() % 4, static_cast<std::byte>(any_byte(random)));
   Bytes stream;
@@ -65,7 +65,7 @@ Bytes beginnings(std::mt19937& random) {
   return stream;
 }
 
-/// Good frames of one size.
+/// Intact frames of one size.
 Bytes small_frames(std::mt19937& random) {
   const Bytes value(random() % 60);
   Bytes stream;
@@ -79,7 +79,7 @@ Bytes densest(std::mt19937& random) {
   return host_tests::densest_headers(kStreamBytes, static_cast<unsigned>(random() % 100000));
 }
 
-/// Pieces of all of them.
+/// Alternates between pieces of the other streams.
 Bytes mixture(std::mt19937& random) {
   constexpr std::array kKinds{pattern, headers, beginnings, small_frames, densest};
   const std::size_t piece = 20 + random() % 200;

@@ -1,7 +1,9 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The dearest streams that a random search finds, in instructions per byte of parser and decoder, counted by callgrind.
-# usage: worst_stream.sh WORST_STREAM [STREAMS LIMIT]   exit 1: one costs more than LIMIT; 77: valgrind is not here
+# Prints the most expensive streams of a random search, in instructions per byte of parser and decoder, counted by
+# callgrind.
+# usage: worst_stream.sh WORST_STREAM [STREAMS LIMIT]   exit 1: a stream costs more than LIMIT; 77: valgrind is not
+# installed
 set -eu
 command -v valgrind >/dev/null || { echo "valgrind is not here"; exit 77; }
 folder=$(mktemp -d)

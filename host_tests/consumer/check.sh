@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The package as somebody else gets it: installed from the build into a scratch prefix, moved to another place, and there
-# found, linked and run by a project of its own. No exported file may name a place of this machine. What was not built is
-# named, with the target to build, before anything is copied.
+# Tests the package as a user receives it: it is installed from the build into a scratch prefix and moved to another
+# folder; a separate project must find it there, link it and run. No exported file may contain an absolute path of this
+# machine. If a library is not built, the installation must name it and the target to build before it copies anything.
 # Usage: check.sh SOURCE BUILD CXX_FLAGS
 set -euo pipefail
 source=$1 build=$2 flags=${3:-}
@@ -27,7 +27,7 @@ for example in consumer parser observer mpc; do
   quietly "$scratch/build/$example"
 done
 
-# The same without CMake.
+# The same programs, built with pkg-config instead of CMake.
 export PKG_CONFIG_PATH=$(dirname "$(find "$scratch/moved" -name m100.pc)")
 for example in parser observer mpc; do
   # shellcheck disable=SC2046
@@ -35,7 +35,7 @@ for example in parser observer mpc; do
   quietly "$scratch/$example"
 done
 
-# A build in which one library is missing.
+# Installing a build in which one library is missing must fail.
 mkdir "$scratch/partial"
 cp "$build/cmake_install.cmake" "$scratch/partial"
 sed "1s/.*/${scratch//\//\\/}\/libm100_not_built.a/" "$build/installed_files.txt" >"$scratch/partial/installed_files.txt"

@@ -10,7 +10,7 @@
 #ifdef M100_HAS_AES
 #include "protocol/aes256.h"
 
-// FIPS 197, appendix C.3: the first byte of the block that comes out.
+// Checks the first byte of the encrypted block against FIPS 197, appendix C.3.
 bool aes_is_right() {
   m100::protocol::CipherKey key{};
   std::array<std::byte, 16> block{};
@@ -27,7 +27,8 @@ bool aes_is_right() {
 bool aes_is_right() { return true; }
 #endif
 
-// Turns a level vehicle that points west: fails to link, or answers wrongly, when the package is incomplete.
+// Converts the attitude of a level vehicle that points west. Fails to link, or gives a wrong answer, if the package is
+// incomplete.
 int main() {
   const m100::core::Euler<double> west{.yaw_rad = m100::core::kPi / 2};
   const double yaw_rad = m100::core::euler_of(m100::core::quaternion_of(west)).yaw_rad;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The MPC of one axis alone: two metres aside with the project's own table and a model of the axis, 10 s.
+// Uses the MPC of one axis alone: a step of 2 m over 10 s, with the project's table and a model of the axis.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -21,7 +21,7 @@ int main() {
     problem.position_ref_m.fill(2.0);
     problem.constant_reference = true;
     last = law.solve(problem).input_rad[0];
-    for (int step = 0; step < 10; ++step) {  // 1 ms
+    for (int step = 0; step < 10; ++step) {  // 1 ms each
       rate += 1e-3 * (w * w * (last - tilt) - 2.0 * zeta * w * rate);
       tilt += 1e-3 * rate;
       v += 1e-3 * m100::model::kGravity_m_s2 * tilt;

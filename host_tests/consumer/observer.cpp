@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The observer alone: a steady wind of 0.5 m/s^2 along x, found from attitude and pose. The aircraft leans against it
-// and stands still.
+// Uses the observer alone: it estimates a steady wind of 0.5 m/s^2 along x from attitude and pose. The aircraft leans
+// against the wind and stands still.
 #include <chrono>
 #include <cmath>
 #include <cstdio>

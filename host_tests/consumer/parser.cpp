@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parser alone: frames out of bytes that begin anywhere and are damaged somewhere.
+// Uses the parser alone: it finds the frames in a stream that begins in the middle of a frame and is damaged in one
+// place.
 #include <array>
 #include <cstddef>
 #include <cstdio>
@@ -10,7 +11,7 @@
 
 int main() {
   namespace protocol = m100::protocol;
-  std::vector<std::byte> line{std::byte{0xAA}, std::byte{0x07}};  // the end of something that was cut off
+  std::vector<std::byte> line{std::byte{0xAA}, std::byte{0x07}};  // the end of a frame that was cut off
   for (std::uint16_t number = 1; number <= 3; ++number) {
     std::array<std::byte, 64> space{};
     const std::array value{std::byte{0x42}, static_cast<std::byte>(number)};
@@ -21,7 +22,7 @@ int main() {
     }
     line.insert(line.end(), frame->begin(), frame->end());
   }
-  line[line.size() / 2] ^= std::byte{0x10};  // the second frame is damaged on its way
+  line[line.size() / 2] ^= std::byte{0x10};  // damages the second frame
 
   protocol::FrameParser parser;
   unsigned seen = 0;
@@ -31,5 +32,5 @@ int main() {
     seen = 10 * seen + frame.header.sequence;
   });
   std::printf("%llu bytes dropped\n", static_cast<unsigned long long>(parser.stats().bytes_dropped));
-  return seen == 13 ? 0 : 1;  // the first and the third
+  return seen == 13 ? 0 : 1;  // frames 1 and 3 are found
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The kept corpus, without a fuzzer: what once was interesting stays tried with every compiler.
+// Runs the kept corpus without a fuzzer, so that earlier findings are tried again with every compiler.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ TEST(FuzzCorpus, IsReceivedWithoutContradiction) {
   EXPECT_GE(files, 20U);
 }
 
-// A mutator that repairs nothing would leave the fuzzer in front of a closed door.
+// Catches a mutator that repairs no checksum: nothing that it makes would get past the parser.
 TEST(FuzzCorpus, MutatorRepairsABrokenFrame) {
   for (const NamedFrame& message : every_message()) {
     Bytes broken = message.bytes;

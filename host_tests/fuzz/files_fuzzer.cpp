@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry point for every file of our own kinds: vehicle, plant, flight file, course, excitation, script,
-// gain table, key, memory of signatures, recorded flight, quadratic programs, frames as JSON. One program, the first
-// byte chooses the reader. What a reader accepts is used as the programs use it.
+// libFuzzer's entry point for our own kinds of files: vehicle, plant, flight file, course, excitation, script, gain
+// table, key, memory of signatures, recorded flight, quadratic programs, frames as JSON. It is one program; the first
+// byte of an input chooses the reader. What a reader accepts is then used as the programs use it.
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -38,9 +38,9 @@ namespace {
 
 using namespace m100;
 
-constexpr const char* kName = "file";  // what every refusal must begin with
+constexpr const char* kName = "file";  // every refusal must begin with this name
 
-/// A file without a place on the disk, written anew for every input; only its owner may read it.
+/// A file in memory, rewritten for every input and readable by its owner only.
 const std::string& as_file(std::string_view bytes) {
   static const int file = memfd_create("file", 0);
   static const std::string path = "/proc/self/fd/" + std::to_string(file);
@@ -54,7 +54,7 @@ const std::string& as_file(std::string_view bytes) {
 
 void vehicle(std::string_view bytes) {
   const companion::VehicleFile file = companion::parse_vehicle(bytes, kName);
-  // What was read is written and read to the same numbers: the digest of the second text is that of the first.
+  // Writing the vehicle and reading it back must give the same numbers, so the second text has the digest of the first.
   const std::string text = companion::to_text(file.vehicle, file.sources);
   const companion::VehicleFile again = companion::parse_vehicle(text, kName);
   if (companion::to_text(again.vehicle, again.sources) != text) {
@@ -86,7 +86,7 @@ void excitation(std::string_view bytes) {
 
 void script(std::string_view bytes) { static_cast<void>(sim::read_n1_script(std::string(bytes))); }
 
-/// The checksum over all is made good, or nothing behind it would ever be tried.
+/// Repairs the checksum over the whole file; otherwise nothing after the checksum test would ever be tried.
 void table(std::string_view bytes) {
   static const auto storage = std::make_unique<mpc::TableStorage<double>>();
   std::string whole(bytes);
@@ -132,7 +132,7 @@ void frame(std::string_view bytes) {
 constexpr std::array kReaders{&vehicle, &plant, &flight, &course,   &excitation, &script,
                               &table,   &key,   &memory, &recorded, &programs,   &frame};
 
-/// Every refusal begins with the file's name; the script's is put before it by who reads the file.
+/// Every refusal begins with the file's name; only for scripts does the caller put the name in front.
 void expect_named(const std::string& what, bool by_caller) {
   if (what.empty() || !(by_caller || what.starts_with(kName) || what.starts_with("/proc/"))) {
     std::abort();
@@ -150,7 +150,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     kReaders[data[0] % kReaders.size()](bytes);
   } catch (const sim::N1ScriptError& refusal) {
     expect_named(refusal.what(), true);
-  } catch (const std::runtime_error& refusal) {  // the base of all that the readers say; another one is a finding
+  } catch (const std::runtime_error& refusal) {  // the base class of all refusals; any other exception is a finding
     expect_named(refusal.what(), false);
   }
   return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry points. Noise alone never passes two checksums, so the mutator repairs them.
+// libFuzzer's entry points for frames. Random bytes never pass two checksums, so the mutator repairs them.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
-/// Puts a start byte, a random length and zeros somewhere: a frame to be repaired.
+/// Writes a start byte and a random length to a random place; repair_frames() then completes the header.
 void plant_header(std::span<std::byte> bytes, std::mt19937& random) {
   constexpr std::size_t kHeaderBytes = 12;
   if (bytes.size() <= kHeaderBytes) {
@@ -39,7 +39,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   if (size < 2) {
     return size;
   }
-  const auto stream = std::as_writable_bytes(std::span(data, size)).subspan(1);  // byte 0 is the size of portions
+  const auto stream = std::as_writable_bytes(std::span(data, size)).subspan(1);  // byte 0 sets the size of the portions
   if (random() % 4 == 0) {
     plant_header(stream, random);
   }

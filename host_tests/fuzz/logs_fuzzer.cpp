@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry point for the readers of logs and of column maps: one program, the first byte chooses the reader.
+// libFuzzer's entry point for the readers of logs and of column maps. It is one program; the first byte of an input
+// chooses the reader.
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -19,7 +20,7 @@ namespace {
 
 using namespace m100::lab;
 
-/// A file without a place on the disk, written anew for every input.
+/// A file in memory, rewritten for every input.
 const std::string& as_file(std::string_view bytes) {
   static const int file = memfd_create("log", 0);
   static const std::string path = "/proc/self/fd/" + std::to_string(file);

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   const auto write = [&](std::string name, const Bytes& bytes) {
     std::replace(name.begin(), name.end(), ' ', '_');
     std::ofstream file(std::string(argv[1]) + "/" + name, std::ios::binary);
-    file.put('\x07');  // portions of 36 bytes
+    file.put('\x07');  // sets portions of 36 bytes
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   };
   for (const NamedFrame& message : every_message()) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes the kept corpus of the readers: make_log_corpus host_tests/fuzz/log_corpus
+// Writes the kept corpus of the log readers: make_log_corpus host_tests/fuzz/log_corpus
 #include <cstdio>
 #include <fstream>
 #include <map>

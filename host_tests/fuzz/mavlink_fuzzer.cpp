@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry points for MAVLink. Noise alone never passes a checksum, so the mutator repairs them.
+// libFuzzer's entry points for MAVLink. Random bytes never pass a checksum, so the mutator repairs them.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -31,7 +31,7 @@ using m100::companion::MissionTransfer;
 using m100::companion::Request;
 using m100::companion::RequestMessage;
 
-/// What a stranger with the key could ask of the vehicle's end of the mission protocol.
+/// Passes the frame to the vehicle's end of the mission protocol, if it is a request of that protocol.
 template <typename... Message>
 void ask(MissionTransfer& transfer, const FrameView& frame, m100::core::TimePoint now,
          std::type_identity<std::variant<Message...>>) {
@@ -47,7 +47,7 @@ void ask(MissionTransfer& transfer, const FrameView& frame, m100::core::TimePoin
     return m100::companion::judge(item) == m100::companion::mission_result::kAccepted;
   };
   if (!std::ranges::all_of(transfer.items(), is_sound) || transfer.items().size() > MissionTransfer::kMostItems) {
-    __builtin_trap();  // what cannot be flown is in the list
+    __builtin_trap();  // the list holds an item that cannot be flown
   }
 }
 
@@ -69,7 +69,7 @@ std::vector<std::uint64_t> receive(std::span<const std::byte> stream, std::size_
           const Frame again = encode(decode<Message>(frame), frame.from, frame.sequence);
           Parser second;
           if (second.push(again.bytes()) != again.size || !second.poll()) {
-            __builtin_trap();  // what was read cannot be written
+            __builtin_trap();  // a message that was read cannot be written
           }
         }
       });
@@ -82,18 +82,19 @@ std::vector<std::uint64_t> receive(std::span<const std::byte> stream, std::size_
   return found;
 }
 
-/// In other words than the reader's own: a copy of its question could not find it wrong.
+/// Checks a pose by other conditions than the reader's: a copy of the reader's check could not find it wrong.
 void must_be_a_pose(const m100::lab::bridge::PlainPose& pose) {
   const auto& q = pose.body_to_world;
   const double length2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
   const double far2_m2 = pose.position_m.squaredNorm();
   if (!(length2 > 0.97 && length2 < 1.03 && far2_m2 < 3.1e6 && pose.t_s >= 0.0)) {
-    __builtin_trap();  // what is no pose was read
+    __builtin_trap();  // something that is not a pose was accepted
   }
 }
 
-/// As a server's whole stream after its cookie; and its first bytes as what stands in a pose of the tracker that is
-/// named, because no mutation of a whole stream finds three messages that belong together.
+/// Reads the input twice: as a server's whole stream after its cookie, and with its first bytes as the numbers in a
+/// pose of the named tracker. The second is needed because no mutation of a whole stream finds three messages that
+/// belong together.
 void read_vrpn(std::span<const std::byte> stream) {
   m100::lab::bridge::VrpnStream whole("", 0);
   (void)whole.consume(m100::lab::bridge::vrpn_cookie(), must_be_a_pose);
@@ -102,7 +103,7 @@ void read_vrpn(std::span<const std::byte> stream) {
   server.cookie();
   server.name(-1, 0, "m100");
   server.name(-2, 0, "vrpn_Tracker Pos_Quat");
-  // A byte is a number: from 0 to 2 in steps of 1/64, a power of two up to 2^127, or none.
+  // Each byte becomes a number: 0 to 2 in steps of 1/64, a power of two up to 2^127, or NaN.
   std::array<double, 7> numbers{};
   for (std::size_t i = 0; i < numbers.size() && i < stream.size(); ++i) {
     const int byte = std::to_integer<std::int8_t>(stream[i]);
@@ -124,7 +125,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto pose = m100::lab::bridge::parse_packet(stream)) {
     const AttPosMocap message = message_of(*pose, m100::lab::bridge::Axes::kEnu, 0);
     if (!(message.x * message.x <= 1e6F && message.q[0] * message.q[0] <= 1.1F)) {
-      __builtin_trap();  // what is no pose was read
+      __builtin_trap();  // something that is not a pose was accepted
     }
   }
   read_vrpn(stream);
@@ -141,7 +142,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   if (size < 2) {
     return size;
   }
-  const auto stream = std::as_writable_bytes(std::span(data, size)).subspan(1);  // byte 0 is the size of portions
+  const auto stream = std::as_writable_bytes(std::span(data, size)).subspan(1);  // byte 0 sets the size of the portions
   if (random() % 4 == 0) {
     stream[random() % stream.size()] = kStart2;
   }

@@ -26,7 +26,7 @@ void require(bool holds) {
   }
 }
 
-/// No cipher at all, but invertible; the fuzzer is after our code, not mbedTLS.
+/// Not a real cipher, but invertible: the fuzzer tests our code, not mbedTLS.
 class Scrambler final : public Cipher {
  public:
   void encrypt(CipherBlock block) const override { std::transform(block.begin(), block.end(), block.begin(), turn); }
@@ -42,8 +42,8 @@ bool same(std::span<const std::byte> a, std::span<const std::byte> b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
-/// What is decoded and encoded must be what it was, or be refused by the encoder's limits, or come back the same after
-/// another round (reserved bits and unknown codes are not kept).
+/// A decoded command, encoded again, must either be refused by the encoder's limits or come back unchanged from another
+/// round. Reserved bits and unknown codes are not kept, so the received bytes themselves are not compared.
 void check_command(const Message& message) {
   const auto command = decode_command(message.id, message.value);
   if (!command) {
@@ -177,7 +177,7 @@ void repair_frames(std::span<std::byte> bytes, std::uint64_t choice) {
     const std::uint64_t what = choice & 3U;
     choice = (choice >> 2U) | (choice << 62U);
     if (what == 0) {
-      continue;  // leave it broken
+      continue;  // this frame stays broken
     }
     const auto frame = bytes.subspan(at);
     frame[2] &= std::byte{3};

@@ -14,8 +14,8 @@ namespace m100::golden {
 /// 64 hexadecimal digits.
 using HashText = std::array<char, 64>;
 
-/// SHA-256 over the bits of numbers, so that 0 and -0 differ: how two machines agree that they computed the same
-/// (promise R6). Every machine this runs on stores numbers least significant byte first.
+/// SHA-256 over the bits of numbers, so that 0 and -0 differ. Two machines compare it to prove that they computed the
+/// same (promise R6). All supported machines store numbers least significant byte first.
 class NumberHash {
  public:
   template <typename T>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which tracked files a change touches: what tidy and headers look at when they are not asked for everything."""
+"""Which tracked files a change touches: tidy.py and headers.py check only these unless they are called with --all."""
 import os
 import subprocess
 
@@ -9,8 +9,8 @@ def git(root, *words):
 
 
 def base_of(root, wanted=None):
-    """The commit that a change is compared with: the one that is wanted (or $M100_BASE), else where this branch left
-    origin/main, else the last commit before this one. None: there is no such commit."""
+    """-> the commit to compare with: `wanted` (or $M100_BASE), otherwise the commit where this branch left origin/main,
+    otherwise the parent of HEAD. None: there is no such commit."""
     for name in (wanted, os.environ.get("M100_BASE")):
         if name:
             return git(root, "rev-parse", "--verify", name + "^{commit}").stdout.strip() or None
@@ -21,7 +21,7 @@ def base_of(root, wanted=None):
     return git(root, "rev-parse", "--verify", "--quiet", "HEAD~1").stdout.strip() or None
 
 
-MOST = 60  # files; a larger change is looked at file by file as it grows, commit by commit, and whole at night
+MOST = 60  # files; of a larger change, only the last commit is checked by day, and all files at night
 
 
 def touched(root, base):
@@ -31,11 +31,11 @@ def touched(root, base):
 
 def files(root, endings, everything=False, base=None):
     """Tracked, hand-written files with one of the endings: all of them, or those that differ from the base in the
-    working tree. Where those are more than MOST and nobody asked for that base, those of the last commit."""
+    working tree. If these are more than MOST and no base was given, those of the last commit."""
     since = None if everything else base_of(root, base)
     names = touched(root, since) if since else git(root, "ls-files").stdout.split()
     wanted = [name for name in names if name.endswith(endings) and "/generated/" not in name]
     if since and not base and not os.environ.get("M100_BASE") and len(wanted) > MOST:
-        print(f"{len(wanted)} files differ from {since[:8]}: here those of the last commit, all of them at night")
+        print(f"{len(wanted)} files differ from {since[:8]}: checking only those of the last commit (the nightly run checks all)")
         wanted = [name for name in touched(root, "HEAD~1") if name.endswith(endings) and "/generated/" not in name]
     return sorted(wanted)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""A test of the tests: what host_tests/figures must find in pages and in the sources of tests."""
+"""Tests host_tests/figures: what it must find in pages and in the sources of tests."""
 import pathlib
 import shutil
 import subprocess

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Every C++ file is laid out by clang-format as .clang-format says. Usage: format.sh ROOT
+# Checks that clang-format with the project's .clang-format would change no C++ file. Usage: format.sh ROOT
 set -eu
 cd "$1"
 find firmware hal protocol host_tests \( -name '*.h' -o -name '*.cpp' \) -not -path '*/generated/*' -print0 |

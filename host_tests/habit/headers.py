@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Every header compiles alone: whoever includes it needs nothing before it.
+"""Checks that every header compiles alone, without another include before it.
 
 Usage: headers.py BUILD_FOLDER [--all | --self-test] [--base COMMIT]. Without --all, those that a change touches
-(changed.py). Takes the flags of compile_commands.json in the build folder. Prints what the compiler says, and exits
-with 1 if it says anything.
+(changed.py). Takes the flags from compile_commands.json in the build folder. Prints the compiler's messages and exits
+with 1 if there are any.
 """
 import argparse
 import concurrent.futures
@@ -19,7 +19,7 @@ import tempfile
 import changed
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# Made for one machine only, and compiled there with the image.
+# Headers for one machine only, which are compiled with its image.
 LEFT_OUT = ("linker/mbedtls_aes_config.h", "firmware/mpc/swept_scalar.h")
 
 
@@ -31,7 +31,7 @@ def flags_of(build):
     pairs = [pair for other in words for pair in zip(other, other[1:])]
     paths = dict.fromkeys(f"-isystem{path}" for word, path in pairs if word == "-isystem")
     paths.update(dict.fromkeys(word for other in words for word in other if word.startswith("-I")))  # made headers
-    # Where a test's programs and files are: texts that only its own command line has.
+    # Definitions of paths to a test's programs and files, which only its own command line has.
     paths.update(dict.fromkeys(word for other in words for word in other if word.startswith("-DM100_") and '="' in word))
     kept = [word for word in shared if word.startswith(("-D", "-std", "-f", "-W")) and word != "-Werror"]
     return [words[0][0], *kept, "-Wno-psabi", "-Wno-pragma-once-outside-header", f"-I{ROOT}", *paths]
@@ -43,14 +43,14 @@ def compiled(header, flags):
 
 
 def self_test(flags):
-    """A header that forgets an include is found, the same with it is not."""
+    """The check must report a header that lacks an include, and must not report the same header with it."""
     text = "#pragma once\n{}inline std::string word() {{ return {{}}; }}\n"
     with tempfile.TemporaryDirectory() as folder:
         for include, good in (("", False), ("#include <string>\n", True)):
             header = pathlib.Path(folder) / "header.h"
             header.write_text(text.format(include))
             if (compiled(header, flags) == "") != good:
-                print("a good header does not compile" if good else "a header without its include compiles")
+                print("self-test: a good header does not compile" if good else "self-test: a header without its include compiles")
                 return 1
     return 0
 
@@ -71,7 +71,7 @@ def main():
     for header, text in zip(headers, said):
         if text:
             print(f"{header} does not compile alone:\n{text}")
-    print(f"{len(headers)} headers compiled alone, {sum(map(bool, said))} of them do not")
+    print(f"{len(headers)} headers checked, {sum(map(bool, said))} of them do not compile alone")
     return 1 if any(said) else 0
 
 

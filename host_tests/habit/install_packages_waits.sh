@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# install_packages waits while another apt holds the locks, goes on when it is gone, and gives up in the end. Here apt-get,
-# dpkg-query, sudo and sleep are scripts that note down what they are asked for.
+# Checks that install_packages waits while another apt holds the locks, continues when they are free, and finally gives
+# up. Here apt-get, dpkg-query, sudo and sleep are scripts that record their arguments.
 # Usage: install_packages_waits.sh FOLDER_OF_THE_PROJECT
 set -euo pipefail
 work=$(mktemp -d)
@@ -28,7 +28,7 @@ run() { # REFUSALS
 }
 project=$1
 fail() { echo "$1"; cat "$work/asked" "$work/said"; exit 1; }
-run 3 || fail 'three refusals were one too many'
+run 3 || fail 'it gave up after three failures of apt-get'
 [ "$(grep -c slept "$work/asked")" = 3 ] || fail 'it did not wait between its attempts'
 [ "$(grep -c ' update' "$work/asked")" = 4 ] || fail 'apt-get update was not repeated until it succeeded'
 [ "$(grep -c ' install -y' "$work/asked")" = 1 ] || fail 'packages were not installed once'

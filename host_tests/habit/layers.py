@@ -17,8 +17,7 @@ LAB = PRODUCT + ["host_tests/lab/*.h", "host_tests/lab/logs/"]
 INQUIRY = LAB + [f"host_tests/lab/identify/{room}" for room in ("*.h", "answer/", "remainder/", "search/")]
 
 # folder -> what its files may include besides the folder itself: prefixes (folders end with /), headers directly in a
-# folder (*.h), or single headers. The longest folder that contains a file decides; a file without such a row is an
-# offence.
+# folder (*.h), or single headers. The longest folder that contains a file decides; a file without a row is an offence.
 LAYERS = {
     "firmware/core/": [],
     "firmware/model/": ["firmware/core/"],

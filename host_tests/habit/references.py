@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Checks that what comments and pages refer to exists: promises, sections of protocol/README.md, decisions, files,
-links, tests.
+"""Checks that comments and pages refer only to existing promises, sections (protocol), decisions, files, links, tests.
 
 Usage: references.py [--self-test] ROOT. Prints one line per offence (file: what) and exits with 1 if there is any.
 """

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""How long files and functions are: at most four hand-written files past 400 lines, at most six functions past 60.
+"""Checks lengths: at most four hand-written files have more than 400 lines, at most six functions more than 60.
 
-A function past 60 lines says why, with the words "Deviation:" in the comment right above it or on its first line.
-Usage: sizes.py ROOT | sizes.py --self-test. Needs universal-ctags, which finds where functions end. Prints one line per
-file and function that is too long and exits with 1 if one is not allowed.
+A function of more than 60 lines gives the reason after "Deviation:", in the comment above it or on its first line.
+Usage: sizes.py ROOT | sizes.py --self-test. Needs universal-ctags, which finds the ends of functions. Prints one line
+per file and function that is too long and exits with 1 if one is not allowed.
 """
 import collections
 import json
@@ -27,7 +27,7 @@ def tracked(root):
 
 
 def explained(lines, first):
-    """Whether the function that begins at line `first` (counted from 1) says why it is that long."""
+    """Whether the function that begins at line `first` (counted from 1) gives a reason for its length."""
     at = first - 2
     said = [lines[first - 1]]
     while at >= 0 and lines[at].lstrip().startswith(("//", "template", "#")):
@@ -43,13 +43,13 @@ def functions(root, names):
     for text in tags.splitlines():
         tag = json.loads(text)
         lines = tag.get("end", tag["line"]) - tag["line"] + 1
-        if lines > FUNCTION_LINES and not tag["name"].startswith("__anon"):  # a list in a lambda is no function
+        if lines > FUNCTION_LINES and not tag["name"].startswith("__anon"):  # a lambda is not counted: it may be a list
             source = (pathlib.Path(root) / tag["path"]).read_text().splitlines()
             yield Function(tag["path"], tag["line"], lines, tag["name"], explained(source, tag["line"]))
 
 
 def check(root, names):
-    """@returns what is wrong, one line each; prints what is long."""
+    """Prints the long files and functions. @returns those that are not allowed, one line each."""
     wrong = []
     long_files = []
     for name in names:
@@ -61,12 +61,12 @@ def check(root, names):
         text = f"{found.path}:{found.line}: {found.name} has {found.lines} lines"
         print(text)
         if not found.explained:
-            wrong.append(f"{text}, more than {FUNCTION_LINES}, and no 'Deviation:' says why")
+            wrong.append(f"{text}, more than {FUNCTION_LINES}, and no 'Deviation:' gives a reason")
     print(*long_files, sep="\n")
     if len(long_files) > FILES_PAST:
-        wrong.append(f"{len(long_files)} files have more than {FILE_LINES} lines; {FILES_PAST} may")
+        wrong.append(f"{len(long_files)} files have more than {FILE_LINES} lines; at most {FILES_PAST} may")
     if len(long_functions) > FUNCTIONS_PAST:
-        wrong.append(f"{len(long_functions)} functions have more than {FUNCTION_LINES} lines; {FUNCTIONS_PAST} may")
+        wrong.append(f"{len(long_functions)} functions have more than {FUNCTION_LINES} lines; at most {FUNCTIONS_PAST} may")
     return wrong
 
 
@@ -75,11 +75,11 @@ def self_test():
         return f"{comment}int f{number}() {{\n" + "  g();\n" * (lines - 3) + "  return 0;\n}\n"
 
     why = "// Deviation: it is a list.\n"
-    cases = {  # what is planted: how many offences it makes
+    cases = {  # description: (planted files, expected number of offences)
         "a function of 60 lines": ({"a.cpp": function(1, 60)}, 0),
-        "a function of 61 lines that says nothing": ({"a.cpp": function(1, 61)}, 1),
-        "a function of 61 lines that says why": ({"a.cpp": function(1, 61, why)}, 0),
-        "seven that say why": ({f"{n}.cpp": function(n, 61, why) for n in range(7)}, 1),
+        "a function of 61 lines without a reason": ({"a.cpp": function(1, 61)}, 1),
+        "a function of 61 lines with a reason": ({"a.cpp": function(1, 61, why)}, 0),
+        "seven such functions with a reason": ({f"{n}.cpp": function(n, 61, why) for n in range(7)}, 1),
         "four long files": ({f"{n}.h": "//\n" * 401 for n in range(4)}, 0),
         "five long files": ({f"{n}.h": "//\n" * 401 for n in range(5)}, 1),
     }

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""clang-tidy on what a change touches; names, complexity and mistakes as .clang-tidy says.
+"""Runs clang-tidy on the files that a change touches; .clang-tidy sets the rules for names, complexity and mistakes.
 
 Usage: tidy.py [--all | --self-test] [--base COMMIT] [FILE...]. Without --all and files, the sources and headers that a
-change touches (changed.py). Configures the preset host-tidy for its commands and builds nothing. Prints each finding
-once and exits with 1 if there is any. A file costs some seconds.
+change touches (changed.py). Configures the preset host-tidy for its compile commands, without a build. Prints each
+finding once and exits with 1 if there is any. A file costs some seconds.
 """
 import argparse
 import concurrent.futures
@@ -24,7 +24,7 @@ FINDING = re.compile(r"^(/[^:]+:\d+):\d+: (?:warning|error): (.*)$", re.MULTILIN
 
 
 def tidied(name, known, build, flags):
-    """Findings in one source by its own command, in one header by the flags that all share."""
+    """-> findings in one file: a source is compiled by its own command, a header with the common flags."""
     command = ["clang-tidy", "--quiet", str(ROOT / name)]
     if str(ROOT / name) in known:
         command += ["-p", build]
@@ -45,13 +45,13 @@ def arguments():
 
 
 def configured():
-    """The folder with the commands; they name files, so a new file wants them made again. Nothing is built."""
+    """-> the folder with the compile commands, configured again because files may be new. Nothing is built."""
     subprocess.run(["cmake", "--preset", "host-tidy"], cwd=ROOT, capture_output=True, check=True)
     return ROOT / "build" / "host-tidy"
 
 
 def self_test(flags):
-    """A function whose name breaks the rule is found, a good one is not."""
+    """The check must report a function whose name breaks the rule, and must not report a good one."""
     with tempfile.TemporaryDirectory() as folder:
         for name, good in (("WrongName", False), ("right_name", True)):
             header = pathlib.Path(folder) / "header.h"
@@ -71,7 +71,7 @@ def main():
         return self_test(headers.flags_of(build))
     known = {entry["file"] for entry in json.loads((build / "compile_commands.json").read_text())}
     names = asked.files or changed.files(ROOT, (".h", ".cpp"), asked.all, asked.base)
-    # A source that this machine does not build (the image's) is read by nobody here; nor is what headers.py leaves out.
+    # Not checked here: sources that this machine does not build (the image's), and the headers in headers.LEFT_OUT.
     alone = [name for name in names if name.endswith(".h") and name not in headers.LEFT_OUT]
     names = [name for name in names if str(ROOT / name) in known] + alone
     flags = headers.flags_of(build)

@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # Checks sticks.pml with Spin. Usage: check.sh PROMELA SCRATCH WHAT
-#   --sound    over the tables that fly, on both command channels: no promise may be broken
-#   --planted  over tables with a wrong row, one after the other: each has to break a promise; or the NAME of one of them
+#   --sound    checks the tables that fly, on both command channels: no promise may be broken
+#   --planted  checks tables with one wrong row each: every one has to break a promise
+#   NAME       the same for this planted row only
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 promela=$(realpath "$1")
 what=$3
 mkdir -p "$2" && cd "$2"
 
-# verify CHANNEL(1: Virtual RC, 0: movement) [generator's options]: prints Spin's count of states; 0: nothing is wrong.
+# verify CHANNEL(1: Virtual RC, 0: movement) [generator's options]: prints Spin's count of states; returns 0 if correct.
 verify() {
   local channel=$1
   shift
@@ -33,7 +34,7 @@ if [ "$what" = --sound ]; then
       echo "Virtual RC $channel: a promise is broken:"
       grep 'assertion violated' pan.txt || cat pan.txt
       spin -DVIRTUAL_RC="$channel" -t -p -g sticks.pml >trail.txt 2>&1 || true
-      echo "The way to it: $PWD/trail.txt"
+      echo "The steps that lead to it: $PWD/trail.txt"
       failed=1
     fi
   done

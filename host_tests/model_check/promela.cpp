@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes both safety tables as Promela for Spin, from the constexpr arrays that fly: sticks.pml includes the result.
-// Usage: promela [--plant NAME]   (a test of the check: a wrong row, which the model has to show; --list names them)
-//        promela --every-row      changes each number of each row, one after the other: the model has to change as well
+// Usage: promela [--plant NAME]   (with a wrong row in a table, which the check has to find; --list prints the names)
+//        promela --every-row      changes each number of each row, one after the other: the model has to change, too
 #include <array>
 #include <cstdlib>
 #include <iostream>
@@ -18,10 +18,10 @@ namespace {
 
 using namespace m100::safety;
 
-auto ladder = kLadder;  // copies: a planted row is in them only
+auto ladder = kLadder;  // copies, which a planted row changes
 auto authority = kAuthorityTable;
 
-/// The one row of the authority table with this reason or action; the planted defects change it.
+/// The first row of the authority table that satisfies the predicate; the planted defects change it.
 template <typename Is>
 AuthorityRow& authority_row(const Is& is) {
   for (AuthorityRow& row : authority) {
@@ -174,7 +174,8 @@ void constants() {
   define("REQUESTS_PER_ACTION", static_cast<int>(kRequestsPerAction));
 }
 
-/// Time in the model's unit, rounded down: the table may act earlier in the model than it does.
+/// Times in the model's unit. Most are rounded down, so that the table acts earlier in the model than in flight; the
+/// times of COAST and of LEVEL in motion are rounded up.
 void times() {
   constexpr auto kUnit = std::chrono::milliseconds(250);
   const Limits limits;
@@ -224,7 +225,7 @@ std::string model_text() {
   return text.str();
 }
 
-/// Changes one number of a row by one bit and gives it back. @returns whether the model became another one.
+/// Changes one number of a row by one bit and restores it. @returns whether the model changed.
 template <typename Number>
 bool shows(Number& number, const std::string& sound) {
   const Number was = number;
@@ -235,7 +236,7 @@ bool shows(Number& number, const std::string& sound) {
 }
 bool shows(StageSet& stages, const std::string& sound) { return shows(stages.bits, sound); }
 
-/// What decides in a row: why it does is told to the operator alone.
+/// Covers the fields that decide; a row's reason is only shown to the operator.
 int every_row() {
   const std::string sound = model_text();
   std::size_t numbers = 0, unseen = 0;
@@ -244,7 +245,7 @@ int every_row() {
     numbers += sizeof...(all);
     unseen += seen ? 0U : 1U;
     if (!seen) {
-      std::cout << table << " row " << row << ": changed, and the model stays as it was\n";
+      std::cout << table << " row " << row << ": a field was changed, but the model did not change\n";
     }
   };
   for (std::size_t i = 0; i < authority.size(); ++i) {
@@ -255,7 +256,8 @@ int every_row() {
     LadderRow& row = ladder.at(i);
     look("ladder", i, row.from, row.needs, row.excludes, row.to);
   }
-  std::cout << authority.size() + ladder.size() << " rows, " << numbers << " numbers, " << unseen << " rows unseen\n";
+  std::cout << authority.size() + ladder.size() << " rows, " << numbers << " numbers, " << unseen
+            << " rows missing in the model\n";
   return unseen == 0 ? 0 : 1;
 }
 
@@ -278,7 +280,7 @@ int main(int argc, char** argv) {
       }
     }
     if (!planted) {
-      std::cerr << "There is no such defect to plant; --list names them.\n";
+      std::cerr << "Unknown planted row; --list names them.\n";
       return 2;
     }
   }

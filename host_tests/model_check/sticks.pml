@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause
- * The pilot gets the sticks (promises R4 and R15): both safety tables as they fly (tables.pml, generated), what stands beside
- * them (authority.cpp, flight_controller.cpp, supervisor.cpp), an autopilot, a line, an operator, a pilot, and the keeper that
- * speaks after the death of the program. A step is 250 ms; in each the world does at most one thing that is not usual.
- * Checked by check.sh with VIRTUAL_RC 1 and 0.
+ * Model of promises R4 and R15 (the pilot gets the sticks back): both safety tables as they fly (tables.pml, generated), the code
+ * around them (authority.cpp, flight_controller.cpp, supervisor.cpp), an autopilot, a line, an operator, a pilot, and the keeper,
+ * which sends releases after the death of the program. A step is 250 ms; at most one unusual event happens in each.
+ * check.sh checks it with VIRTUAL_RC 1 and 0.
  */
 #include "tables.pml"
 
@@ -12,13 +12,13 @@
 #define UNUSED_TIME 4  /* FlightController's kUnusedControl, 800 ms, rounded up */
 #define HANG_TIME 3    /* Keeper::kHang, 700 ms, rounded up */
 #define ROUNDS 4       /* Keeper::kRounds, 500 ms apart */
-#define RELEASED_WITHIN 5 /* R15: 1.0 s, and the step in which it begins */
+#define RELEASED_WITHIN 5 /* R15: 1.0 s, plus the step in which the time begins */
 #define DEATH_WITHIN 6 /* R15: 1.5 s */
-#define BLIND_WITHIN (COAST_TIME + LEVEL_MOVING_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* a step each for entering a rung */
+#define BLIND_WITHIN (COAST_TIME + LEVEL_MOVING_TIME + NEUTRAL_TIME + RELEASED_WITHIN + 3) /* one more step for entering each rung */
 
 /* The autopilot (protocol, sections 6.1, 7 and 11). */
 bit f = 1; bit ours; bit other; bit virtual_rc; bit asked_once; bit release_once;
-/* The line; and what telemetry said last. */
+/* The line, and the last values of telemetry. */
 bit line_in = 1; bit line_out = 1;
 byte silent; bit seen_f = 1; bit seen_ours; bit seen_virtual_rc;
 /* The program: AuthorityState, the ladder, the order to fly. */
@@ -26,16 +26,16 @@ bit alive = 1;
 byte stage = stage_ready; bit asked; byte requests; byte switches; bit owed; bit must_release;
 byte since_entry; byte since_request = SPACING; byte since_switch = SPACING;
 byte rung = rung_silent; byte rung_age; bit order; bit release_next; byte unused; bit pose = 1; bit fast;
-bit task;  /* AutopilotTask: the autopilot takes off or lands by the operator's order */
+bit task;  /* AutopilotTask: the autopilot takes off or lands on the operator's order */
 mtype = { no_answer_yet, is_done, is_again, is_refused };
 mtype answer = no_answer_yet;
 /* The keeper. */
 byte dead_for; byte rounds;
-byte event;  /* of this step */
-/* The examiners. */
+byte event;  /* the event of this step */
+/* State of the assertions in examine(). */
 bit lost; byte since_obtain = SPACING; byte obtains; byte held; byte blind; byte dead_held;
 
-/* Of one step only. */
+/* Values of one step only. */
 hidden int signs; hidden byte row; hidden byte to; hidden byte action; hidden byte ends_ask; hidden byte push;
 hidden byte wants; hidden byte hears; hidden byte shows; hidden byte leaves; hidden byte before; hidden int ladder_signs;
 
@@ -78,14 +78,14 @@ inline program_step() {
      answer = no_answer_yet
   :: else
   fi;
-  /* A question of start-up delays a release by one step of the program, of which 25 are in a step of this model. */
+  /* A request of start-up delays a release by one step of the program; a step of this model has 25 of them. */
   action = (action == ACT_REQUEST || action == ACT_SWITCH_ON -> action : ACT_NONE);
   wants = hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control;
   if
   :: action == ACT_NONE && !wants && (must_release || shows || (owed && !hears)) -> action = ACT_RELEASE
   :: else
   fi;
-  /* What leaves, and what the autopilot makes of it. */
+  /* What the program sends, and how the autopilot reacts. */
   if
   :: action == ACT_REQUEST ->
      assert(since_obtain >= SPACING);            /* R4: two seconds apart */
@@ -115,7 +115,7 @@ inline program_step() {
      fi
   :: else
   fi;
-  /* Counts that no row of the stage asks for are forgotten: fewer states. */
+  /* Resets counts that no row of the stage reads, to have fewer states. */
   since_entry = (stage == stage_confirming || stage == stage_enabling || stage == stage_listening || stage == stage_pausing ||
                  stage == stage_awaiting_telemetry -> since_entry : 0)
 }
@@ -126,7 +126,7 @@ inline ladder_step() {
     (rung == rung_coast && rung_age >= COAST_TIME -> L_COAST_OVER : 0) |
     (rung == rung_level && rung_age >= LEVEL_TIME && (!fast || (rung_age >= LEVEL_MOVING_TIME && !pose)) -> L_LEVEL_OVER : 0) |
     (rung == rung_release && rung_age >= NEUTRAL_TIME -> L_NEUTRAL_OVER : 0) | (order -> L_OPERATOR_ENGAGES : 0) | (task -> L_TASK_FLIES : 0);
-  rung_age = (rung == rung_level && task -> 0 : rung_age);  /* the time of level begins behind the task */
+  rung_age = (rung == rung_level && task -> 0 : rung_age);  /* the time of LEVEL begins after the task */
   signs = ladder_signs;
   before = rung;
   match_ladder();
@@ -140,18 +140,18 @@ inline ladder_step() {
   release_next = before == rung_release && rung == rung_silent && (ladder_signs & L_COMMANDABLE);
   unused = (stage == stage_in_control && rung == rung_silent -> (unused < UNUSED_TIME -> unused + 1 : UNUSED_TIME) : 0);
   release_next = release_next || unused == UNUSED_TIME;
-  task = task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control)  /* Pilotage sees that control is gone */
+  task = task && (hbit(ACQUIRING_STAGES, stage) || stage == stage_in_control)  /* Pilotage notices the loss of control */
 }
 
 inline examine() {
   leaves = alive && stage == stage_in_control && rung != rung_silent;
   assert(!(leaves && lost));                     /* R4: no control byte after loss */
   held = (alive && ours && !wants && WELL && !push -> held + 1 : 0);
-  assert(held <= RELEASED_WITHIN);               /* R15: what nobody wants goes back */
-  blind = (alive && ours && stage == stage_in_control && !pose && !task && WELL -> blind + 1 : 0);  /* a task needs none */
-  assert(blind <= BLIND_WITHIN);                 /* no pose: the ladder ends with the pilot */
+  assert(held <= RELEASED_WITHIN);               /* R15: control that the program does not want is given back */
+  blind = (alive && ours && stage == stage_in_control && !pose && !task && WELL -> blind + 1 : 0);  /* a task needs no pose */
+  assert(blind <= BLIND_WITHIN);                 /* without a pose, the ladder hands over to the pilot */
   dead_held = (!alive && ours && WELL && (rounds > 0 || dead_held > 0) -> dead_held + 1 : 0);
-  assert(dead_held <= DEATH_WITHIN)              /* R15: the keeper gives back */
+  assert(dead_held <= DEATH_WITHIN)              /* R15: the keeper gives control back */
 }
 
 inline begin_program() {
@@ -164,7 +164,7 @@ inline begin_program() {
 active proctype world() {
   do
   :: atomic {
-     if  /* at most one thing that is not usual */
+     if  /* at most one unusual event */
      :: event = 0
      :: f -> event = 1
      :: f && ours -> event = 21
@@ -200,7 +200,7 @@ active proctype world() {
      signs = 0; ladder_signs = 0; push = 0; action = ACT_NONE; wants = 0;
      if
      :: event == 1 -> f = 0; lose()               /* the pilot turns the mode switch */
-     :: event == 21 -> f = 0                      /* the same, and the autopilot does not care */
+     :: event == 21 -> f = 0                      /* the same, but the autopilot keeps the program in control */
      :: event == 2 -> f = 1
      :: event == 3 -> lose(); other = 1           /* the mobile app takes control */
      :: event == 4 -> other = 0
@@ -212,19 +212,19 @@ active proctype world() {
      :: event == 10 -> pose = !pose
      :: event == 11 -> ladder_signs = L_ESTIMATE_LOST
      :: event == 12 -> ladder_signs = L_UNSOUND
-     :: event == 13 -> lose(); push = 0; signs = A_RESTARTED    /* the autopilot restarts and says nothing */
+     :: event == 13 -> lose(); push = 0; signs = A_RESTARTED    /* the autopilot restarts without a message */
      :: event == 14 -> signs = A_PORT_BACK
      :: event == 15 -> signs = A_OWN_STALL
      :: event == 16 -> alive = 0; dead_for = 0; rounds = ROUNDS; rung = rung_silent; fast = 0; stage = stage_silent; answer = no_answer_yet; lost = 0; order = 0; task = 0; release_next = 0; held = 0; blind = 0
      :: event == 17 -> begin_program()
      :: event == 18 -> signs = A_NO_ANSWER
      :: event == 19 -> answer = no_answer_yet     /* the answer to the request is lost */
-     :: event == 20 -> order = 0                  /* the order to fly is too old */
-     :: event == 22 -> fast = !fast               /* the aircraft is too fast for the pilot, or so no longer */
+     :: event == 20 -> order = 0                  /* the order to fly expires */
+     :: event == 22 -> fast = !fast               /* the aircraft becomes too fast for a handover, or slow enough again */
      :: event == 23 -> ladder_signs = L_OUTSIDE
      :: event == 24 -> ladder_signs = L_PLACE_LOST
      :: event == 25 -> task = 1                   /* the operator orders a take-off, or a landing */
-     :: event == 26 -> task = 0; release_next = 1 /* it has failed, or the aircraft has landed */
+     :: event == 26 -> task = 0; release_next = 1 /* the task has failed, or the aircraft has landed */
      :: event == 27 -> task = 0                   /* the aircraft has taken off: the course begins */
      :: event == 28 -> ladder_signs = L_SWINGS_ON
      :: else

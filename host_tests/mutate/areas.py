@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which test programs judge a mutant of which files: first those of the part, then flights that use it."""
+"""Which test programs judge a mutant of which file: first those of its part, then flights that use the part."""
 FLIGHTS = ("scenario_ctl", "scenario_flight", "scenario_faults")
 
-# Beginning of the path, programs that judge first, programs that judge what those leave alive. First match counts.
+# Beginning of the path, programs that judge first, programs that judge the survivors. The first match counts.
 AREAS = (
     ("protocol/mavlink/", ("unit_mavlink", "property_mavlink", "golden_mavlink"), ("unit_link", "unit_order_line")),
     ("protocol/", ("unit_protocol", "unit_protocol_small_crc", "property_protocol", "golden_protocol"), ("unit_link", "golden_flight")),
@@ -37,19 +37,19 @@ AREAS = (
     ("hal/cortex_m/", ("unit_hal_cortex_m",), ()),
     ("hal/", ("unit_hal",), ("unit_link",)),
 )
-# Tests that do not judge: they take seconds, and what they hold is not the part's code but gains and the numbers of a table.
+# Tests that do not judge: they take seconds, and they check gains and the numbers of a table, not the part's code.
 UNASKED = {"unit_mpc": "Tuning.*:Margins.*:FlownMargins.*:GeneratedTable.*:*EveryBit.*:"
                         "TableFile.IsRefusedAfterAnyBitOfTheVehicleFile*",
            "property_mpc": "SetpointLaw.*"}
-# Not drawn: what no area above names, which is what only the installed program m100 runs (scenario.program and scenario.sticks
-# judge it, for minutes each); what runs on the image only; and generated numbers.
+# No mutants are drawn from files outside the areas above, which only the installed program m100 runs (scenario.program
+# and scenario.sticks would judge them, in minutes each), nor from the files below (image, generated numbers).
 LEFT_OUT = ("firmware/app/image/", "firmware/mpc/generated/", "firmware/link/farewell",
             "hal/cortex_m/exceptions", "hal/cortex_m/mps2", "hal/cortex_m/semihosting", "hal/cortex_m/stack_paint",
             "hal/cortex_m/startup", "hal/linux/watchdog")
 
 
 def programs_for(file):
-    """-> (first, then) or None where no program of the list judges the file."""
+    """-> (first, then), or None if no program of the list judges the file."""
     if file.startswith(LEFT_OUT):
         return None
     for beginning, first, then in AREAS:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Builds a test program with one file changed, and runs it: compiles only the objects that read the file, links past the libraries.
+"""Builds a test program with one changed file, and runs it. Only the objects that read the file are compiled.
 
-Nothing of the build that stands is written: a changed object goes into a folder of its own and stands before the libraries on the
-linker's line, so that the sound one in its library is not asked for.
+The existing build is not modified: changed objects go into a folder of their own and precede the libraries on the
+linker's command line, so that the linker does not take the original object from its library.
 """
 import dataclasses
 import hashlib
@@ -17,17 +17,17 @@ import sys
 
 from mutate import areas
 
-# A test program may take so many times the processor time that it takes on the sound code, and this more: what takes longer hangs.
+# A test program counts as hanging after TIMES the processor time that it takes on the unchanged code, plus MORE_S.
 TIMES, MORE_S = 10.0, 20.0
-# A test that waits for something that never comes takes no processor time. Only for that: how busy the machine is decides nothing.
+# Real time, only for a test that waits for ever and takes no processor time; long enough for a busy machine.
 WAITS_S = 300
-# The programs behind the part's own do not judge a header for which more objects of theirs would have to be compiled.
+# Programs other than the part's own do not judge a header if more than this many of their objects had to be compiled.
 MOST_OBJECTS = 4
-NEAREST = 3  # test files of a header's mutant that are built and run before the others
+NEAREST = 3  # number of test files that are built and run before the others
 
 
 def spent_s():
-    """Processor time of everything that was started here and has ended."""
+    """Processor time of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -41,7 +41,7 @@ class Link:
 
 
 class Bench:
-    """@param home where what is known of the sound programs is kept, for the next run."""
+    """@param home folder that keeps the processor times of the unchanged programs for the next run."""
 
     def __init__(self, root, build, home, jobs):
         self.root, self.build, self.out, self.jobs = root, build, home / "changed", jobs
@@ -57,7 +57,7 @@ class Bench:
         return subprocess.run(["ninja", "-C", self.build, *words], capture_output=True, text=True, check=True).stdout
 
     def _who_reads(self):
-        """-> {file of the tree: {object}} of what is built now."""
+        """-> {file of the tree: {object that reads it}}, for the present build."""
         out, made = {}, ""
         beginning = f"{self.root}/"
         for line in self._ninja("-t", "deps").splitlines():
@@ -76,12 +76,12 @@ class Bench:
         return self.archives[archive]
 
     def object_of(self, file):
-        """-> the object of a source in its library, or None: it is a header."""
+        """-> the object of a source in its library, or None for a header."""
         mine = [made for made, command in self.commands.items() if command.endswith(f" -c {self.root / file}")]
         return next((made for made in mine if not made.startswith("host_tests/")), None)
 
     def path(self, program):
-        """Where the build puts the program: some stand in a folder of their own, as golden_flight does."""
+        """Path of the program in the build; some have a folder of their own, for example golden_flight."""
         if program not in self.paths:
             said = [line.strip() for line in self._ninja("-t", "query", program).splitlines()]
             self.paths[program] = next(word for word in said if pathlib.Path(word).name == program)
@@ -103,7 +103,7 @@ class Bench:
         return [word for word in link.own if word in readers], [word for word in link.of_libraries if word in readers]
 
     def compiled(self, made):
-        """-> the changed object, or None where it does not compile. What reads a changed header is compiled with -O1: many do."""
+        """-> the changed object, or None if it does not compile. A changed header means -O1, because many read it."""
         changed = self.out / made
         if not changed.is_file():
             changed.parent.mkdir(parents=True, exist_ok=True)
@@ -113,11 +113,11 @@ class Bench:
         return changed
 
     def same_code(self, objects):
-        """Whether the compiler makes the same of the changed file: then no test can notice the change."""
+        """Whether the changed file compiles to the same objects: then no test can notice the change."""
         return all((self.out / made).read_bytes() == (self.build / made).read_bytes() for made in objects)
 
     def linked(self, program, changed, left_out=()):
-        """-> the program with the changed objects, without its own objects that are left out."""
+        """-> the program linked with the changed objects and without the objects in left_out."""
         link, out = self.link_of(program), self.out / program
         words = []
         for word in shlex.split(link.command):
@@ -129,7 +129,7 @@ class Bench:
         return out if subprocess.run(words, cwd=self.build, capture_output=True, check=False).returncode == 0 else None
 
     def run(self, path, program, gtest_filter="*"):
-        """-> whether it fails, hangs, or dies."""
+        """-> whether it fails, hangs, or crashes."""
         limit_s = int(TIMES * self.usual_s.get(program, 600.0) + MORE_S)
         unasked = areas.UNASKED.get(program, "")
         command = [str(path), "--gtest_brief=1", "--gtest_fail_fast", f"--gtest_filter={gtest_filter}-{unasked}"]
@@ -141,18 +141,18 @@ class Bench:
             return True
 
     def make_ready(self, program):
-        """Builds the program from the code as it is, which has to pass, and notes what that takes; the next run knows it."""
+        """Builds the program from the unchanged code, which has to pass, and keeps its processor time."""
         if program in self.ready:
             return
         if subprocess.run(["ninja", "-C", self.build, "-j", str(self.jobs), program], stdout=subprocess.DEVNULL,
                           check=False).returncode != 0:
-            sys.exit(f"The code as it is does not build: {program}")
+            sys.exit(f"The unchanged code does not build: {program}")
         path = self.build / self.path(program)
         key = f"{program} {hashlib.sha256(path.read_bytes()).hexdigest()}"
         if key not in self.usual_s:
             before_s = spent_s()
             if self.run(path, program):
-                sys.exit(f"The code as it is fails: {program}")
+                sys.exit(f"The unchanged code fails its tests: {program}")
             self.usual_s[key] = round(spent_s() - before_s, 2)
             self.sound_file.write_text(json.dumps(self.usual_s, indent=1) + "\n")
         self.usual_s[program] = self.usual_s[key]
@@ -160,7 +160,7 @@ class Bench:
         self.ready.add(program)
 
     def nearest(self, program, file):
-        """-> [objects of tests] of the file's own name, and for a header of those that read it; [] where none is near."""
+        """-> [object of tests] with the file's name, then those that read the file (a header); [] if there are none."""
         stem, readers = pathlib.Path(file).stem, self.reads.get(file, set())
         tests = [made for made in self.link_of(program).own if self.suites_of(made)]
         near = [made for made in tests if stem in pathlib.Path(made).name]
@@ -168,7 +168,7 @@ class Bench:
         return near[:NEAREST]
 
     def suites_of(self, made):
-        """The gtest filter of the tests of an object, or "" where it has none."""
+        """-> the GoogleTest filter of the tests in an object, or "" if it has none."""
         source = re.search(r" -c (\S+)$", self.commands[made])[1]
         names = re.findall(r"^(?:TYPED_)?TEST(?:_[FP])?\((\w+),", pathlib.Path(source).read_text(), re.MULTILINE)
         return ":".join(f"{name}.*:*/{name}.*:{name}/*" for name in dict.fromkeys(names))

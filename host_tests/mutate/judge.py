@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Judges one mutant with as little work as will do: the nearest tests first, and an end at the first that fails."""
+"""Judges one mutant with as little work as possible: the nearest tests run first, and the first failure ends it."""
 import hashlib
 import json
 import os
@@ -23,7 +23,7 @@ def all_compile(machine, objects):
 
 
 def by_nearest(machine, program, file, changed):
-    """-> whether the tests nearest to the file notice the mutant, linked without the other tests, which need not be built."""
+    """-> whether the tests nearest to the file notice the mutant. Linked without the other tests, to save builds."""
     near = machine.nearest(program, file)
     others = [made for made in machine.link_of(program).own if machine.suites_of(made) and made not in near]
     mine = [made for made in changed if made not in others]
@@ -34,7 +34,7 @@ def by_nearest(machine, program, file, changed):
 
 
 def by_program(machine, program, file):
-    """-> the verdict of one program: its name, where it notices; SAME_CODE; NOT_COMPILED; ALIVE."""
+    """-> the verdict of one program: its name if it notices the mutant, otherwise SAME_CODE, NOT_COMPILED or ALIVE."""
     own, deep = machine.touched(program, file)
     if not all_compile(machine, deep):
         return NOT_COMPILED
@@ -51,7 +51,7 @@ def by_program(machine, program, file):
 
 
 class Planted:
-    """The mutant in the copy of the tree, for as long as a `with` lasts; the file's time stays, so that nothing is built again."""
+    """Holds the mutant in the copy of the tree during a `with`; then restores the file and its time stamp."""
 
     def __init__(self, root, mutant):
         self.path, self.mutant = root / mutant.file, mutant
@@ -72,7 +72,7 @@ def verdict_on(machine, mutant, part_only):
     machine.level = " -O1" if mutant.file.endswith(".h") else ""
     made = machine.object_of(mutant.file)
     if made is not None:
-        with Planted(machine.root, mutant):  # before a program is built that need not judge it
+        with Planted(machine.root, mutant):  # before any program is built: it may not be needed
             if machine.compiled(made) is None:
                 return NOT_COMPILED
     for stage, programs in enumerate(stages_for(mutant.file, part_only)):
@@ -85,7 +85,7 @@ def verdict_on(machine, mutant, part_only):
                 said.append(by_program(machine, program, mutant.file))
             if said[-1] not in (ALIVE, SAME_CODE):
                 return said[-1]
-    # Of a header other programs may make more: only of a source does the same code say all.
+    # SAME_CODE of these programs is final for a source; other programs could still compile a header to different code.
     return SAME_CODE if said and all(verdict == SAME_CODE for verdict in said) else ALIVE
 
 
@@ -94,21 +94,21 @@ def digest(path):
 
 
 class Kept:
-    """The verdicts so far, in a file: a run goes on where the last one ended. One is asked again when its file has changed."""
+    """The verdicts so far, in a file, for the next run. A verdict is void when the mutant's file has changed."""
 
     def __init__(self, file, root, copy):
         self.file, self.root, self.copy = file, root, copy
         self.verdicts = json.loads(file.read_text()) if file.is_file() else {}
 
     def get(self, mutant, part_only):
-        """-> the verdict, or None: not judged as the file is now, or not by the programs behind the part's own."""
+        """-> the verdict, or None: the file has changed since, or only the part's own tests have judged a survivor."""
         kept = self.verdicts.get(mutant.name())
         if not kept or kept["file"] != digest(self.root / mutant.file):
             return None
         return None if kept["verdict"] == ALIVE and kept["part"] and not part_only else kept["verdict"]
 
     def put(self, mutant, verdict, part_only, seconds):
-        """@param mutant as it was judged, in the copy"""
+        """@param mutant as it was judged in the copy."""
         self.verdicts[mutant.name()] = {"verdict": verdict, "file": digest(self.copy / mutant.file), "part": part_only,
                                         "processor_s": round(seconds, 1)}
         new = self.file.with_suffix(".new")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Changes of one place of a C++ source that a test ought to notice: operators, constants, returned values, statements."""
+"""Makes mutants: changes of one place of a C++ source (operator, constant, return value, statement) for a test to notice."""
 import dataclasses
 import re
 
@@ -25,7 +25,7 @@ SWAPS = {
 NUMBER = re.compile(r"(?<![\w.'])(\d+\.\d*(?:e-?\d+)?F?|\d+U?)(?![\w.'])")
 STATEMENT = re.compile(r"^(?:\+\+|--)?[a-z_][\w.\->\[\]]*(?:\(.*\)| [+\-*/|&]?= .*|\+\+|--)?;$")
 RETURN = re.compile(r"^return (.+);$")
-# No mutant of these is worth a build: they are not code, or the compiler judges them.
+# Lines without mutants: they are not code, or the compiler checks them.
 SKIPPED = re.compile(r"^\s*(?:#|//|\*|/\*|using |namespace |template|static_assert|friend|public|private|protected|extern|"
                      r"class |struct |enum |M100_|\"|case |default:|typename)|operator[^ ]* |static_assert|M100_ASSERT")
 
@@ -47,7 +47,7 @@ def of_line(file, number, line):
     code = without_comment(line)
     if SKIPPED.search(code) or not code.strip():
         return []
-    bare = re.sub(r'"(?:[^"\\]|\\.)*"', lambda text: "\x00" * len(text[0]), code)  # nothing inside texts
+    bare = re.sub(r'"(?:[^"\\]|\\.)*"', lambda text: "\x00" * len(text[0]), code)  # no mutants inside string literals
 
     def mutant(operator, start, end, text):
         return Mutant(file, number, operator, code.strip(), (code[:start] + text + code[end:]).strip())
@@ -60,7 +60,7 @@ def of_line(file, number, line):
     out += [mutant("constant", found.start(), found.end(), changed_number(found[0])) for found in NUMBER.finditer(bare)]
     statement = code.strip()
     if STATEMENT.match(statement) and not statement.startswith(("return", "break", "continue", "using", "delete")):
-        if statement.count("(") == statement.count(")"):  # no end of a longer one
+        if statement.count("(") == statement.count(")"):  # not the end of a longer statement
             out.append(Mutant(file, number, "statement", statement, ";"))
     returned = RETURN.match(statement)
     if returned:
@@ -71,7 +71,7 @@ def of_line(file, number, line):
 
 
 def of_file(root, file):
-    """-> [Mutant] of a file, without its block comments."""
+    """-> [Mutant] of a file; block comments are skipped."""
     out, inside = [], False
     for number, line in enumerate((root / file).read_text().splitlines(), 1):
         starts = "/*" in line
@@ -82,7 +82,7 @@ def of_file(root, file):
 
 
 def planted(text, mutant):
-    """-> the file's text with the mutant in it. Its line has to be the one that it was made from."""
+    """-> the file's text with the mutant in it. ValueError if its line has changed."""
     lines = text.split("\n")
     line = lines[mutant.line - 1]
     if without_comment(line).strip() != mutant.before:

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a change of the active set costs on the processor itself: instructions of one solve of the preview law in float,
-// the worst for each number of changes, over random programs of the shipped vehicle that jump from one to the next, so
-// that the kept set helps in some and misleads in others. Read by host_tests/figures (image.active_set), which prices
-// the cap from it.
+// Measures on the processor what a change of the active set costs: the most instructions of one solve of the preview
+// law in float, for each number of changes. The random programs of the shipped vehicle jump from one to the next, so
+// that the kept active set helps in some and misleads in others. host_tests/figures (image.active_set) reads the output
+// and derives the cost of the cap from it.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -18,8 +18,8 @@ using namespace m100;
 using hal::print;
 
 constexpr int kPrograms = 20000;
-constexpr std::size_t kMostChanges = 2 * mpc::kMaxChanges;  // of two tries
-constexpr std::int64_t kInstructionsPerCycle = 40;          // -icount shift=0: 1 ns an instruction, 40 ns a cycle
+constexpr std::size_t kMostChanges = 2 * mpc::kMaxChanges;  // two tries per solve
+constexpr std::int64_t kInstructionsPerCycle = 40;          // -icount shift=0: 1 ns per instruction, 40 ns per cycle
 
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
 
@@ -37,7 +37,7 @@ float random_number(float size) {
   return size * (static_cast<float>(state >> 8U) / 8388608.F - 1.F);
 }
 
-/// Far and fast on purpose: limits bind nearly everywhere, or hardly.
+/// Distances and speeds are large on purpose, or small: limits bind nearly everywhere, or hardly ever.
 mpc::Problem<float> random_program() {
   mpc::Problem<float> program;
   const float size = random_number(1.F) > 0.F ? 1.F : 0.2F;

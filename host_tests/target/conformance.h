@@ -13,10 +13,10 @@
 
 namespace m100::target {
 
-// What every machine must do, whoever wrote its hal: the same checks run on the PC against the mock and Linux, and on a
-// board against its registers. No heap, no exceptions, no recursion.
+// Checks that the hal of every machine must pass. They run on the PC against the mock and Linux, and on a board against
+// its registers. No heap, no exceptions, no recursion.
 
-/// Where the results go.
+/// Receives the results.
 class Report {
  public:
   Report(const Report&) = delete;
@@ -28,12 +28,12 @@ class Report {
   ~Report() = default;
 };
 
-/// One direction of a cable, filled with bytes that no loss and no doubling leaves in step.
+/// One direction of a cable. The bytes form a pseudo-random sequence, so that a lost or doubled byte shows.
 class Direction {
  public:
   Direction(hal::Uart& from, hal::Uart& to, std::uint32_t seed) : from_(from), to_(to), sent_(seed), wanted_(seed) {}
 
-  /// Sends what there is room for, at most `ahead` bytes more than have arrived, and takes what has come.
+  /// Sends as much as fits, at most `ahead` bytes more than have arrived, and reads what has arrived.
   void step(std::size_t most, std::size_t ahead) {
     while (written_ < most && written_ - read_ < ahead) {
       const std::byte value = static_cast<std::byte>(sent_ >> 24U);
@@ -66,14 +66,14 @@ class Direction {
   bool good_ = true;
 };
 
-/// True when the receiver has counted nothing, or cannot count.
+/// @returns true if the receiver has counted no error, or cannot count.
 inline bool is_clean(const hal::Uart& uart) {
   return uart.line_errors().value_or(hal::LineErrors{}) == hal::LineErrors{};
 }
 
-/// Two UARTs joined by a cable, nothing on it.
-/// @param ahead bytes that may be on their way: half of the smaller ring. @param wait lets a little time pass; false:
-/// long enough.
+/// Checks two UARTs that are joined by a cable; no byte may be on its way.
+/// @param ahead bytes that may be on their way: half of the smaller ring.
+/// @param wait lets a little time pass; returns false when it has waited long enough.
 template <typename Wait>
 void check_cable(hal::Uart& a, hal::Uart& b, std::size_t ahead, Wait wait, Report& report) {
   constexpr std::size_t kBytes = 4096;
@@ -92,7 +92,7 @@ void check_cable(hal::Uart& a, hal::Uart& b, std::size_t ahead, Wait wait, Repor
   report.check("the receivers have counted no error", is_clean(a) && is_clean(b));
 }
 
-/// Writes to a full sender: it takes a part, then nothing, never blocks, and works on when there is room again.
+/// Writes to a full sender: it must take a part, then nothing, never block, and take bytes again when there is room.
 /// @param piece more than the sender holds.
 template <typename Wait>
 void check_full_sender(hal::Uart& a, hal::Uart& b, std::span<const std::byte> piece, Wait wait, Report& report) {
@@ -109,7 +109,7 @@ void check_full_sender(hal::Uart& a, hal::Uart& b, std::span<const std::byte> pi
   }
 }
 
-/// @param step what a sleep is measured with; the clock's own period, or a few of them.
+/// @param step the unit of the sleeps: the clock's own period, or a few of them.
 inline void check_clock(hal::Clock& clock, core::Duration step, Report& report) {
   constexpr int kSteps = 10;
   const core::TimePoint start = clock.now();
@@ -130,7 +130,7 @@ inline void check_clock(hal::Clock& clock, core::Duration step, Report& report) 
   report.check("a deadline that has passed is no deadline", clock.now() >= before);
 }
 
-/// @param bites how often the watchdog has interrupted the program so far; its handler must feed it.
+/// @param bites returns how often the watchdog has interrupted the program so far; its handler must feed it.
 template <typename Bites>
 void check_watchdog(hal::Watchdog& watchdog, hal::Clock& clock, Bites bites, Report& report) {
   constexpr core::Duration kPatience = std::chrono::milliseconds(20);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a program that breaks leaves behind: argument assertion | undefined | address | overflow | interrupt | abort |
-// hang | fed.
+// Fails in one chosen way, so that a test can check the exit status and the text. Argument: assertion | undefined |
+// address | overflow | interrupt | abort | hang | fed.
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -17,14 +17,14 @@ namespace {
 
 m100::hal::SysTickClock* system_clock = nullptr;
 
-/// Deviation: a recursion without an end, to overflow the stack.
+/// Deviation: an endless recursion, to overflow the stack.
 [[gnu::noinline]] std::uint32_t dig(std::uint32_t depth) {
   std::array<volatile std::uint32_t, 64> frame;
   frame[depth % 64] = depth;
   return depth == 0xFFFFFFFFU ? 0 : dig(depth + 1) + frame[depth % 64];
 }
 
-/// A watchdog of 20 ms; fed in each of 8 periods of 10 ms, or never.
+/// Starts a watchdog of 20 ms and feeds it in each of 8 periods of 10 ms, or never.
 void hang(bool fed) {
   using namespace m100;
   static hal::SysTickClock clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);

@@ -21,7 +21,7 @@ std::size_t depth = 0;
 std::size_t running = kNobody;
 std::uint32_t since = 0;
 
-/// Of the 24 bits of the timer, which counts down; a tick is far shorter than its period.
+/// Cycles since `since`. The timer has 24 bits and counts down; a tick is far shorter than its period.
 std::uint32_t elapsed() {
   const std::uint32_t now = hal::mps2::systick().value;
   const std::uint32_t reload = hal::mps2::systick().reload;
@@ -48,7 +48,8 @@ const std::array<std::uint32_t, kParts>& end_parts() {
 
 using namespace m100::target;
 
-// Between a call and its function: arguments and results may be in the registers of the FPU, so these two use none.
+// The two functions run between a call and the called function. Arguments and results may be in FPU registers, so they
+// use none.
 extern "C" {
 [[gnu::target("general-regs-only")]] void m100_part_begins(std::size_t part, std::uint32_t return_address) {
   cycles[running] += elapsed();
@@ -65,7 +66,7 @@ extern "C" {
 }
 }
 
-// The stack is as the caller left it when the function begins: some arguments lie there.
+// The called function must find the stack as the caller left it, because some arguments lie there.
 #define M100_PART(number, name)
 #define M100_PROBE(number, symbol)                                                                      \
   asm(".pushsection .text.probes, \"ax\", %progbits\n.syntax unified\n.thumb\n.balign 2\n.thumb_func\n" \

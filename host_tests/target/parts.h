@@ -6,8 +6,9 @@
 #include <cstdint>
 #include <string_view>
 
-// How many cycles of the system timer each part of a tick takes, measured in the flight program's own object code: the
-// linker leads the calls between its files through trampolines (--wrap) that read the timer and change nothing else.
+// Measures the cycles of the system timer that each part of a tick takes, in the object code of the flight program
+// itself. The linker routes the calls between its files through trampolines (--wrap) that read the timer and change
+// nothing else.
 namespace m100::target {
 
 inline constexpr std::size_t kParts = 12;
@@ -19,9 +20,9 @@ inline constexpr std::array<std::string_view, kParts> kPartNames{
 #undef M100_PROBE
 };
 
-/// Begins to count. What a part calls of another one counts for the other.
+/// Begins to count. A call into another part is counted for that other part.
 void begin_parts();
-/// Ends it. @returns the cycles of each part since begin_parts().
+/// Ends the count. @returns the cycles of each part since begin_parts().
 const std::array<std::uint32_t, kParts>& end_parts();
 
 }  // namespace m100::target

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The recorded flight on the processor itself: arguments TAPE hash|cost|hostile|profile.
-//   hash     one SHA-256 for each scalar (promise R6)
+// Replays the recorded flight on the processor: arguments TAPE hash|cost|hostile|profile.
+//   hash     one SHA-256 for each scalar type (promise R6)
 //   cost     instructions of each tick of the float build without a log (promise R7): best, median, worst
-//   hostile  the same, with what tape_player.h adds
-//   profile  where those instructions go: addresses sampled by the system timer, for linker/profile_report.py
+//   hostile  the same, with the hostile bytes of tape_player.h
+//   profile  where those instructions are spent: addresses sampled by the system timer, for linker/profile_report.py
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -23,7 +23,7 @@ std::array<std::uint32_t, 20000> cost_cycles;
 
 volatile bool in_tick = false;
 
-/// @returns ticks replayed.
+/// @returns the number of ticks replayed.
 template <typename T, typename S>
 std::size_t replay(golden::TapeFlight<T, S>& flight, std::string_view path, bool hostile = false) {
   return target::play(flight, path, hostile, [&flight](std::size_t tick) {
@@ -55,7 +55,7 @@ bool print_cost(std::string_view path, bool hostile) {
     return false;
   }
   std::sort(cost_cycles.begin(), cost_cycles.begin() + static_cast<std::ptrdiff_t>(ticks));
-  constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns an instruction, 40 ns a cycle
+  constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns per instruction, 40 ns per cycle
   print("tick_instructions best ");
   print(kInstructionsPerCycle * cost_cycles[0]);
   print(" median ");
@@ -66,7 +66,7 @@ bool print_cost(std::string_view path, bool hostile) {
   return true;
 }
 
-/// Where the processor was, and where it would return to: a library function is charged to its caller.
+/// Program counter and return address: a library function is charged to its caller.
 struct Sample {
   std::uint32_t pc;
   std::uint32_t lr;
@@ -76,7 +76,7 @@ std::size_t sample_count = 0;
 
 bool print_profile(std::string_view path) {
   static golden::TapeFlight<float, float> flight(false, true);
-  constexpr std::uint32_t kSamplingCycles = 97;  // prime, so that it does not beat with the tick
+  constexpr std::uint32_t kSamplingCycles = 97;  // prime, so that the samples do not stay in phase with the tick
   hal::mps2::systick().reload = kSamplingCycles - 1;
   hal::mps2::systick().value = 0;
   const std::size_t ticks = replay(flight, path);
@@ -109,7 +109,7 @@ void on_system_timer(const std::uint32_t* frame) {
 
 int main() {
   system_clock.start();
-  // Each argument is a view into the same buffer: the tape's name is fetched last.
+  // All arguments are views into the same buffer, so the name of the tape is fetched last.
   const std::string_view mode = hal::argument(2);
   const bool cost = mode == "cost";
   const bool hostile = mode == "hostile";

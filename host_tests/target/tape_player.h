@@ -11,14 +11,14 @@
 #include "host_tests/golden/flight/tape.h"
 #include "protocol/crc.h"
 
-// Plays a tape from a file of the emulator's host into the flight program.
+// Plays a tape, a file of the emulator's host, into the flight program.
 namespace m100::target {
 
-/// As much of a 921600 baud line as the program takes in one tick.
+/// The most bytes that the program takes from a 921600 baud line in one tick.
 inline constexpr std::size_t kHostileBytes = link::SerialLink::kBatchBytes;
 
-/// What a line can do to a parser, in turn: only start bytes; headers with a good checksum and the longest length, one
-/// after the other; noise.
+/// Damaged bytes that burden a parser, in turn: only start bytes; headers with a valid checksum and the greatest
+/// length, one after the other; noise.
 inline std::byte hostile_byte(std::size_t tick, std::size_t at) {
   static std::uint32_t noise = 1;
   constexpr std::array<std::byte, 10> kHeader{std::byte{0xAA}, std::byte{0xFF}, std::byte{0x03}};
@@ -38,7 +38,7 @@ inline std::byte hostile_byte(std::size_t tick, std::size_t at) {
 
 inline void put_hostile_bytes_first(golden::TapeTick& tick, std::size_t number) {
   const std::size_t recorded = tick.head.autopilot_bytes;
-  const std::size_t more = recorded < kHostileBytes ? kHostileBytes - recorded : 0;  // the telemetry still gets through
+  const std::size_t more = recorded < kHostileBytes ? kHostileBytes - recorded : 0;  // the recorded telemetry follows
   std::copy_backward(tick.autopilot.begin(), tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded),
                      tick.autopilot.begin() + static_cast<std::ptrdiff_t>(recorded + more));
   for (std::size_t i = 0; i < more; ++i) {
@@ -47,9 +47,9 @@ inline void put_hostile_bytes_first(golden::TapeTick& tick, std::size_t number) 
   tick.head.autopilot_bytes = static_cast<std::uint16_t>(recorded + more);
 }
 
-/// Calls on_tick(number), which must let the flight make its tick, for each tick of the tape.
-/// @param hostile once the program is in control, what it can take in a tick is filled up with damaged bytes before the
-///   recorded ones, and the goals of its course jump so far and so often that the quadratic programs are at their
+/// Calls on_tick(number) for each tick of the tape; it must run one tick of the flight.
+/// @param hostile once the program is in control, fills each tick up to kHostileBytes with damaged bytes before the
+///   recorded ones, and replaces the course by moves so far and so frequent that the quadratic programs are at their
 ///   limits
 /// @returns the number of ticks; 0: no such file.
 template <typename T, typename S, typename OnTick>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Instructions of a tick by part (promise R7): arguments TAPE flight|hostile. For each part the share of the ticks in
-// which it runs, the median of those, and the worst. The last part needs a log, which the image flies without: it is
-// measured in a run of its own.
+// Prints the instructions of a tick by part (promise R7): arguments TAPE flight|hostile. For each part: the share of
+// the ticks in which it runs, the median of those, and the worst. The last part needs a log, which the image does not
+// have in flight, so it is measured in a separate run.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ using namespace m100;
 using hal::print;
 
 constexpr std::size_t kMostTicks = 20000;
-constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns an instruction, 40 ns a cycle
+constexpr std::int64_t kInstructionsPerCycle = 40;  // -icount shift=0: 1 ns per instruction, 40 ns per cycle
 
 hal::SysTickClock system_clock(hal::mps2::systick(), hal::mps2::kClock_hz, 10000);
 std::array<std::array<std::uint32_t, kMostTicks>, target::kParts> cycles;
@@ -66,7 +66,7 @@ extern "C" void SysTick_Handler() { system_clock.on_period(); }
 
 int main() {
   system_clock.start();
-  // Each argument is a view into the same buffer: the tape's name is fetched last.
+  // All arguments are views into the same buffer, so the name of the tape is fetched last.
   const bool hostile = hal::argument(2) == "hostile";
   const std::string_view path = hal::argument(1);
   const std::size_t ticks = fly(false, path, hostile);

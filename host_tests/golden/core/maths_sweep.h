@@ -9,7 +9,8 @@
 
 namespace m100::golden {
 
-/// Fixed arguments from an integer generator, so that no machine's own arithmetic chooses them.
+/// Fixed arguments from an integer generator, so that they do not depend on the floating-point arithmetic of the
+/// machine.
 template <typename T>
 class Arguments {
  public:
@@ -47,7 +48,7 @@ HashText maths_sweep(int rounds) {
   return hash.finish();
 }
 
-/// Rounds of the published hashes, and the hashes: computed once on x86-64, the same on every machine since.
+/// Number of rounds and the published hashes: computed once on x86-64, and the same on every machine since then.
 inline constexpr int kSweepRounds = 2000;
 inline constexpr std::string_view kSweepOfDouble = "6439f90f7a51de54870788ab9d66d091facb72130127c5d0df2dd813ce7500ff";
 inline constexpr std::string_view kSweepOfFloat = "13648c93e7c75f816a2f8eba27ea70e36b5e64f2835ebc4ffcab0816038398e8";

@@ -6,7 +6,7 @@
 namespace m100::golden {
 namespace {
 
-// Would catch: a call of libm, a contraction to a fused multiply-add, a changed coefficient, on the machine at hand.
+// Would catch: a call of libm, a contraction to a fused multiply-add, or a changed coefficient on this machine.
 TEST(MathsSweep, DoubleHasTheBitsOfEveryOtherMachine) {
   RecordProperty("promise", "R6");
   EXPECT_EQ(view(maths_sweep<double>(kSweepRounds)), kSweepOfDouble);

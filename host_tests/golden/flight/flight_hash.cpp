@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// flight_hash TAPE: prints one SHA-256 of the replayed flight for each scalar (promise R6).
+// flight_hash TAPE: replays a flight and prints its SHA-256 for each scalar type (promise R6).
 #include <cstdio>
 #include <fstream>
 #include <memory>

@@ -13,16 +13,17 @@
 #include "host_tests/golden/flight/tape.h"
 #include "host_tests/golden/flight/unlogged.h"
 
-// Flights that are kept as what the program received, and the hash of what it made of it, second by second: a change of
-// one bit of the estimate, of a command, of a byte on the wire or of what the supervisor was told is seen. Whoever
-// means such a change writes the table anew (`kept_flights`), and the commit shows which flights it touches.
+// A kept flight is the recorded input of the program and, second by second, the hash of what the program computed from
+// it. A change of one bit in an estimate, in a command, in a byte on the wire or in an observation of the supervisor is
+// seen. After an intended change the table is written anew (`kept_flights`), and the commit shows which flights it
+// touches.
 namespace m100::golden {
 
-/// Courses that need everything that a trajectory is made of.
+/// Two courses that together use every kind of piece that a trajectory has.
 enum class KeptCourse : std::uint8_t { kSteps, kWays };
 
 struct KeptFlight {
-  const char* name;  ///< of its tape, too
+  const char* name;  ///< also the name of its tape
   link::Channel channel = link::Channel::kVirtualRc;
   KeptCourse course = KeptCourse::kSteps;
   mpc::Law law = mpc::Law::kMpc;
@@ -30,7 +31,7 @@ struct KeptFlight {
   bool excites = false;
 };
 
-/// What happens in each, and when, stands in record_kept.cpp.
+/// record_kept.cpp says what happens in each flight, and when.
 inline constexpr std::array kKeptFlights{
     KeptFlight{.name = "ways", .course = KeptCourse::kWays},
     KeptFlight{.name = "movement", .channel = link::Channel::kMovement, .course = KeptCourse::kWays},
@@ -45,7 +46,7 @@ inline constexpr std::array kKeptFlights{
     KeptFlight{.name = "excited", .excites = true},
 };
 
-/// Right, left, right on each stick in turn.
+/// The configuration of a kept flight. Its excitation moves each stick in turn right, left and right.
 inline app::FlightConfig config_of(const KeptFlight& flight) {
   static constexpr std::array<std::int16_t, 30> kCounts = [] {
     std::array<std::int16_t, 30> counts{};
@@ -72,7 +73,7 @@ inline app::FlightConfig config_of(const KeptFlight& flight) {
   return config;
 }
 
-/// Begins at 1.5 m above the origin.
+/// Lays the course; it begins 1.5 m above the origin.
 template <typename T>
 core::Status lay_kept_course(KeptCourse kind, ref::Trajectory<T>& course) {
   using namespace std::chrono_literals;
@@ -102,7 +103,8 @@ core::Status lay_kept_course(KeptCourse kind, ref::Trajectory<T>& course) {
   return core::Status::kOk;
 }
 
-/// The first 8 digits of the hash after each second, and at the end; "incomplete" where the tape could not be flown.
+/// The first 8 digits of both hashes (log; unlogged values) after each second and at the end; "incomplete" if there is
+/// no hash.
 template <typename T, typename S>
 std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesystem::path& tape) {
   std::ifstream file(tape, std::ios::binary);
@@ -134,7 +136,7 @@ std::vector<std::string> seconds_of(const KeptFlight& kept, const std::filesyste
   return out;
 }
 
-/// One line of the table for each scalar: flight, scalar, then the seconds.
+/// The lines of the table, one per scalar type: flight, scalar, then the seconds.
 inline std::vector<std::string> lines_of(const KeptFlight& kept, const std::filesystem::path& folder) {
   const std::filesystem::path tape = folder / (std::string(kept.name) + ".tape");
   const auto line = [&kept](const char* scalar, const std::vector<std::string>& seconds) {

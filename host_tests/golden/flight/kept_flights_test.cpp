@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What flies is known to the last bit, on every machine: nobody changes it without saying so.
+// The kept flights must be flown to the last bit as they were, on every machine. A change of the flight code cannot
+// pass unnoticed.
 #include "host_tests/golden/flight/kept_flights.h"
 
 #include <gtest/gtest.h>

@@ -13,7 +13,7 @@ namespace {
 
 using namespace m100;
 
-/// What is different from a calm flight, and what happens: `t_s` is since control was asked for.
+/// How a flight differs from a calm one: its plant and its events. `t_s` counts from the request for control.
 struct Story {
   double seconds;
   void (*spoil)(sim::Plant& plant);
@@ -26,7 +26,7 @@ bool at(int tick, double t_s) { return tick == static_cast<int>(t_s * 100.0 + 0.
 
 std::uint32_t stops_at_9(sim::World&, int tick) { return at(tick, 9.0) ? 2 : 0; }
 
-/// The poses stay away for 0.3 s, then for good; they come back, and the operator asks again.
+/// The poses drop out for 0.3 s and later for 3 s; then they come back, and the operator asks for control again.
 std::uint32_t loses_poses(sim::World& world, int tick) {
   if (at(tick, 2.5) || at(tick, 4.0)) {
     world.pose_source().set_faults({.silent = true});
@@ -60,7 +60,8 @@ std::uint32_t lies_about_tilt(sim::World& world, int tick) {
   return 0;
 }
 
-/// Bits flip both ways, then the switch leaves F and comes back, then the autopilot restarts.
+/// Bits flip on the lines from the autopilot and from the pose source; then the mode switch leaves F and comes back;
+/// then the autopilot restarts.
 std::uint32_t breaks_the_line(sim::World& world, int tick) {
   if (at(tick, 1.0)) {
     world.autopilot_line().b_to_a().set_faults({.flip_per_bit = 3e-4});
@@ -87,12 +88,12 @@ void blow(sim::Plant& plant) {
   plant.pose.reported_age = sim::ReportedAge::kConstant;
   plant.pose.latency_s = 0.045;
 }
-/// From 6 s on beyond the tilt that the program may command.
+/// After 6 s the wind needs more tilt than the program may command.
 void rage(sim::Plant& plant) {
   plant.air.linear_drag_per_s = 0.3;
   plant.change = {.at_s = 6.0, .steps = {[](sim::Plant& changed) { changed.air.wind_m_s = {20.0, 8.0, 0.0}; }}};
 }
-/// Half a kilogram on a short cord, and a roll stick that does more than it did.
+/// A load of half a kilogram on a short cord, and a roll stick whose scale grows by half.
 void load(sim::Plant& plant) {
   plant.payload = {.mass_kg = 0.5, .slung_length_m = 0.4, .picked_up_at_s = 4.0};
   plant.change = {.at_s = 6.0, .steps = {[](sim::Plant& changed) { changed.roll.scale_per_count *= 1.5; }}};
@@ -118,7 +119,7 @@ constexpr std::array kStories{Story{12.0, calm, stops_at_9},
                               Story{14.0, calm, [](sim::World&, int) { return 0U; }}};
 static_assert(kStories.size() == golden::kKeptFlights.size());
 
-/// As few bytes as a flight needs: poses at 50 Hz.
+/// The plant of a story. Poses come at 50 Hz only, to keep the tapes small.
 sim::Plant plant_of(const Story& story) {
   sim::Plant plant = sim::measured_plant();
   plant.pose.rate_hz = 50.0;
@@ -126,7 +127,7 @@ sim::Plant plant_of(const Story& story) {
   return plant;
 }
 
-/// What the operator does in this tick: nothing until all is ready, then control, then what the story says.
+/// The operator: waits until all is ready, asks for control, then does what the story says.
 class Operator {
  public:
   explicit Operator(const Story& story) : story_(story) {}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// record_tape TAPE SECONDS: flies the board's course on the simulated aircraft and writes what the program received.
+// record_tape TAPE SECONDS: flies the board's course on the simulated aircraft and records the input of the program.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>

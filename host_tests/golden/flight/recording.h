@@ -7,10 +7,11 @@
 
 #include "host_tests/golden/flight/tape.h"
 
-// How a tape is made: the flight program flies the simulated aircraft, and what it is given goes to a file as well.
+// Records a tape: the flight program flies the simulated aircraft, and everything that it receives is also written to a
+// file.
 namespace m100::golden {
 
-/// What has arrived, as far as it fits. @returns how many bytes.
+/// Reads what has arrived, as far as it fits. @returns the number of bytes.
 inline std::uint16_t take(hal::Uart& from, std::span<std::byte> into) {
   std::size_t filled = 0;
   for (std::size_t count = 1; count > 0 && filled < into.size(); filled += count) {
@@ -19,7 +20,7 @@ inline std::uint16_t take(hal::Uart& from, std::span<std::byte> into) {
   return static_cast<std::uint16_t>(filled);
 }
 
-/// Records what the program is given, and passes on what it sends.
+/// A UART that gives the program the recorded bytes and passes on what the program sends.
 class RecordingUart final : public hal::Uart {
  public:
   RecordingUart(hal::Uart& line) : line_(line) {}
@@ -37,7 +38,7 @@ class RecordingUart final : public hal::Uart {
   std::vector<std::byte> waiting_;
 };
 
-/// One tick at the end of the tape.
+/// Appends one tick to the tape.
 inline void write(std::ofstream& file, const TapeTick& tick) {
   const auto put = [&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

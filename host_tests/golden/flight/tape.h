@@ -15,8 +15,8 @@
 #include "hal/uart.h"
 #include "host_tests/golden/number_hash.h"
 
-// A recorded flight as a machine without files can replay it: for each tick its head, then the bytes that came. No heap
-// and no exceptions: the same code replays on a PC, under qemu-user and on the Cortex-M7 (promise R6).
+// A recorded flight that a machine without files can replay: for each tick its head, then the bytes that arrived. It
+// needs no heap and no exceptions, so the same code replays on a PC, under qemu-user and on the Cortex-M7 (promise R6).
 namespace m100::golden {
 
 /// Little-endian on every machine that replays.
@@ -40,7 +40,8 @@ struct TapeTick {
   std::span<const std::byte> from_pose() const { return std::span(pose).first(head.pose_bytes); }
 };
 
-/// Reads the next tick. @param read fills a span as far as the tape goes and returns how many bytes.
+/// Reads the next tick.
+/// @param read fills a span as far as the tape goes and returns the number of bytes.
 /// @returns false at the end of the tape, or where it is damaged.
 template <typename Read>
 bool read_tick(TapeTick& tick, Read&& read) {
@@ -56,7 +57,7 @@ bool read_tick(TapeTick& tick, Read&& read) {
          read(std::span(tick.pose).first(pose)) == pose;
 }
 
-/// Gives what the tape has for this tick, takes what the program sends.
+/// A UART that gives the bytes of the tape for this tick and accepts what the program sends.
 class TapeUart final : public hal::Uart {
  public:
   void load(std::span<const std::byte> bytes) { waiting_ = bytes; }
@@ -74,14 +75,15 @@ class TapeUart final : public hal::Uart {
   std::span<const std::byte> waiting_;
 };
 
-/// The flight program on a tape. Its log has everything: bytes in, bytes out, and the state record of each tick; the
-/// hash of the log is the hash of the flight.
+/// Runs the flight program on a tape. Its log holds the bytes in, the bytes out and the state record of each tick, so
+/// the hash of the log is the hash of the flight.
 /// T, S: scalars of FlightController.
 template <typename T, typename S>
 class TapeFlight {
  public:
-  /// @param logged false: without a log, as in the flight image, to measure the tick alone; the hash means nothing
-  /// then. @param as_image solves its programs when the image does.
+  /// @param logged false: without a log, as in the flight image, to measure the tick alone; the hash is then
+  ///   meaningless.
+  /// @param as_image solves its quadratic programs in the same ticks as the image.
   explicit TapeFlight(bool logged = true, bool as_image = false)
       : TapeFlight([](ref::Trajectory<T>& course) { return app::lay_board_course(kTapeCourse, course); },
                    config(as_image), logged) {}
@@ -104,7 +106,8 @@ class TapeFlight {
       course_.start(now_);
     }
   }
-  /// Instead of the recorded course: three metres and back, every third of a second, so that limits always bind.
+  /// Replaces the recorded course by moves between +3 m and -3 m, one every third of a second, so that limits always
+  /// bind.
   void fly_far_and_often() {
     using namespace std::chrono_literals;
     again_and_again_ = true;
@@ -121,12 +124,13 @@ class TapeFlight {
       ring_.pop(ring_.front().size());
     }
   }
-  /// Empty if the log was too small for a tick, so that it cannot pass for a hash.
+  /// @returns the hash; empty if the log was too small for a tick or the course could not be laid, so that an
+  ///   incomplete flight has no hash.
   HashText finish() {
     drain();
     return ring_.dropped() == 0 && course_status_ == core::Status::kOk ? core::hex(hash_.finish()) : HashText{};
   }
-  /// Of the flight up to here, which goes on.
+  /// @returns the hash of the flight so far; the flight goes on.
   HashText so_far() const {
     core::Sha256 hash = hash_;
     return ring_.dropped() == 0 && course_status_ == core::Status::kOk ? core::hex(hash.finish()) : HashText{};

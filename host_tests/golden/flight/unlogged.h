@@ -7,7 +7,7 @@
 #include "firmware/app/flight_controller.h"
 #include "host_tests/golden/number_hash.h"
 
-// What a flight knows and no log has: it goes into the hash of a kept flight beside the log.
+// Values that a flight computes but does not log: they enter the hash of a kept flight in addition to the log.
 namespace m100::golden {
 
 template <typename T>
@@ -17,7 +17,7 @@ void append_all(NumberHash& hash, std::initializer_list<T> numbers) {
   }
 }
 
-/// What the supervisor was told.
+/// The observation that the supervisor judged.
 inline void append(NumberHash& hash, const safety::Observation& seen) {
   append_all<double>(hash, {seen.refused_by_m, seen.refused_allowed_m, seen.error_m, seen.reserve_m, seen.outside_m,
                             seen.speed_m_s, seen.push_m_s2, seen.swing_rad, seen.swing_hz, seen.refused_turn_rad,

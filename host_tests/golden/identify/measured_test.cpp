@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The measured M100 flights. Limits are those that the work was asked to reach, stated beside each assertion.
+// The measured M100 flights. The limits are the goals that were set for the identification, stated beside each
+// assertion.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,7 +78,7 @@ TEST(MeasuredFlight, ClimbIsPredictedToTheStretchGoal) {
   RecordProperty("paper", "III-D.3");
   const IdentifyResult result = identify(file, "climb", {4.5, 38.0}, {38.0, 64.5});
   EXPECT_LE(result.final_model.validation_rmse, 0.052) << "asked for: 0.068, stretch 0.052";
-  // Catches an answer that is surer than the flight allows: a trim predicts as well as the asymmetry.
+  // Catches an answer that is more certain than the flight allows: a trim predicts as well as the asymmetry.
   EXPECT_TRUE(std::any_of(result.not_separable.begin(), result.not_separable.end(), [](const auto& group) {
     return std::find(group.begin(), group.end(), "gain_asymmetry") != group.end() &&
            std::find(group.begin(), group.end(), "trim_offset") != group.end();

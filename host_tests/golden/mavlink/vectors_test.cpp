@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Golden: frames made by an independent implementation and held against a second one (the first line of the file names
-// both). Every field must be read back exactly, and the same bytes made again, the signature too.
+// Golden vectors: frames made by one independent implementation and checked by a second one (the first line of the file
+// names both). We must read back every field exactly and encode the same bytes again, including the signature.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -31,7 +31,7 @@ std::vector<Json> read_vectors(const std::filesystem::path& path) {
   return vectors;
 }
 
-/// Integers of 64 bits and numbers that JSON cannot write stand there as text.
+/// The file writes 64-bit integers, and numbers that JSON cannot represent, as text.
 template <typename Value>
 Value value_of(const Json& written) {
   if (!written.is_string()) {
@@ -79,7 +79,7 @@ Key key_of(const Json& vector) {
   return key;
 }
 
-/// Decodes every field, and encodes the same frame again. @returns false: of another type.
+/// Decodes every field and encodes the same frame again. @returns false: the frame is of another type.
 template <typename Message>
 bool check_as(const Json& vector, const FrameView& frame) {
   if (!is<Message>(frame)) {
@@ -104,7 +104,7 @@ bool check_as(const Json& vector, const FrameView& frame) {
     EXPECT_EQ(signature_of(frame).link, vector.at("link_id").get<int>());
     sign(again, key, signature_of(frame).link, signature_of(frame).time);
   }
-  // Of a payload of zeros the maker of the vectors sends nothing; the C library, and we, send one byte.
+  // For a payload of zeros the maker of the vectors sends no byte; the C library and we send one.
   const char* const wanted = vector.contains("hex_c_library_v2") ? "hex_c_library_v2" : "hex";
   EXPECT_EQ(lab::to_hex(again.bytes()), vector.at(wanted).get<std::string>());
   return true;
@@ -112,10 +112,10 @@ bool check_as(const Json& vector, const FrameView& frame) {
 
 struct Count {
   std::size_t typed = 0;
-  std::size_t signed_frames = 0;  ///< of the typed ones
+  std::size_t signed_frames = 0;  ///< among the typed frames
 };
 
-/// Bytes of a vector are one frame, which says what the vector does.
+/// The bytes of a vector must be exactly one frame with the content that the vector states.
 void expect_read(const Json& vector, const std::string& bytes, Count& count) {
   Parser parser;
   std::size_t found = 0;
@@ -151,7 +151,7 @@ TEST(MavlinkVectors, EveryFrameIsReadFieldByFieldAndMadeAgain) {
   EXPECT_GE(count.signed_frames, 24U * 2U);
 }
 
-// The stream of all frames, one behind the other, in portions of every size: nothing is lost and nothing made up.
+// Catches a parser that loses or invents a frame when a stream of consecutive frames is cut into portions.
 TEST(MavlinkVectors, AllFramesInOneStreamAreFoundHoweverItIsCut) {
   M100_SHARED_FILE_OR_SKIP(path, "protocol/mavlink_vectors.jsonl");
   std::vector<std::byte> stream;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The numbers that nothing computes: the ranges of a vehicle file's keys, bounds and starts of the fits, the paper's
-// results. A wrong one makes no program fail; each stands a second time in numbers.txt.
+// Numbers that no program computes: the ranges of a vehicle file's keys, bounds and starts of the fits, the paper's
+// results. A wrong one makes no program fail, so each is written a second time in numbers.txt.
 #include <gtest/gtest.h>
 
 #include <fstream>

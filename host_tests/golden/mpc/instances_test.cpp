@@ -17,7 +17,8 @@
 namespace m100::lab::gains {
 namespace {
 
-// 4000 instances solved to 1e-12 by two independent programs (projected Newton in 80 bits; active-set re-solve).
+// The file holds 4000 instances, solved to 1e-12 by two independent programs (projected Newton in 80 bits; active-set
+// re-solve).
 struct Worst {
   double first_rad = 0.0;
   double any_rad = 0.0;
@@ -36,7 +37,7 @@ mpc::Problem<T> problem_in(const mpc::Problem<double>& problem) {
   }
 }
 
-/// Solves all instances; keeps the tableau from one to the next when `warm`.
+/// Solves all instances. @param warm keeps the tableau from one instance to the next.
 template <typename T>
 Worst solve_all(const InstanceFile& file, bool warm) {
   std::vector<mpc::GainTable<T>> tables;
@@ -115,14 +116,14 @@ TEST_P(MpcInstances, FirstInputInFloat) {
 INSTANTIATE_TEST_SUITE_P(Start, MpcInstances, ::testing::Values(false, true),
                          [](const auto& tested) { return tested.param ? "Kept" : "Cold"; });
 
-// The tables are made from the continuous models; the records hold somebody else's discretisation and Riccati solution.
+// Our tables are made from the continuous models; the file holds an independent discretisation and Riccati solution.
 TEST(MpcModels, AreTheExactDiscretisationsOfTheAttitudeModels) {
   M100_SHARED_FILE_OR_SKIP(path, "mpc/instances_dev.jsonl");
   std::ifstream stream(path);
   const InstanceFile file = read_instances(stream, path.string());
   for (std::size_t i = 0; i < file.models.size(); ++i) {
     if (file.names.at(i).rfind("ident", 0) != 0) {
-      continue;  // the vehicle file knows no static gain but 1
+      continue;  // the vehicle file has no static gain other than 1
     }
     model::Vehicle vehicle;
     if (file.names.at(i) == "ident_first_order") {

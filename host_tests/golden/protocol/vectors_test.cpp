@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Golden: the recorded vectors of the shared material. Made by running DJI's own code (each line names its source);
-// to_fc frames are what DJI's API calls put on the port, from_fc frames were accepted by DJI's parser. Bytes must agree
-// exactly, decoded values to half a unit of the ninth digit that the file prints.
+// Golden vectors of the shared material, made by running DJI's own code (each line names its source): to_fc frames are
+// what DJI's API calls put on the port, from_fc frames were accepted by DJI's parser. Bytes must agree exactly, decoded
+// values to half a unit of the ninth digit that the file prints.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -31,7 +31,7 @@ std::vector<Json> read_vectors(const std::filesystem::path& path) {
   return vectors;
 }
 
-/// Every value of expected is in actual; numbers may differ as far as nine printed digits of a float allow.
+/// Every value of `expected` must be in `actual`; numbers may differ by what nine printed digits of a float leave open.
 void expect_same(const Json& expected, const Json& actual, const std::string& where) {
   if (expected.is_object()) {
     for (const auto& [key, value] : expected.items()) {
@@ -70,7 +70,7 @@ std::vector<Json> decode_all(std::span<const std::byte> bytes, const protocol::C
   return lines;
 }
 
-/// The value bytes made anew from the typed message that the frame holds.
+/// The value bytes, encoded again from the typed message that the frame holds.
 std::vector<std::byte> retyped_value(const protocol::Message& message,
                                      const std::optional<protocol::MessageId>& answered) {
   const auto copy = [](const protocol::Value& value) {

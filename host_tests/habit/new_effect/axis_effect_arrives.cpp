@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Compiled in the copy that has one effect more, see new_effect.py: simulation, files and identification know it.
+// Checks that simulation, files and identification know the added effect. Compiled in the copy of new_effect.py.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,7 +13,7 @@ using namespace m100;  // Deviation: a test program of one page.
 int main() {
   const model::AxisEffect* effect = model::axis_effect("motion_gain");
   if (effect == nullptr) {
-    std::puts("the table does not have it");
+    std::puts("the table of effects does not have the effect");
     return 2;
   }
   model::StickAxis axis{.scale_per_count = 1e-3};
@@ -31,13 +31,13 @@ int main() {
        {model::AxisUnit::kTilt_rad, model::AxisUnit::kYawRate_rad_s, model::AxisUnit::kClimb_m_s}) {
     const auto keys = companion::axis_keys(unit);
     if (keys.back().key != "motion_gain_ratio" || !keys.back().only_if_set) {
-      std::puts("the files do not have its key at their end");
+      std::puts("the effect's key is not the last one of the files");
       return 2;
     }
   }
   const auto edits = lab::identify::axis_edits({"second_order"}, false);
   if (std::none_of(edits.begin(), edits.end(), [](const auto& one) { return one.name == "motion_gain"; })) {
-    std::puts("identification does not try it");
+    std::puts("identification does not try the effect");
     return 2;
   }
   return 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Compiled in the copy that has one effect more, see new_effect.py: the table, the files and the simulated
-// aircraft know it. Identification and report read the same table; the whole form of the test shows them.
+// Checks that the table, the files and the simulated aircraft know the added effect. Compiled in the copy that
+// new_effect.py makes. Identification and report read the same table; the whole form of the test covers them.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -16,16 +16,16 @@ int main() {
   constexpr double kWind_m_s = 5.0;
   const model::TranslationEffect* effect = model::translation_effect("side_force");
   if (effect == nullptr || effect->sentence.empty()) {
-    std::puts("the table does not have it");
+    std::puts("the table of effects does not have the effect");
     return 2;
   }
   const auto keys = companion::translation_keys();
   if (keys.back().key != "side_force_per_s" || !keys.back().only_if_set) {
-    std::puts("the vehicle file does not have its key at its end");
+    std::puts("the effect's key is not the last one of the vehicle file");
     return 2;
   }
   if (model::Translation{}.with("side_force_per_s", kRate_per_s).side_force_per_s != kRate_per_s) {
-    std::puts("the vehicle does not hold it");
+    std::puts("the vehicle does not hold the effect's value");
     return 2;
   }
   sim::Plant plant = sim::measured_plant();
@@ -38,10 +38,10 @@ int main() {
   sim::Vehicle vehicle(plant, 1, {0.0, 0.0, 10.0});
   vehicle.advance(std::chrono::seconds(1));
   const double across_m_s = vehicle.state().velocity_w_m_s.y();
-  // The air comes from behind, and the force points to the right of the motion through it.
+  // The wind blows from behind, so the force points to the right of the motion through the air.
   const double expected_m_s = -kWind_m_s * std::sin(kRate_per_s);
   if (std::abs(across_m_s - expected_m_s) > 0.02) {
-    std::printf("after a second it flies %g m/s across the wind, %g are right\n", across_m_s, expected_m_s);
+    std::printf("after one second the speed across the wind is %g m/s, expected %g m/s\n", across_m_s, expected_m_s);
     return 2;
   }
   return 0;

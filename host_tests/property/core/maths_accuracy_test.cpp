@@ -15,13 +15,13 @@
 namespace m100::core {
 namespace {
 
-// The judge is the C library in long double, which has 64 bits on x86-64. One machine's measurement holds for all,
-// because the golden hash shows the same bits everywhere; in armhf's long double there is no judge, in aarch64's a slow
-// one.
+// The reference is the C library in long double, whose mantissa has 64 bits on x86-64. The measurement holds for all
+// machines, because the golden hash shows the same bits everywhere. On armhf long double is no wider than double, and
+// on aarch64 it is slow.
 constexpr bool kHasJudge = std::numeric_limits<long double>::digits == 64;
 constexpr int kArguments = 200000;
 
-/// Distance of `computed` from `exact` in units of the last place of T at `exact`.
+/// Error of `computed` in units of the last place of T at `exact`.
 template <typename T>
 double ulps(T computed, long double exact) {
   int exponent = 0;
@@ -31,8 +31,7 @@ double ulps(T computed, long double exact) {
   return static_cast<double>(std::fabs(std::ldexp(static_cast<long double>(computed) - exact, -of_last_place)));
 }
 
-/// Worst distance over evenly spaced arguments and over random ones (uniform, and logarithmically uniform so that
-/// small arguments get their share).
+/// Largest error over evenly spaced and random arguments (uniform, and logarithmically uniform for small arguments).
 template <typename T, typename Ours, typename Exact>
 double worst_ulps(T low, T high, Ours ours, Exact exact) {
   double worst = 0.0;
@@ -60,11 +59,11 @@ class MathsAccuracy : public ::testing::Test {
   void SetUp() override {
     RecordProperty("promise", "R6");
     if (!kHasJudge) {
-      GTEST_SKIP() << "measured on x86-64, whose long double is the judge";
+      GTEST_SKIP() << "measured on x86-64, whose long double is the reference";
     }
   }
-  /// Holds the worst distance to its bound, and in double records it as the figure ulp.<function> of a page. In
-  /// a figure's name, what is no letter or digit is an underscore.
+  /// Checks the largest error against its bound, and in double records it as the figure ulp.<function> of a page. In a
+  /// figure's name, an underscore replaces every character except letters and digits.
   void expect_at_most(double bound_ulp, const char* function, double worst) {
     std::array<char, 16> text{};
     std::snprintf(text.data(), text.size(), "%.3f", worst);
@@ -88,8 +87,8 @@ struct TypeNames {
 using Scalars = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(MathsAccuracy, Scalars, TypeNames);
 
-// Bounds for both scalars: one unit for the functions with one rounding after the reduction, two where a quotient of
-// two rounded numbers is the result. A wrong digit in any coefficient costs thousands of units.
+// Bounds for both scalars: one unit for functions with one rounding after the reduction, two for a quotient of two
+// rounded numbers. A wrong digit in any coefficient gives an error of thousands of units.
 TYPED_TEST(MathsAccuracy, OfSineAndCosine) {
   using T = TypeParam;
   for (const T reach : {T(0.79), T(10), T(1e5)}) {
@@ -146,7 +145,7 @@ TYPED_TEST(MathsAccuracy, OfWrappedAngles) {
     const long double apart = std::fabs(static_cast<long double>(wrapped) - exact);
     worst = std::max(worst, static_cast<double>(std::min(apart, std::fabs(apart - 2 * kPiLong))));
   }
-  // In units of the last place of pi: a wrapped angle near zero has the absolute error of the reduction, not less.
+  // In units of the last place of pi, because a wrapped angle near zero has the absolute error of the reduction.
   const double of_pi = worst / std::ldexp(1.0, 2 - std::numeric_limits<T>::digits);
   this->expect_at_most(1.0, "wrap_pi (ulp of pi)", of_pi);
 }

@@ -11,21 +11,21 @@
 
 namespace m100::est {
 
-/// How far one arithmetic stays from double over a long flight of one axis.
+/// Deviation of one arithmetic from double over a long flight of one axis.
 struct ScalarReport {
   double position_rms_m = 0.0, position_max_m = 0.0;
   double velocity_rms_m_s = 0.0;
   double disturbance_rms_m_s2 = 0.0, disturbance_max_m_s2 = 0.0;
   std::uint32_t saturations_late = 0;  ///< after the first 10 s
   std::uint32_t repairs = 0, floors = 0;
-  long not_positive = 0;  ///< of the covariances looked at (one a second)
-  long refused = 0;       ///< poses
+  long not_positive = 0;  ///< number of covariances, checked once a second, that are not positive definite
+  long refused = 0;       ///< refused poses
 };
 
 struct LongRunReport {
   ScalarReport fixed, single;
   long not_positive_double = 0;
-  double disturbance_error_rms_m_s2 = 0.0;  ///< of the double filter against the truth
+  double disturbance_error_rms_m_s2 = 0.0;  ///< error of the double filter against the true value
 };
 
 /// The measured axis: 9.36 rad/s, damping 0.68, 33 ms.
@@ -41,7 +41,7 @@ inline AxisModel measured_axis() {
 
 namespace detail {
 
-/// All leading principal minors positive, by Cholesky in double.
+/// Whether the covariance is positive definite, by a Cholesky factorisation in double.
 template <typename S>
 bool positive(const AxisFilter<S>& filter) {
   constexpr std::size_t kN = AxisFilter<S>::kStates;
@@ -78,7 +78,7 @@ struct Runner {
     filter.correct_attitude(n(tilt), n(rate * kTimeUnit_s), Age<S>::of(0.002));
     since_pose_s += kTick_s;
     if (pose) {
-      // As DisturbanceEkf does: what wind may have done while no pose came is let through the gate.
+      // As in DisturbanceEkf: the gate is widened by the motion that wind may have caused without a pose.
       const double unseen_m = std::fmin(0.5, 1.5 * since_pose_s * since_pose_s);
       const auto test = filter.test_pose(n(position), Age<S>::of(age_s), n(unseen_m), 0.F);
       if (test.inside) {
@@ -106,7 +106,7 @@ void compare(const Runner<S>& other, const Runner<double>& reference, ScalarRepo
   report.disturbance_max_m_s2 = std::fmax(report.disturbance_max_m_s2, std::fabs(dd));
 }
 
-/// What the filters are told in one tick; and what is true.
+/// Inputs of the filters in one tick, and the true state.
 struct WanderTick {
   double u, before, after;  ///< rad, as the delay line gives them
   bool pose;
@@ -114,14 +114,14 @@ struct WanderTick {
   double wind;
 };
 
-/// The vehicle that wanders, and its sensors.
+/// The wandering vehicle and its sensors.
 class Wander {
  public:
   Wander(const AxisModel& model, std::uint32_t seed)
       : step_(model::axis_step(model.attitude, kTick_s)), random_(seed) {}
 
   WanderTick tick(long tick) {
-    // Delay 3.3 ticks: the share 0.3 of what was sent 4 ticks ago.
+    // Delay 3.3 ticks: 0.7 of the input sent 3 ticks ago and 0.3 of the one 4 ticks ago.
     const auto delayed = [&](std::size_t more) { return 0.7 * sent_[3 + more] + 0.3 * sent_[4 + more]; };
     WanderTick out{};
     out.u = delayed(0);
@@ -141,7 +141,7 @@ class Wander {
     return out;
   }
 
-  /// A plain position loop on what one filter believes.
+  /// A simple position loop on the estimate of one filter.
   void steer(double position, double velocity, long tick) {
     const double t = 0.01 * static_cast<double>(tick);
     const double goal = 2.0 * std::sin(0.5 * t) + 1.0;
@@ -195,9 +195,9 @@ void finish(const Runner<S>& runner, double count, ScalarReport& report) {
 
 }  // namespace detail
 
-/// A flight that wanders within a few metres under a plain position loop in gusty wind: poses of 2 mm noise, 15 to 35
-/// ms old, one in fifty lost and 0.3 s dropouts twice a minute; attitudes of 0.3 degrees noise. Same inputs for all
-/// three.
+/// A flight that wanders within a few metres under a simple position loop in gusty wind. Poses have 2 mm noise and are
+/// 15 to 35 ms old; one in fifty is lost, and dropouts of 0.3 s occur twice a minute. Attitudes have 0.3 degrees noise.
+/// All three filters get the same inputs.
 inline LongRunReport long_run(double hours, std::uint32_t seed) {
   using Filter = AxisFilter<double>;
   const AxisModel model = measured_axis();

@@ -22,7 +22,7 @@ void print(const char* name, const ScalarReport& r) {
       r.saturations_late, r.repairs, r.floors, r.not_positive, r.refused);
 }
 
-/// As a row's cells on a page; the figures' names end with the arithmetic, and the day has names of its own.
+/// The cells of a row on a page. The figures' names end with the arithmetic; the 24-hour run has its own names.
 std::string cells(const ScalarReport& r) {
   std::array<char, 120> text{};
   std::snprintf(text.data(), text.size(), "%.1e / %.1e m | %.1e / %.1e m/s^2", r.position_rms_m, r.position_max_m,
@@ -31,9 +31,7 @@ std::string cells(const ScalarReport& r) {
 }
 constexpr const char* kLength = M100_HOURS < 1.0 ? "short." : "day.";
 
-// Catches an unscaled covariance (it collapses or diverges in 32 bits), a gain that overflows before it is scaled, a
-// rounding that drifts, and a loss of positivity that only a long flight shows.
-// Would catch: scales that depend on the arithmetic, so that the three filters are not the same filter.
+// Catches scales that depend on the arithmetic, so that the three filters are not the same filter.
 TEST(EkfScalars, ScaleTheirCovarianceAlike) {
   for (const bool first_order : {false, true}) {
     AxisModel model;
@@ -45,6 +43,8 @@ TEST(EkfScalars, ScaleTheirCovarianceAlike) {
   }
 }
 
+// Catches an unscaled covariance (it collapses or diverges in 32 bits), a gain that overflows before it is scaled, a
+// rounding that drifts, and a loss of positivity that only a long flight shows.
 TEST(EkfScalars, StayWithAMicrometreOfDoubleAndPositive) {
   RecordProperty("promise", "R11");
   const LongRunReport report = long_run(M100_HOURS, 20261121U);
@@ -61,7 +61,7 @@ TEST(EkfScalars, StayWithAMicrometreOfDoubleAndPositive) {
   EXPECT_EQ(report.single.repairs, 0U);
   EXPECT_EQ(report.single.not_positive, 0);
   EXPECT_EQ(report.not_positive_double, 0);
-  // A float cannot hold 2 m to better than 2.4e-7; that, not the covariance, is what is left.
+  // Tolerance: a float resolves 2 m to 2.4e-7 m, which is larger than the effect of the covariance.
   EXPECT_LE(report.single.position_rms_m, 2e-6);
   EXPECT_LE(report.single.disturbance_rms_m_s2, 3e-5);
   EXPECT_LE(report.disturbance_error_rms_m_s2, 0.5);

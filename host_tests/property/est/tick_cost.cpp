@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One part of a tick, many times, for callgrind to count (firmware/README.md has the command and the numbers):
+// Runs one part of a tick many times, so that callgrind can count it (command and numbers: firmware/README.md):
 //   valgrind --tool=callgrind --toggle-collect='*one_tick*' tick_cost axis|ekf|law|window|sticks double|float|fixed
 #include <array>
 #include <cmath>
@@ -134,11 +134,11 @@ int main(int count, char** words) {
                              Row{"window", "double", &window<double>},
                              Row{"window", "", &window<float>},
                              Row{"sticks", "", &sticks}};
-  for (const Row& row : kRows) {  // a row without a scalar is for every other one
+  for (const Row& row : kRows) {  // a row without a scalar matches all other scalars
     if (std::strcmp(row.part, part) == 0 && (row.scalar[0] == '\0' || std::strcmp(row.scalar, scalar) == 0)) {
       return row.cost();
     }
   }
-  std::fprintf(stderr, "tick_cost: axis, ekf, law, window or sticks, then double, float or fixed\n");
+  std::fprintf(stderr, "usage: tick_cost axis|ekf|law|window|sticks double|float|fixed\n");
   return 2;
 }

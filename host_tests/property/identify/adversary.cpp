@@ -37,7 +37,7 @@ struct Kind {
   Harm harm;
 };
 
-/// Something of the vehicle is another from a random date in the middle of the log on.
+/// A property of the vehicle changes at a random time in the middle of the log.
 Maker change(const std::string& named, const std::string& hidden, double low, double high, bool factor) {
   return [=](SyntheticAxis& vehicle, Chance& chance, Adversary& out) {
     vehicle.change_s = out.change_s = chance.between(10.0, 36.0);
@@ -50,7 +50,7 @@ Maker change(const std::string& named, const std::string& hidden, double low, do
   };
 }
 
-/// The stick is logged late by so much more than the vehicle's own delay that the response begins before it.
+/// The stick is logged later than the vehicle's own delay, so that the response begins before it.
 Harm early_response(double net_low_s, double net_high_s) {
   return [=](FlightLog& log, Chance& chance, Adversary&) {
     const double earlier = (chance.between(net_low_s, net_high_s)) / log.period_s;
@@ -152,7 +152,7 @@ const std::vector<Kind>& kinds() {
   return kKinds;
 }
 
-/// Whether the answer says that these data do not tell the two apart.
+/// Whether the answer says that these data cannot separate the two effects.
 bool stands_for(const lab::identify::IdentifyResult& result, const std::string& one, const std::string& other) {
   const auto holds = [](const std::vector<std::string>& group, const std::string& name) {
     return std::find(group.begin(), group.end(), name) != group.end();
@@ -161,7 +161,7 @@ bool stands_for(const lab::identify::IdentifyResult& result, const std::string& 
                                        [&](const auto& group) { return holds(group, one) && holds(group, other); });
 }
 
-/// Something is named that is not there.
+/// Whether an effect is named that is not there.
 bool names_another(const Adversary& truth, const lab::identify::IdentifyResult& result) {
   return std::any_of(result.effects.begin(), result.effects.end(), [&](const auto& effect) {
     return std::find(truth.named.begin(), truth.named.end(), effect.name) == truth.named.end() &&
@@ -169,7 +169,7 @@ bool names_another(const Adversary& truth, const lab::identify::IdentifyResult& 
   });
 }
 
-/// The change is named, near its time.
+/// Whether the change is named, near its time.
 bool names_change(const Adversary& truth, const lab::identify::IdentifyResult& result) {
   return std::any_of(result.changes.begin(), result.changes.end(), [&](const auto& one) {
     return one.name == truth.change && std::abs(one.at_s - truth.change_s) < 3.0;

@@ -12,24 +12,25 @@
 
 namespace m100::host_tests {
 
-/// A log of which the truth is known, made to lead the identification astray: simulated, one roll axis of 45 s
-/// (synthetic_axis.h), or a stranger's (stranger.h).
+/// A simulated log with known truth that is designed to mislead the identification: one roll axis of 45 s
+/// (synthetic_axis.h), or an unknown vehicle's (stranger.h).
 struct Adversary {
   std::string kind;
   lab::logs::FlightLog log;
   std::string axis = "roll";
   std::vector<std::string> declared{"second_order", "transport_delay"};
   bool healthy = false;            ///< a clean bill is the right answer
-  std::string change;              ///< what changes in mid-flight; empty: nothing
-  double change_s = 0.0;           ///< and when
-  std::string finding;             ///< what must be found about the log; empty: nothing
+  std::string change;              ///< effect that changes in mid-flight; empty: none
+  double change_s = 0.0;           ///< time of the change
+  std::string finding;             ///< finding about the log that must be reported; empty: none
   std::vector<std::string> named;  ///< effects that may be named
-  std::string effect;              ///< what the declared model lacks throughout; empty: nothing
-  /// A clean bill is right where the finding is said: the rest of the log is sound. A change of the air alone ("note")
-  /// need not be said: the model lacks nothing.
+  std::string effect;              ///< effect that the declared model lacks throughout; empty: none
+  /// A clean bill is right if the finding is reported: the rest of the log is sound. A change of the air alone ("note")
+  /// need not be reported, because the model lacks nothing.
   bool usable = false;
   std::vector<std::pair<double, double>> train{{3.0, 30.0}}, validate{{30.0, 44.0}};
-  /// Bound of what the log can tell of what is hidden (stranger_bound.h); empty: anyone sees it. Costs up to a second.
+  /// Upper bound of the log's evidence for the hidden effect (stranger_bound.h); empty: the effect is obvious. Takes up
+  /// to a second.
   std::function<double()> evidence;
 };
 
@@ -40,15 +41,15 @@ Adversary adversary(const std::string& kind, std::uint64_t seed);
 
 enum class Answer { kRight, kUndecided, kWrongName, kFalseClean, kRefusedHealthy };
 
-/// What the answer to an adversary is worth.
-///   right         the change, the effect or the finding is named and nothing else is; healthy: a clean bill
-///   undecided     "unexplained", and what was looked for is not named for certain
-///   wrong name    "explained" by something that is not there
-///   false clean   "nothing_missing" although something is there
+/// Classifies the answer to an adversary.
+///   right         only the change, the effect or the finding is named; healthy log: a clean bill
+///   undecided     "unexplained", and the hidden effect is not named for certain
+///   wrong name    "explained" by an effect that is not there
+///   false clean   "nothing_missing" although an effect is there
 ///   refused       a healthy log that gets no clean bill
 Answer judge(const Adversary& truth, const lab::identify::IdentifyResult& result);
 
-/// Asks identify as the adversary says.
+/// Runs identify with the adversary's declaration and ranges.
 lab::identify::IdentifyResult ask(const Adversary& truth, std::size_t refits = 0);
 
 }  // namespace m100::host_tests

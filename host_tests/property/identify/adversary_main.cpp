@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_adversary [--logs N] [--seed S] [--kind WORDS] [--strangers 1] [--verbose]: the matrix of adversarial logs,
-// or of those of strangers. Exit code 1 where a rate that was asked for is missed.
+// identify_adversary [--logs N] [--seed S] [--kind WORDS] [--strangers] [--verbose]: the matrix of adversarial logs,
+// or of those of strangers. Exit code 1 if a required rate is missed.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -30,11 +30,11 @@ struct Options {
 struct Tally {
   std::array<int, 5> answers{};
   int logs = 0;
-  int stopped = 0;             // ended with an error: an answer that says nothing
-  int hidden = 0;              // false clean bills of what nobody could have seen
-  int unhealthy = 0;           // refused, and the declared model is visibly not the vehicle's
-  int changes = 0, dated = 0;  // of those named right: those whose interval holds the truth
-  std::vector<double> cost_s;  // processor time for each minute of log
+  int stopped = 0;             // ended with an error, without a statement
+  int hidden = 0;              // false clean bills for effects that the log cannot show
+  int unhealthy = 0;           // healthy logs refused although the declared model visibly differs from the vehicle
+  int changes = 0, dated = 0;  // correctly named changes, and those whose interval contains the true time
+  std::vector<double> cost_s;  // processor time per minute of log
 
   void add(const Tally& other) {
     for (std::size_t k = 0; k < answers.size(); ++k) {
@@ -71,7 +71,7 @@ std::string in_words(const IdentifyResult& result) {
   return out;
 }
 
-/// What the truth says of an answer that is no right one. @returns the bound, or -1 where none was asked for.
+/// Counts wrong answers that the log excuses. @returns the bound of the evidence, or -1 if it was not computed.
 double weigh(const Adversary& truth, Answer answer, Tally& tally) {
   if (!truth.evidence || (answer != Answer::kFalseClean && answer != Answer::kRefusedHealthy &&
                           !(truth.healthy && answer == Answer::kWrongName))) {
@@ -138,29 +138,29 @@ Options parsed(const std::vector<std::string>& given) {
 
 double percent(int part, int whole) { return whole > 0 ? 100.0 * part / whole : 0.0; }
 
-/// Prints the shares that were asked for. @returns whether they are kept.
+/// Prints the required shares. @returns whether they are kept.
 bool judged(const Tally& sick, const Tally& healthy) {
   const int logs = sick.logs + healthy.logs;
   const int refused_anyhow = healthy.of(Answer::kWrongName) + healthy.of(Answer::kRefusedHealthy);
   const double clean = percent(sick.of(Answer::kFalseClean) - sick.hidden, sick.logs);
   const double wrong = percent(sick.of(Answer::kWrongName) + healthy.of(Answer::kWrongName), logs);
-  // A false clean bill of what cannot be seen is as fair an answer as can be had.
+  // A false clean bill counts as fair if the log cannot show the effect.
   const double fair = percent(sick.of(Answer::kRight) + sick.of(Answer::kUndecided) + sick.stopped + sick.hidden +
                                   healthy.of(Answer::kRight) + healthy.of(Answer::kRefusedHealthy) + healthy.stopped,
                               logs);
   const double price = percent(refused_anyhow - healthy.unhealthy, healthy.logs);
   std::printf(
-      "false clean bills %.1f %% (with what nobody can see in that log: %.1f %%), wrong names %.1f %%, right or "
-      "undecided %.1f %%\nhealthy refused %.1f %% (with those whose declared model is visibly not the vehicle's: "
+      "false clean bills %.1f %% (with effects that the log cannot show: %.1f %%), wrong names %.1f %%, right or "
+      "undecided %.1f %%\nhealthy refused %.1f %% (with those whose declared model visibly differs from the vehicle: "
       "%.1f %%)\n",
       clean, percent(sick.of(Answer::kFalseClean), sick.logs), wrong, fair, price,
       percent(refused_anyhow, healthy.logs));
-  std::printf("changes named %d, dates inside their intervals %d\n", sick.changes, sick.dated);
+  std::printf("changes named %d, true times inside their intervals %d\n", sick.changes, sick.dated);
   std::vector<double> cost = sick.cost_s;
   cost.insert(cost.end(), healthy.cost_s.begin(), healthy.cost_s.end());
   std::sort(cost.begin(), cost.end());
   if (!cost.empty()) {
-    std::printf("processor time for a minute: median %.2f s, 95 %% %.2f s, most %.2f s\n", cost[cost.size() / 2],
+    std::printf("processor time per minute of log: median %.2f s, 95 %% %.2f s, most %.2f s\n", cost[cost.size() / 2],
                 cost[cost.size() * 95 / 100], cost.back());
   }
   return clean <= 1.0 && wrong <= 2.0 && fair >= 95.0 && price <= 5.0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A sample of the adversarial logs; the whole matrix is soak.identify_adversary.
+// A sample of the adversarial logs; soak.identify_adversary covers the whole matrix.
 #include "host_tests/property/identify/adversary.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@ namespace {
 
 class AdversarialLog : public ::testing::TestWithParam<std::string> {};
 
-// Catches a clean bill that the data do not give, and a name for something that is not there.
+// Catches a clean bill that the data do not support, and a name for an effect that is not there.
 TEST_P(AdversarialLog, IsAnsweredRightOrNotAtAll) {
   RecordProperty("promise", "R13");
   for (const std::uint64_t seed : {9001U, 9002U}) {
@@ -31,7 +31,7 @@ std::string letters(const ::testing::TestParamInfo<std::string>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Table, AdversarialLog, ::testing::ValuesIn(adversary_kinds()), letters);
 
-// A change must be dated as well as named: the interval holds the truth.
+// A change must be named and dated: its interval must contain the true time.
 TEST(AdversarialChange, IsDated) {
   int inside = 0;
   int found = 0;

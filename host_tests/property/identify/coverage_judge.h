@@ -11,27 +11,27 @@
 
 namespace m100::host_tests {
 
-/// How often the interval of one parameter held the truth.
+/// How often the interval of one parameter contained the true value.
 struct Coverage {
-  int asked = 0;                ///< logs in which it is there to be found
-  int answered = 0;             ///< of them with the structure that is there
-  int covered = 0;              ///< of them with the truth inside of the 95 % interval
-  double relative_width = 0.0;  ///< summed half width over the truth
-  double relative_error = 0.0;  ///< summed error over the truth
+  int asked = 0;                ///< logs that have the parameter
+  int answered = 0;             ///< of these, logs answered with the true structure
+  int covered = 0;              ///< of these, logs whose 95 % interval contains the true value
+  double relative_width = 0.0;  ///< sum of half width over true value
+  double relative_error = 0.0;  ///< sum of error over true value
 };
 
-/// What share of the 95 % intervals of an axis or of one parameter holds the truth, as the README of identify states
-/// it; asked for are 92 to 98 %.
+/// Share of the 95 % intervals of an axis or a parameter that contain the true value, as the README of identify states
+/// it. The goal is 92 to 98 %.
 struct Reached {
-  std::string_view name;  ///< of an axis, or "axis parameter"
+  std::string_view name;  ///< an axis, or "axis parameter"
   double share;
 };
 inline constexpr std::array kReached{Reached{"roll", 0.92}, Reached{"translation", 0.92},
                                      Reached{"translation x_per_s", 0.89}};
-inline constexpr double kMost = 0.98;     ///< above, intervals are too wide
-inline constexpr double kAnswered = 0.9;  ///< of the logs asked: fewer, and the rest may be the lucky ones
+inline constexpr double kMost = 0.98;     ///< above this, intervals are too wide
+inline constexpr double kAnswered = 0.9;  ///< least share of answered logs; fewer may be a favourable selection
 
-/// What chance does to a share that was counted in so many logs: two standard errors.
+/// Two standard errors of a share that was counted in this number of logs.
 inline double chance(double share, int logs) { return 2.0 * std::sqrt(share * (1.0 - share) / logs); }
 
 inline std::string sentence(const std::string& name, const char* what, double share, double limit) {
@@ -41,7 +41,7 @@ inline std::string sentence(const std::string& name, const char* what, double sh
   return text.data();
 }
 
-/// The share of intervals that kReached states for this parameter, or else for its axis; 1 where it states none.
+/// The share that kReached states for this parameter, otherwise for its axis; 1 if it states none.
 inline double reached_by(const std::string& name) {
   double share = 1.0;
   for (const Reached& one : kReached) {
@@ -55,14 +55,14 @@ inline double reached_by(const std::string& name) {
   return share;
 }
 
-/// Sentences about what is not as stated; none: all is.
+/// @returns a sentence for each share that is not as stated.
 /// @param counts by "axis parameter"
 inline std::vector<std::string> not_as_stated(const std::map<std::string, Coverage>& counts) {
   std::vector<std::string> out;
   for (const auto& [name, count] : counts) {
     const double answered = count.asked > 0 ? static_cast<double>(count.answered) / count.asked : 0.0;
     if (answered < kAnswered) {
-      out.push_back(sentence(name, "too few answers: the structure that is there", answered, kAnswered));
+      out.push_back(sentence(name, "too few logs answered with the true structure:", answered, kAnswered));
     }
     if (count.answered == 0) {
       continue;
@@ -77,7 +77,7 @@ inline std::vector<std::string> not_as_stated(const std::map<std::string, Covera
     }
   }
   if (counts.empty()) {
-    out.emplace_back("nothing was asked");
+    out.emplace_back("no log was analysed");
   }
   return out;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1]: how often the 95 % intervals of identify hold the
-// truth, over simulated logs of which it is known. With --judge the exit code is 1 where a parameter is not as
-// coverage_judge.h states it.
+// identify_coverage [--logs N] [--seed S] [--json FILE] [--judge 1]: how often the 95 % intervals of identify contain
+// the true value, over simulated logs. With --judge, exit code 1: a parameter is not as coverage_judge.h states.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,7 +23,7 @@ namespace lab = m100::lab;
 using m100::host_tests::SyntheticAxis;
 using Truth = std::map<std::string, double>;
 
-/// One log with what identify should find in it. Ten blocks of 2.5 s are fitted.
+/// One log and its true parameters. Ten blocks of 2.5 s are fitted.
 struct Known {
   lab::logs::FlightLog log;
   std::string axis;
@@ -70,7 +69,7 @@ Known translation(std::uint64_t seed) {
 
 using Counts = std::map<std::string, m100::host_tests::Coverage>;
 
-/// @returns false where the answer has another structure than what is there: its intervals are those of other numbers.
+/// @returns false if the answer has another structure than the true one, and so intervals of other parameters.
 bool ask(const Known& known, Counts& counts) {
   for (const auto& [name, truth] : known.truth) {
     ++counts[known.axis + " " + name].asked;
@@ -101,7 +100,7 @@ bool ask(const Known& known, Counts& counts) {
   return true;
 }
 
-/// @returns 1 where a parameter is not as stated.
+/// @returns 1 if a parameter is not as stated.
 int report(const Counts& counts, int others, const std::string& file) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
   std::printf("%-36s %6s %10s %16s %12s\n", "parameter (simulated)", "logs", "covered", "mean half width",
@@ -128,7 +127,7 @@ int report(const Counts& counts, int others, const std::string& file) {
   return offences.empty() ? 0 : 1;
 }
 
-/// @returns how many of the logs of this number were refused, or answered with another structure.
+/// @returns the number of logs of this seed that were refused, or answered with another structure.
 int others_of(std::uint64_t number, Counts& counts) {
   int others = 0;
   for (const Known& known : {roll(number), translation(2 * number), translation(2 * number + 1)}) {
@@ -144,7 +143,7 @@ int others_of(std::uint64_t number, Counts& counts) {
 
 }  // namespace
 
-int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): out of memory, which ends it as well
+int main(int count, char** words) {  // NOLINT(bugprone-exception-escape): only out of memory, which ends it as well
   int logs = 500;
   std::uint64_t seed = 1;
   std::string file;

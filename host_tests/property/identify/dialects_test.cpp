@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One simulated flight written in PX4's dialect and in our own: the same answer.
+// One simulated flight, written in PX4's log dialect and in our own, must give the same answer.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,8 +27,8 @@ std::uint64_t stamp_us(std::size_t k) {
 
 std::string raw(double value) { return UlogBytes::raw(static_cast<float>(value)); }
 
-/// As PX4 writes it: body and world with z down, attitude as a quaternion whose sign may change, topics of their own
-/// with clocks of their own, padding in the formats and none at the end of messages.
+/// Writes the flight as PX4 does: body and world frames with z down, attitude as a quaternion whose sign may change,
+/// separate topics with separate clocks, padding inside the formats and none at the end of messages.
 std::string px4(const FlightLog& flight, double gain_rad) {
   UlogBytes log;
   log.message('B', std::string(40, '\0'));
@@ -77,7 +77,7 @@ lab::identify::IdentifyResult identified(const std::string& name, const std::str
   const FlightLog log =
       lab::logs::load(*raw_log, lab::logs::parse_column_map(proposal ? proposal->toml : "", "proposed"));
   std::filesystem::remove(path);
-  EXPECT_NEAR(log.start_s, kPowerOn_s, 1e-6) << "the clock of the log is kept";
+  EXPECT_NEAR(log.start_s, kPowerOn_s, 1e-6) << "the clock of the log must be kept";
   lab::identify::Request request;
   request.axis = "roll";
   request.declared = {"second_order", "transport_delay"};
@@ -102,8 +102,8 @@ TEST(Dialects, ThePx4LogIsIdentifiedLikeOurOwn) {
   ASSERT_EQ(theirs.final_model.structure, ours.final_model.structure);
   ASSERT_EQ(ours.effects.size(), 1U);
   EXPECT_EQ(ours.effects[0].name, "gain_asymmetry");
-  // Single precision of angle and set point is 1e-7 of them, far below the air's 0.004 rad: what is left is where the
-  // search stops, 1e-3 of a parameter. The gain is per count here and per radian there.
+  // Tolerance: single precision of angle and set point is 1e-7, far below the air's 0.004 rad, and the search stops at
+  // 1e-3 of a parameter. The gain is per count in one log and per radian in the other.
   for (std::size_t i = 0; i < ours.final_model.parameters.size(); ++i) {
     const auto& mine = ours.final_model.parameters[i];
     const double unit = mine.name.find("scale") == 0 || mine.name == "gain" ? 1.0 / vehicle.gain_rad : 1.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The forecast of `m100-lab excite` against what identification then finds: a fit for each effect, so it runs
-// optimised.
+// Compares the forecast of `m100-lab excite` with the result of the identification. It needs a fit for each effect, so
+// it is compiled with optimisation.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -38,7 +38,7 @@ logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const
     const std::size_t k = i / 2;
     air = keep * air + wish.air * std::sqrt(1.0 - keep * keep) * normal(random);
     log.of(stick)[i] = made.stick_counts[k];
-    // The response is known at the end of a stick's period.
+    // The response is known at the end of each stick period.
     const double before = k > 0 ? clean[k - 1] : 0.0;
     log.of(measured)[i] = (i % 2 == 0 ? before : 0.5 * (before + clean[k])) + air;
     if (!wish.rate) {
@@ -48,10 +48,10 @@ logs::FlightLog flown(const Manoeuvre& made, const model::StickAxis& axis, const
   return log;
 }
 
-// The forecast is a promise: what it calls enough is named, by its name, when it is flown and identified.
+// The forecast is a promise: an effect that it reports as sufficiently excited must be identified after the flight.
 class Promise : public ::testing::TestWithParam<bool> {};
 
-/// What is found in this log by somebody who knows the structure but for that effect.
+/// Effects that are identified in this log if the declared structure lacks only `but_for`.
 std::string names_found(const logs::FlightLog& log, const Wish& wish, const model::StickAxis& axis,
                         const std::string& but_for) {
   identify::Request request;
@@ -75,7 +75,7 @@ std::string names_found(const logs::FlightLog& log, const Wish& wish, const mode
   return names;
 }
 
-/// By its own name, or by that of the effect which does the same to a log as short.
+/// Whether the effect is named, or the effect that looks the same in such a short log.
 bool holds(const std::string& names, const std::string& effect) {
   return names.find(effect) != std::string::npos ||
          (effect == "transport_delay" && names.find("lead_zero") != std::string::npos) ||

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hidden effects of random size in random vehicles: is the right one named, and none where there is none?
+// Hidden effects of random size in random vehicles: the right one must be named, and none if none is hidden.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ IdentifyResult identify(const SyntheticAxis& vehicle, const std::vector<std::str
 std::vector<std::string> names(const IdentifyResult& result) {
   std::vector<std::string> out;
   for (const auto& effect : result.effects) {
-    // A lead zero with its delay, and a limit of both axes together, hold the simpler effect.
+    // A lead zero with its delay includes a transport delay, and a tilt limit of both axes includes a saturation.
     out.push_back(effect.name == "lead_zero"    ? "transport_delay"
                   : effect.name == "tilt_limit" ? "saturation"
                                                 : effect.name);
@@ -39,7 +39,7 @@ std::vector<std::string> names(const IdentifyResult& result) {
   return out;
 }
 
-// Nothing hidden, coloured air: a greedy search that takes chance for an effect fails here.
+// Catches a greedy search that takes coloured noise of the air for an effect.
 TEST(Identify, NamesNothingWhereNothingIsHidden) {
   RecordProperty("promise", "R13");
   constexpr std::uint64_t kLogs = 40;
@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Hidden{"DeadZoneAndTrim", {"dead_zone", "trim_offset"}, kDelayed}),
     [](const auto& tested) { return tested.param.name; });
 
-// Outside of the library: an honest answer is "unexplained", never the nearest name.
+// An effect outside the library must be answered by "unexplained", never by the nearest name.
 TEST(Identify, CallsASineUnexplained) {
   RecordProperty("promise", "R13");
   for (std::uint64_t seed = 901; seed < 906; ++seed) {
@@ -110,7 +110,7 @@ TEST(Identify, CallsAProductOfInputsUnexplained) {
   }
 }
 
-// The interval must hold the truth about as often as it says: 95 % asked, 85 % tolerated over 20 logs.
+// The interval must contain the true value about as often as it says: 95 % nominal, at least 85 % over 20 logs.
 TEST(Identify, IntervalsHoldTheTruth) {
   int inside = 0;
   constexpr int kLogs = 20;
@@ -128,7 +128,7 @@ TEST(Identify, IntervalsHoldTheTruth) {
   EXPECT_GE(inside, 17);
 }
 
-// A log from an aircraft of another size and order: nothing in the engine may know the M100.
+// An aircraft of another size and order: catches an identification that presumes the M100.
 TEST(Identify, FindsASecondOrderOnASlowAircraft) {
   SyntheticAxis vehicle = SyntheticAxis::random(3);
   vehicle.natural_frequency_rad_s = 3.0;

@@ -35,7 +35,7 @@ Shape finds(const std::string& what) {
   return [=](StrangerFlight&, StrangerChance&, Adversary& out) { out.finding = what; };
 }
 
-/// From a date in the middle of the log on, a number is another one.
+/// A parameter changes at a random time in the middle of the log.
 Shape changes(const std::string& name, double StrangerTraits::*member, double low, double high, bool factor) {
   return [=](StrangerFlight& flight, StrangerChance& chance, Adversary& out) {
     flight.change_s = out.change_s = chance.between(0.2, 0.8) * flight.duration_s;
@@ -49,7 +49,7 @@ Shape changes(const std::string& name, double StrangerTraits::*member, double lo
   };
 }
 
-/// An effect that is there throughout and that nobody declared.
+/// An undeclared effect that is there throughout.
 Shape lacks(const std::string& name, double StrangerTraits::*member, double low, double high, bool either_way) {
   return [=](StrangerFlight& flight, StrangerChance& chance, Adversary& out) {
     const double size = chance.between(low, high);
@@ -60,7 +60,7 @@ Shape lacks(const std::string& name, double StrangerTraits::*member, double low,
   };
 }
 
-/// A limit of the command at a share of what the stick usually asks for.
+/// A limit of the command at a share of its usual size.
 Shape limits(const std::string& name, double StrangerTraits::*member, bool rate) {
   return [=](StrangerFlight& flight, StrangerChance& chance, Adversary& out) {
     const double usual = flight.before.gain * flight.reach;
@@ -71,7 +71,7 @@ Shape limits(const std::string& name, double StrangerTraits::*member, bool rate)
 
 Shape clock(double low_s, double high_s) {
   return [=](StrangerFlight& flight, StrangerChance& chance, Adversary& out) {
-    flight.before.delay_s = flight.before.lag_s = 0.0;  // the shift is the net one
+    flight.before.delay_s = flight.before.lag_s = 0.0;  // so that the shift is the net delay
     flight.response_early_s = chance.between(low_s, high_s);
     out.finding = "clock_shift";
   };
@@ -89,7 +89,7 @@ void hold(std::vector<double>& column, const std::vector<double>& time_s, double
   }
 }
 
-/// Spells in which a column does not move.
+/// Intervals in which a column does not change.
 Harm freezes(bool stick) {
   return [=](StrangerRows& rows, StrangerChance& chance, Adversary& out) {
     std::vector<double>& column = stick ? rows.own : rows.response;
@@ -126,7 +126,7 @@ Harm scaled(double factor) {
 
 Shape on_the_ground(bool before) {
   return [=](StrangerFlight& flight, StrangerChance& chance, Adversary& out) {
-    flight.hand = StrangerHand::kPilot;  // the hand goes on
+    flight.hand = StrangerHand::kPilot;  // the pilot continues to move the stick
     const double so_long_s = chance.between(7.0, 12.0);
     flight.rest_from_s = before ? 0.0 : flight.duration_s - so_long_s;
     flight.rest_to_s = before ? so_long_s : 1e9;
@@ -223,7 +223,7 @@ const std::vector<Kind>& kinds() {
   return kAll;
 }
 
-/// What is believed: all that the vehicle has, the hidden effect apart.
+/// Declares everything that the vehicle has, except the hidden effect.
 void declare(const StrangerFlight& flight, Adversary& out) {
   out.declared = {"second_order"};
   if (out.effect != "transport_delay") {
@@ -237,7 +237,7 @@ void declare(const StrangerFlight& flight, Adversary& out) {
   }
 }
 
-/// The vehicle of which the hidden effect is taken away; its lag is believed to be delay.
+/// The vehicle without the hidden effect; its lag is taken for delay.
 StrangerTraits believed_of(const StrangerFlight& flight, const Adversary& truth) {
   StrangerTraits out = flight.before;
   const StrangerTraits plain;
@@ -306,7 +306,7 @@ Adversary stranger(const std::string& kind, std::uint64_t seed) {
     const StrangerTraits believed = believed_of(*flight, out);
     out.evidence = [record, flight, believed, declared = out.declared] {
       StrangerNoise noise = flight->noise;
-      noise.white = std::hypot(noise.white, flight->quantum / std::sqrt(12.0));  // rounding is a noise as well
+      noise.white = std::hypot(noise.white, flight->quantum / std::sqrt(12.0));  // rounding adds noise
       return evidence_of(record->clean, record->steps, record->sticks, believed, declared, noise);
     };
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "firmware/core/eigen.h"
-// After our eigen.h, which redirects the checks.
+// After our eigen.h, which redirects Eigen's assertions.
 #include <Eigen/Cholesky>
 
 namespace m100::host_tests {
@@ -13,7 +13,7 @@ namespace {
 
 using Column = Eigen::VectorXd;
 
-/// Innovations of a first-order process under white noise, each divided by its standard deviation.
+/// Innovations of a first-order process with white noise, each divided by its standard deviation.
 Column whitened(const Column& values, const StrangerNoise& noise) {
   const double keep = std::exp(-noise.row_s / noise.air_s);
   const double air = noise.air * noise.air;
@@ -43,7 +43,7 @@ class Believed {
            const StrangerNoise& noise)
       : truth_(truth), rows_(rows), sticks_(sticks), noise_(noise) {}
 
-  /// True less believed response, whitened.
+  /// True minus believed response, whitened.
   Column difference(const StrangerTraits& traits, double offset) const {
     const std::vector<double> all = response_of(traits, traits, 1e300, sticks_);
     Column out(static_cast<Eigen::Index>(rows_.size()));
@@ -100,8 +100,8 @@ double evidence_of(const std::vector<double>& truth, const std::vector<std::size
     }
     slopes.col(count) = one;
     const Eigen::MatrixXd normal = slopes.transpose() * slopes;
-    // Damped as well as it goes: a stick that is flown at two deflections alone tells no gain from a dead zone, and the
-    // undamped step runs away along what the two have in common.
+    // Damped: with a stick that uses only two deflections, gain and dead zone cannot be separated, and the undamped
+    // step diverges along their common direction.
     StrangerTraits best = believed;
     double best_offset = offset;
     double least_yet = least;

@@ -12,7 +12,7 @@
 namespace m100::host_tests {
 namespace {
 
-/// Rows in memory, under the names a, b, c and t.
+/// A log in memory with the columns a, b, c and t.
 class MemoryLog : public lab::logs::RawLog {
  public:
   explicit MemoryLog(const StrangerRows& rows) : RawLog("stranger"), rows_(rows) {}
@@ -29,7 +29,7 @@ class MemoryLog : public lab::logs::RawLog {
   const StrangerRows& rows_;
 };
 
-/// A value of a series between two steps.
+/// Interpolates a series between two steps.
 double between(const std::vector<double>& series, double step) {
   const double inside = std::clamp(step, 0.0, static_cast<double>(series.size()) - 1.0);
   const auto whole = static_cast<std::size_t>(inside);
@@ -44,7 +44,7 @@ struct Flown {
   std::vector<double> clean, air;
 };
 
-/// What the sticks say at each step: the hands move all the time, a stick is sent at its own rate.
+/// The sticks as sent at each step: hands move continuously, and a stick is sent at its own rate.
 class SentSticks {
  public:
   SentSticks(const StrangerFlight& flight, StrangerChance& chance)
@@ -70,7 +70,7 @@ class SentSticks {
   double stick_ = 0.0, second_ = 0.0, next_s_ = 0.0;
 };
 
-/// Moving air, with a memory.
+/// Coloured disturbance by the air.
 class StrangerAir {
  public:
   StrangerAir(const StrangerFlight& flight, StrangerChance& chance)

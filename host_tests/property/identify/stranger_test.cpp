@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A few of the strangers' logs; all kinds, and the shares, are soak.identify_strangers.
+// A sample of the strangers' logs; soak.identify_strangers covers all kinds and the shares.
 #include "host_tests/property/identify/stranger.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ void PrintTo(const Case& one, std::ostream* out) { *out << one.kind << ", seed "
 
 class StrangersLog : public ::testing::TestWithParam<Case> {};
 
-// Catches a clean bill where something is hidden that the log shows, and a healthy log that gets none.
+// Catches a clean bill although the log shows a hidden effect, and a healthy log that gets none.
 TEST_P(StrangersLog, IsAnsweredRight) {
   RecordProperty("promise", "R13");
   const Adversary truth = stranger(GetParam().kind, GetParam().seed);
@@ -58,8 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"DoubletsOfAnyHand", "healthy, any hand", 17006}),
     [](const auto& one) { return one.param.name; });
 
-// Catches a judge that excuses false clean bills: what is hidden and large must count as visible, and what is not there
-// as not.
+// Catches a judge that excuses false clean bills: a large hidden effect must count as visible, an absent one not.
 TEST(StrangerBound, TellsWhatALogCanShow) {
   StrangerChance chance(5);
   StrangerFlight flight;
@@ -79,12 +78,12 @@ TEST(StrangerBound, TellsWhatALogCanShow) {
   StrangerTraits hardly = flight.before;
   hardly.dead_zone_counts = 1.0;
   EXPECT_LT(bound(hardly), kStrangerVisible);
-  StrangerTraits other_gain = flight.before;  // a declared number that is another one is no hidden effect
+  StrangerTraits other_gain = flight.before;  // another value of a declared parameter is no hidden effect
   other_gain.gain *= 1.3;
   EXPECT_LT(bound(other_gain), 1.0);
 }
 
-// Catches a change of gain or trim that is named where the vehicle has landed and the hand holds its stick.
+// Catches a change of gain or trim that is named although the vehicle has landed and the pilot holds the stick.
 TEST(StrangersLanding, WithAHeldStickIsNoChangeOfTheVehicle) {
   for (const std::uint64_t seed : {1U}) {
     StrangerChance chance(seed);

@@ -85,11 +85,11 @@ void StrangerPilot::go_on_with_doublet(double t_s) {
     half_ = chance_.between(0.15, 0.9);
     target_ = first_ = chance_.sign() * reach_ * chance_.between(0.6, 1.6);
     next_s_ = t_s + half_;
-  } else if (first_ != 0.0) {  // the other half
+  } else if (first_ != 0.0) {  // the second half of the doublet
     target_ = -first_;
     next_s_ = t_s + half_;
     first_ = 0.0;
-  } else {  // a rest
+  } else {  // a pause
     target_ = 0.0;
     next_s_ = t_s + chance_.between(0.3, 1.5);
     half_ = 0.0;

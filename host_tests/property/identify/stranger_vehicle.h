@@ -8,7 +8,7 @@
 
 namespace m100::host_tests {
 
-/// Numbers drawn from one seed.
+/// Random numbers from one seed.
 class StrangerChance {
  public:
   explicit StrangerChance(std::uint64_t seed) : random_(seed * 2862933555777941757ULL + 3037000493ULL) {}
@@ -27,41 +27,40 @@ class StrangerChance {
   std::normal_distribution<double> normal_;
 };
 
-/// What answers to a stick: numbers of the vehicle that is flown, or of the one that is believed. The unit of the
-/// response is rad (roll, pitch) or m/s (climb).
+/// Parameters of one axis, of the flown or of the believed vehicle. The unit of the response is rad (roll, pitch) or
+/// m/s (climb).
 struct StrangerTraits {
   double gain = 9e-4;  ///< per count
   double frequency_rad_s = 8.0;
   double damping = 0.7;
-  double lag_s = 0.0;    ///< of motors and rotors, first order, beside the second order
-  double delay_s = 0.0;  ///< below zero: a response before its stick
+  double lag_s = 0.0;    ///< of motors and rotors, first order, in addition to the second order
+  double delay_s = 0.0;  ///< negative: the response precedes the stick
   double dead_zone_counts = 0.0;
   double trim_counts = 0.0;
   double backlash_counts = 0.0;  ///< half width
-  double asymmetry = 1.0;        ///< gain to the right over gain to the left, their mean is `gain`
+  double asymmetry = 1.0;        ///< gain to the right over gain to the left; their mean is `gain`
   double exponent = 1.0;         ///< of the stick's curve over 660 counts
   double saturation = 1e9;       ///< of the command, unit of the response
   double rate_limit_per_s = 1e9;
   double drift_per_minute = 0.0;
-  double cross = 0.0;         ///< of the other stick
-  double lead_s = 0.0;        ///< zero of the command, behind a filter of 5 ms
-  double spring_per_s = 0.0;  ///< a tether: pulls the response back by the distance flown beyond tether_m
+  double cross = 0.0;         ///< gain of the other stick
+  double lead_s = 0.0;        ///< zero of the command, after a filter of 5 ms
+  double spring_per_s = 0.0;  ///< of a tether: pulls the response back in proportion to the distance beyond tether_m
   double tether_m = 0.0;
 };
 
-/// Both sticks as they arrive, on the simulation's clock.
+/// Both sticks as received, on the simulation's clock.
 struct StrangerSticks {
   std::vector<double> own, other;  ///< counts from neutral
 };
 
 inline constexpr double kStrangerStep_s = 0.00125;
 
-/// The response without air and noise, step by step: an integrator of its own (Heun), which shares no code with what is
-/// tested.
+/// The response without air and noise, step by step, by a Heun integrator that shares no code with the tested code.
 class StrangerVehicle {
  public:
   explicit StrangerVehicle(const StrangerTraits& traits) : traits_(traits) {}
-  /// From now on another vehicle; what moves goes on.
+  /// Changes the vehicle; its state stays.
   void become(const StrangerTraits& traits) { traits_ = traits; }
   /// Advances by kStrangerStep_s. @param now  the step's number; @returns the response before the step.
   double step(const StrangerSticks& sticks, std::size_t now);
@@ -80,11 +79,11 @@ class StrangerVehicle {
   double flown_m_ = 0.0;
 };
 
-/// The whole response of a vehicle that becomes another one at change_s.
+/// The whole response of a vehicle whose parameters change at change_s.
 std::vector<double> response_of(const StrangerTraits& before, const StrangerTraits& after, double change_s,
                                 const StrangerSticks& sticks);
 
-/// A pilot, or a loop, of one of several styles: what is wanted of the stick at each step.
+/// Style of the stick's source: a pilot or a closed loop.
 enum class StrangerHand { kPilot, kSines, kDoublets, kHolds, kBangBang, kLoop };
 
 class StrangerPilot {
@@ -104,7 +103,7 @@ class StrangerPilot {
   StrangerChance& chance_;
   double next_s_ = 0.5;
   double target_ = 0.0;
-  double half_ = 0.0;  ///< of a doublet, still to come
+  double half_ = 0.0;  ///< half of a doublet that is still to come
   double first_ = 0.0;
   double stick_ = 0.0;
   std::vector<double> hz_, phase_;

@@ -16,11 +16,11 @@
 
 namespace m100::host_tests {
 
-/// How large an effect is when it is small, medium and large.
+/// Small, medium and large size of an effect.
 struct SyntheticSizes {
   std::string_view effect;
   std::array<double, 3> sizes;
-  double other_way = 1.0;  ///< factor for the half of the vehicles that have it the other way round
+  double other_way = 1.0;  ///< factor for the half of the vehicles that have it in the opposite direction
   bool is_ratio = false;   ///< the sizes are logarithms
 };
 inline constexpr std::array kSyntheticSizes{
@@ -42,20 +42,20 @@ inline constexpr std::array kSyntheticSizes{
     SyntheticSizes{"command_dropout", {0.06, 0.12, 0.25}},  // per second
 };
 
-/// Flies one roll axis of a vehicle of its own, shares no code with what is tested: fourth-order Runge-Kutta at 1 kHz,
-/// sticks as a hand moves them, air that is never still. Hidden effects by name, with their size; see random_size().
+/// Simulates one roll axis without sharing code with the tested one: fourth-order Runge-Kutta at 1 kHz, sticks as a
+/// pilot moves them, moving air. Hidden effects are given by name and size; see random_size().
 struct SyntheticAxis {
   double duration_s = 45.0;
   double gain_rad = 8.5e-4;
   double natural_frequency_rad_s = 8.5;
   double damping_ratio = 0.68;
   double delay_s = 0.02;
-  double air_rad = 0.004;  ///< coloured disturbance, standard deviation
+  double air_rad = 0.004;  ///< standard deviation of the coloured disturbance
   double air_time_s = 0.4;
   double sensor_rad = 0.002;
   bool first_order = false;
   std::map<std::string, double> hidden;
-  /// What is hidden from change_s on, instead of the above. Beside the effects: "gain" and "frequency" (factors),
+  /// Hidden effects after change_s, instead of those above. In addition: "gain" and "frequency" (factors),
   /// "transport_delay" [s] and "air" (factor of the disturbance).
   double change_s = 1e9;
   std::map<std::string, double> hidden_later;
@@ -77,7 +77,7 @@ struct SyntheticAxis {
     return log;
   }
 
-  /// Random vehicle, air and hand; `hidden` is added by the caller.
+  /// Random vehicle, air and pilot; the caller adds `hidden`.
   static SyntheticAxis random(std::uint64_t seed) {
     std::mt19937_64 random(seed * 7919 + 17);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -92,7 +92,7 @@ struct SyntheticAxis {
     return out;
   }
 
-  /// Size of an effect: 0 small, 1 medium, 2 large, with +-15 % of chance.
+  /// Size of an effect: 0 small, 1 medium, 2 large, with a random variation of +-15 %.
   static double random_size(const std::string& effect, int size, std::uint64_t seed) {
     std::mt19937_64 random(seed * 104729 + 5);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -113,7 +113,7 @@ struct SyntheticAxis {
  private:
   static constexpr double kPeriod_s = 0.01;
 
-  /// The effects that are there at one time.
+  /// The effects that are active at one time.
   struct Effects {
     const std::map<std::string, double>& sizes;
     bool has(const char* effect) const { return sizes.count(effect) > 0; }
@@ -124,7 +124,7 @@ struct SyntheticAxis {
   };
   Effects effects_at(double t_s) const { return {t_s < change_s ? hidden : hidden_later}; }
 
-  /// The stick as it arrives where commands are lost now and then: the last one is held.
+  /// The stick as received, with occasional lost commands: the last one is held.
   std::vector<double> received(const std::vector<double>& stick, std::mt19937_64& random) const {
     std::vector<double> out = stick;
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -145,7 +145,7 @@ struct SyntheticAxis {
     return out;
   }
 
-  /// Trim, dead zones and curve, in counts.
+  /// Applies trim, dead zones and curve, in counts.
   static double shaped(const Effects& effects, double counts) {
     double u = counts - effects.size_of("trim_offset", 0.0);
     const double width = effects.size_of("dead_zone", 0.0);
@@ -156,7 +156,7 @@ struct SyntheticAxis {
     return std::copysign(660.0 * std::pow(std::abs(u) / 660.0, effects.size_of("stick_curve", 1.0)), u);
   }
 
-  /// The limits, in rad.
+  /// Applies the limits, in rad.
   static double limited(const Effects& effects, double angle, double other) {
     const double tilt = std::hypot(angle, other);
     if (effects.has("tilt_limit") && tilt > effects.size_of("tilt_limit", 1.0)) {
@@ -191,7 +191,7 @@ struct SyntheticAxis {
   struct Motion {
     double angle = 0.0;
     double rate = 0.0;
-    double lagged = 0.0;  ///< a fast lag makes the derivative that a lead zero needs
+    double lagged = 0.0;  ///< state of a fast lag, which gives the derivative for a lead zero
   };
 
   /// One step of the dynamics with the natural frequency w towards a command. Lead zero and rate limit never change.
@@ -217,7 +217,7 @@ struct SyntheticAxis {
     }
   }
 
-  /// The angle at every sample.
+  /// @returns the angle at every sample.
   std::vector<double> answers(const std::vector<double>& command) const {
     constexpr int kSub = 10;
     const double h = kPeriod_s / kSub;
@@ -238,7 +238,7 @@ struct SyntheticAxis {
     return out;
   }
 
-  /// As the sensor sees it, through air that moves the vehicle.
+  /// Adds the disturbance by the air and the sensor's noise.
   std::vector<double> seen(std::vector<double> angle, std::mt19937_64& random) const {
     std::normal_distribution<double> normal;
     const double keep = std::exp(-kPeriod_s / air_time_s);
@@ -254,7 +254,7 @@ struct SyntheticAxis {
     return angle;
   }
 
-  // Held targets, reached as a hand reaches them.
+  // Held targets with smooth transitions, like a pilot's.
   static std::vector<double> hand(std::size_t size, std::mt19937_64& random) {
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     std::normal_distribution<double> normal;

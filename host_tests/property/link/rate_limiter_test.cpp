@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// DJI's window holds over every second, wherever it begins and however the clock jitters. Seeds are printed on failure.
+// DJI's window of rates must hold in every second, whatever its beginning and the jitter. Seeds are printed on failure.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Rate {
   const char* name;
   Channel channel;
   double rate_hz;
-  std::size_t most;  ///< in any second
+  std::size_t most;  ///< largest number in any second
 };
 
 class RateLimits : public ::testing::TestWithParam<Rate> {
@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(Channel, RateLimits,
                                            Rate{"Movement50", Channel::kMovement, 50, 50}),
                          [](const auto& tested) { return tested.param.name; });
 
-/// The most commands in any half-open second.
+/// Largest number of commands in any half-open second.
 std::size_t most_in_a_second(const std::vector<TimePoint>& times) {
   std::size_t most = 0;
   std::size_t first = 0;
@@ -53,7 +53,7 @@ std::size_t most_in_a_second(const std::vector<TimePoint>& times) {
   return most;
 }
 
-/// Sends whenever it may, at ticks that come `next(now)` later, for a minute.
+/// Sends whenever the limiter allows it, at ticks that are `next(now)` apart, for a minute.
 template <typename Next>
 std::vector<TimePoint> send_when_due(RateLimiter limiter, Next&& next) {
   std::vector<TimePoint> times;
@@ -66,7 +66,7 @@ std::vector<TimePoint> send_when_due(RateLimiter limiter, Next&& next) {
   return times;
 }
 
-// An adversary who looks all the time and sends at the first moment he may, with pauses to save up.
+// An adversary that checks continuously and sends at the first allowed moment, with pauses to save up commands.
 TEST_P(RateLimits, HoldAgainstOneWhoSendsAtTheFirstMomentHeMay) {
   RecordProperty("promise", "R4");
   for (unsigned seed = 0; seed < 20; ++seed) {
@@ -79,7 +79,7 @@ TEST_P(RateLimits, HoldAgainstOneWhoSendsAtTheFirstMomentHeMay) {
   }
 }
 
-// Ticks of 10 ms that come early or late by anything up to a tick, alternating, bursting, stalling.
+// Ticks of 10 ms with jitter of up to a tick, alternating, in bursts, and with stalls.
 TEST_P(RateLimits, HoldUnderAnyJitter) {
   RecordProperty("promise", "R4");
   for (unsigned seed = 0; seed < 200; ++seed) {
@@ -102,8 +102,8 @@ TEST_P(RateLimits, HoldUnderAnyJitter) {
   }
 }
 
-// Catches a limiter that is safe because it sends too little. A rate whose period is no whole number of ticks loses 4
-// %.
+// Catches a limiter that is safe only because it sends too little. A rate whose period is no whole number of ticks
+// loses 4 %.
 TEST_P(RateLimits, CostAtMostOnePercentAndAHalfOfARateOfWholeTicksUnderUsualJitter) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     std::mt19937 random(seed);
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(RateLimits, BothChannels, ::testing::Values(Channel::kV
                            return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
                          });
 
-/// Notes when the last byte of each flight command leaves: a line that takes bytes in pieces delays them.
+/// Records when the last byte of each flight command is sent: a line that takes bytes in pieces delays it.
 struct SentCommands : ByteTap {
   explicit SentCommands(std::size_t frame_bytes) : frame_bytes_(frame_bytes) {}
   void received(std::span<const std::byte>, TimePoint) override {}
@@ -142,7 +142,7 @@ struct SentCommands : ByteTap {
   protocol::FrameParser parser_;
 };
 
-/// A line that sticks now and then, and a pilot who takes control for a tenth of a second every 15 s.
+/// Blocks the line now and then, and lets the pilot take control for 0.1 s every 15 s.
 void disturb(hal::UartPair& cable, sim::N1Autopilot& autopilot, int tick, std::mt19937& random) {
   if (random() % 40 == 0) {
     cable.a_to_b().set_faults({.longest_write = random() % 3 == 0 ? 0U : random() % 60});
@@ -156,7 +156,7 @@ void disturb(hal::UartPair& cable, sim::N1Autopilot& autopilot, int tick, std::m
   }
 }
 
-// Catches a limiter that counts what is handed over, not what leaves, and one that a new start of control resets.
+// Catches a limiter that counts bytes given to the port instead of sent ones, and one that a new control resets.
 TEST_P(BothChannels, HoldOnALineThatSticksAndThroughLossesOfControl) {
   RecordProperty("promise", "R4");
   const std::size_t frame_bytes = GetParam() == Channel::kVirtualRc ? 82 : 35;

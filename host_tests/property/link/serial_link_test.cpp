@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The link program on a bad line with a capricious autopilot and operator: whatever happens, the examiner at the other
-// end has nothing to object to.
+// The link on a bad line, with random actions of autopilot and operator: the examiner at the other end must never find
+// a violation.
 #include <gtest/gtest.h>
 
 #include "host_tests/sim/ports/link_bench.h"
@@ -78,7 +78,7 @@ TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
                       bench.link.authority().stage == safety::Stage::kSilent ||
                       bench.link.authority().stage == safety::Stage::kSilentCold;
     if (idle) {
-      if (random.next() % 2 == 0) {  // the pilot agrees
+      if (random.next() % 2 == 0) {  // the pilot permits it
         bench.autopilot.set_mode(sim::N1Mode::kF);
         bench.autopilot.happen(N1Happening::kTake, 'r');
       }
@@ -91,12 +91,12 @@ TEST_P(CapriciousWorld, TheExaminerHasNothingToObject) {
     something(bench, random);
   }
   const sim::N1Record& record = bench.autopilot.record();
-  EXPECT_GT(times_in_control, 0U) << "a world in which nothing succeeds proves nothing";
-  // A frame leaves in the tick that decides on it, and is stamped by the autopilot's step: 2.5 ms.
+  EXPECT_GT(times_in_control, 0U) << "the test needs flights in control";
+  // Tolerance: the autopilot stamps a frame in steps of 2.5 ms.
   EXPECT_GE(record.least_obtain_spacing.count(), 2000000 - 2500);
   EXPECT_GE(record.least_on_spacing.count(), 2000000 - 2500);
   EXPECT_LE(record.most_commands_per_s, GetParam().channel == Channel::kVirtualRc ? 25U : 50U);
-  // Silence can be noticed only after its 500 ms; unit.serial_link holds each other loss to one period.
+  // Silence is noticed only after 500 ms; unit.serial_link checks that every other loss takes one period.
   EXPECT_LE(record.latest_after_loss, SerialLink::kHeardFor + bench.link.command_period());
 }
 

@@ -9,9 +9,9 @@
 
 namespace m100::host_tests {
 
-/// Makes frames out of noise: from back to front, where a start byte stands, turns what follows into the header of a
-/// known message and repairs its checksum, if the frame fits. @param choice decides, bit by bit, which start bytes are
-/// repaired, and with its lower bits which message each becomes.
+/// Makes frames out of noise. From back to front, turns the bytes after a start byte into the header of a known message
+/// and repairs the checksum, if the frame fits. @param choice selects by its bits which start bytes are repaired, and
+/// by its lower bits which message each becomes.
 inline void repair_mavlink(std::span<std::byte> bytes, std::uint64_t choice) {
   constexpr std::array<std::uint8_t, 8> kIds{138, 102, 111, 84, 76, 0, 253, 44};
   for (std::size_t at = bytes.size(); at-- > 0;) {

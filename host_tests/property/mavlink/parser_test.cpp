@@ -31,8 +31,7 @@ std::vector<std::uint8_t> sequences(Parser& parser, std::span<const std::byte> b
   return found;
 }
 
-// Bytes of garbage that tempt: start bytes of both versions, and headers of known messages that claim the longest
-// frame.
+// Misleading garbage: start bytes of both versions, and headers of known messages that claim the longest frame.
 Bytes garbage(sim::Random& random, std::size_t count) {
   Bytes bytes;
   while (bytes.size() < count) {
@@ -55,7 +54,7 @@ Bytes garbage(sim::Random& random, std::size_t count) {
   return bytes;
 }
 
-// Would catch a parser that believes the length of a false header, and skips what stands behind it.
+// Catches a parser that trusts the length of a false header and skips the bytes after it.
 TEST(MavlinkParser, EveryGoodFrameAmongGarbageIsFoundHoweverTheStreamIsCut) {
   RecordProperty("promise", "R11");
   sim::Random random(5, "mavlink");
@@ -65,7 +64,7 @@ TEST(MavlinkParser, EveryGoodFrameAmongGarbageIsFoundHoweverTheStreamIsCut) {
       append(stream, garbage(random, static_cast<std::size_t>(random.next() % 60)));
       append(stream, pose(static_cast<std::uint8_t>(n)).bytes());
     }
-    stream.resize(stream.size() + kMostFrameBytes);  // clean bytes, so that no false header waits
+    stream.resize(stream.size() + kMostFrameBytes);  // clean bytes, so that no false header stays incomplete
     Parser parser;
     const std::vector<std::uint8_t> found =
         sequences(parser, stream, 1 + static_cast<std::size_t>(random.next() % 700));
@@ -109,7 +108,7 @@ TEST(MavlinkParser, UnknownAndIncompatibleFramesAreCountedAndTheNextIsFound) {
   append(stream, unknown.bytes());
   append(stream, pose(3).bytes());
   Frame flagged = pose(4);
-  flagged.space[2] = std::byte{0x02};  // a flag that means: do not read this unless you know me
+  flagged.space[2] = std::byte{0x02};  // an incompatible flag: a receiver that does not know it must drop the frame
   append(stream, flagged.bytes());
   append(stream, pose(5).bytes());
   Parser parser;
@@ -149,8 +148,8 @@ TEST(MavlinkParser, APacketBeginsAnew) {
   EXPECT_EQ(parser.stats().bytes_dropped, 20U);
 }
 
-// Frames with valid checksums and any content, overlapping each other: what is delivered is in order, disjoint, and the
-// same however the stream is cut; every typed message decodes.
+// Overlapping frames with valid checksums and any content: delivered frames must be in order, disjoint and independent
+// of how the stream is cut; every typed message must decode.
 TEST(MavlinkParser, RepairedNoiseIsReadTheSameInEveryPortion) {
   sim::Random random(11, "mavlink noise");
   std::size_t frames = 0;
@@ -183,7 +182,7 @@ TEST(MavlinkParser, RepairedNoiseIsReadTheSameInEveryPortion) {
       frames += seen.size();
     }
   }
-  EXPECT_GT(frames, 1000U) << "a repair that repairs nothing tries nothing";
+  EXPECT_GT(frames, 1000U) << "too few repaired frames for a test";
 }
 
 }  // namespace

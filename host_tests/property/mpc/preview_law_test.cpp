@@ -14,8 +14,8 @@ namespace {
 
 using mpc::kHorizon;
 
-/// min 1/2 u'Hu + f'u, low <= u <= high by projected Newton with an exact search along the projected arc's first
-/// segment and a projected gradient step where it stalls. Slow, simple, and shares nothing with the firmware but H.
+/// Solves min 1/2 u'Hu + f'u, low <= u <= high by projected Newton with an exact search along the first segment of the
+/// projected arc, and a projected gradient step if it stalls. Slow and simple; shares only H with the firmware.
 class Reference {
  public:
   explicit Reference(const AxisProblem& problem) : problem_(problem), condensed_(condense(problem)) {}
@@ -42,7 +42,7 @@ class Reference {
     return f;
   }
 
-  /// u, in what the firmware calls input_rad.
+  /// @returns u, which is input_rad in the firmware.
   Vector solve_qp(const mpc::Problem<double>& p) const {
     const Vector f = gradient_at_zero(p);
     const Matrix& h = condensed_.h;
@@ -72,7 +72,7 @@ class Reference {
   }
 
  private:
-  /// Those that stand at no limit, or would leave it.
+  /// The inputs that are at no limit, or would leave it.
   static std::vector<Eigen::Index> free_inputs(const Vector& u, const Vector& g, Real low, Real high) {
     std::vector<Eigen::Index> free;
     for (Eigen::Index i = 0; i < u.size(); ++i) {
@@ -82,7 +82,7 @@ class Reference {
     }
     return free;
   }
-  /// Of the free inputs alone; the others stand.
+  /// Newton step of the free inputs; the others stay.
   static Vector newton_step(const Matrix& h, const Vector& g, const std::vector<Eigen::Index>& free) {
     const auto m = static_cast<Eigen::Index>(free.size());
     Matrix hf(m, m);
@@ -124,7 +124,7 @@ AxisProblem random_model(std::mt19937& random) {
   vehicle.mpc.tilt = between(0.0, 40.0);
   AxisProblem out = axis_problem(vehicle, random() % 2 == 0 ? Axis::kX : Axis::kY);
   if (random() % 3 == 0) {
-    out.u_min *= Real(0.5);  // limits that are not symmetric
+    out.u_min *= Real(0.5);  // asymmetric limits
   }
   return out;
 }
@@ -160,7 +160,7 @@ mpc::Problem<double> random_problem(std::mt19937& random) {
 
 class PreviewLaw : public ::testing::TestWithParam<unsigned> {};
 
-// Catches any wrong table entry, tap, sign, limit or step of the iteration, for models nobody has seen.
+// Catches any wrong table entry, tap, sign, limit or step of the iteration, for random models.
 TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
   std::mt19937 random(GetParam());
   for (int m = 0; m < 4; ++m) {
@@ -173,7 +173,7 @@ TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
     for (int i = 0; i < 25; ++i) {
       const mpc::Problem<double> problem = random_problem(random);
       const Vector optimum = reference.solve_qp(problem);
-      const mpc::Solution<double> solution = controller.solve(problem);  // the tableau of the problem before is kept
+      const mpc::Solution<double> solution = controller.solve(problem);  // keeps the tableau of the previous problem
       EXPECT_NE(solution.path, mpc::Path::kClipped);
       EXPECT_LE(solution.changes, mpc::kMaxChanges);
       for (std::size_t k = 0; k < kHorizon; ++k) {
@@ -188,7 +188,7 @@ TEST_P(PreviewLaw, IsTheOptimumOfAnIndependentSolver) {
 }
 INSTANTIATE_TEST_SUITE_P(Seed, PreviewLaw, ::testing::Range(1U, 9U));
 
-// The baseline must be what it is called: the same optimum with the limits taken away, cut to them, at every place.
+// The LQR baseline must be the optimum without limits, clipped to the limits, at every place.
 TEST_P(PreviewLaw, TheBaselineIsTheOptimumWithoutLimitsClipped) {
   std::mt19937 random(1000 + GetParam());
   unsigned bound = 0;
@@ -215,10 +215,10 @@ TEST_P(PreviewLaw, TheBaselineIsTheOptimumWithoutLimitsClipped) {
       bound += cut ? 1U : 0U;
     }
   }
-  EXPECT_GT(bound, 10U);  // else nothing was shown
+  EXPECT_GT(bound, 10U);  // otherwise the test shows nothing
 }
 
-// What is not a number must end in the flagged, finite answer, and must not poison the next tick.
+// A non-finite input must give the flagged, finite answer, and must not affect the next tick.
 TEST(PreviewLawFaults, ANumberThatIsNotOneGivesAFiniteClippedAnswer) {
   std::mt19937 random(3);
   const mpc::GainTable<double> table = make_gain_table(random_model(random));

@@ -17,7 +17,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// A constant reference, the state anywhere in the law's box; every third is small, where the limits hardly bind.
+/// A constant reference and a random state in the law's box; every third one is small, with hardly any active limits.
 mpc::Problem<double> constant_problem(std::mt19937& random, const mpc::GainTable<double>& table, bool rounded) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const double size = random() % 3 == 0 ? 0.1 : 1.0;
@@ -40,7 +40,7 @@ mpc::Problem<double> constant_problem(std::mt19937& random, const mpc::GainTable
   return problem;
 }
 
-/// The problem of one point of the box, in the numbers of the set-point law; the sides mirrored with `sign`.
+/// The problem of one point of the box, in the units of the set-point law; `sign` mirrors it.
 mpc::Problem<double> problem_at(const ParametricProgram& program, const mpc::GainTable<double>& table,
                                 const Eigen::VectorXd& scaled, double sign) {
   std::array<double, mpc::kSetpointStates> z{};
@@ -59,21 +59,21 @@ mpc::Problem<double> problem_at(const ParametricProgram& program, const mpc::Gai
   return problem;
 }
 
-/// The most changes of the active set with which the preview law answers problems of the box.
+/// Largest number of changes of the active set in the preview law over problems of the box.
 struct MostChanges {
   std::size_t regions = 0;   ///< critical regions in half the box; the other half is its mirror image
-  std::uint16_t cold = 0;    ///< from the empty set: a point inside each region, and its corners
-  std::uint16_t kept = 0;    ///< from the set of each region of the box to a point of each region of the half
-  std::uint32_t failed = 0;  ///< not answered by the iteration or by the table
+  std::uint16_t cold = 0;    ///< from the empty set, for a point inside each region and its corners
+  std::uint16_t kept = 0;    ///< from the active set of each region to a point of each region of the half box
+  std::uint32_t failed = 0;  ///< problems that neither the iteration nor the table solved
 };
 
 MostChanges most_changes(const AxisProblem& axis) {
 #ifdef M100_SANITIZED
-  constexpr std::size_t kEvery = 19;  // instrumented code takes a share of them
+  constexpr std::size_t kEvery = 19;  // instrumented code tests only every 19th
 #else
   constexpr std::size_t kEvery = 1;
 #endif
-  constexpr double kInside = 0.99;  // of the way from the middle to a corner
+  constexpr double kInside = 0.99;  // share of the way from the middle to a corner
   ParametricProgram program(axis, kSetpointBox);
   Allowance allowance;
   const SetpointProgress nobody;
@@ -139,8 +139,8 @@ Difference compare(const Table& table, const TableF& table_f, bool rounded, int 
   return out;
 }
 
-// The two exact laws know nothing of each other but H. Catches a missed or doubled region, a plane on the wrong side, a
-// leaf that stands for one region too many: any of them is wrong by more than a milliradian somewhere.
+// The two exact laws share only H. Catches a missed or doubled region, a plane on the wrong side, and a leaf that
+// covers one region too many: each gives an error of more than a milliradian somewhere.
 TEST(SetpointLaw, OfTheGeneratedTablesIsThePreviewLaw) {
   for (const auto& [table, table_f] : {std::pair{&mpc::generated::kX<double>, &mpc::generated::kX<float>},
                                        {&mpc::generated::kY<double>, &mpc::generated::kY<float>}}) {
@@ -154,10 +154,10 @@ TEST(SetpointLaw, OfTheGeneratedTablesIsThePreviewLaw) {
 
 TEST(SetpointLaw, StaysExactWhenTheTargetsAreRoundedToSixDecimals) {
   const Difference difference = compare(mpc::generated::kX<double>, mpc::generated::kX<float>, true, 100000, 2);
-  EXPECT_LE(difference.double_rad, 2e-6) << "one part in a million may fall beside a plane that moved by the rounding";
+  EXPECT_LE(difference.double_rad, 2e-6) << "tolerance: rounding may move a plane";
 }
 
-// A law for a first-order axis with the benchmark's weights: the tables of the trial had 1081 regions in both halves.
+// A law for a first-order axis with the benchmark's weights: the trial's tables had 1081 regions in the whole box.
 TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
   model::Vehicle vehicle;
   vehicle.pitch.time_constant_s = 0.087;
@@ -173,7 +173,8 @@ TEST(SetpointLaw, OfTheFirstOrderBenchmarkHasItsRegionsAndIsThePreviewLaw) {
   EXPECT_LE(difference.double_rad, 1e-9);
 }
 
-// In this box regions meet that share no facet: an earlier version split a cell for ever there, or for minutes.
+// Regression test: in this box, regions without a common facet touch, where an earlier version split a cell endlessly
+// or for minutes.
 TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
   const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
   const SetpointRows rows = make_setpoint_law(problem, {6.0, 4.0, 0.5, 2.0, 0.6, 0.31, 2e-5, 2e-5});
@@ -184,7 +185,7 @@ TEST(SetpointLaw, OfABoxWithHardCornersIsThePreviewLaw) {
   EXPECT_LE(compare(table, table_f, false, 100000, 5).double_rad, 1e-9);
 }
 
-// The work is counted, so that it ends at the same place on every machine: in a clean answer, not in a hang.
+// The limit counts work, not time: every machine stops at the same place, with a clean answer instead of a hang.
 TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
   const AxisProblem problem = axis_problem(mpc::generated::kVehicle, Axis::kX);
   double told = 0.0;
@@ -197,16 +198,16 @@ TEST(SetpointLaw, IsGivenUpWhenItsAllowanceIsSpent) {
   }
 }
 
-// Where the set-point law answers, the active set is not touched at all. How far the iteration would have to go there:
-// every critical region of the box is an active set, and all of them are known.
+// Where the set-point law answers, the iteration over active sets does not run. This test measures how many changes it
+// would need there: every critical region of the box is an active set, and all of them are known.
 TEST(SetpointLaw, TheMostChangesOfTheActiveSetInItsBoxByEnumeration) {
   std::string cold, kept;
   for (const Axis axis : {Axis::kX, Axis::kY}) {
     const MostChanges most = most_changes(axis_problem(mpc::generated::kVehicle, axis));
     EXPECT_GT(most.regions, 400U);
     EXPECT_EQ(most.failed, 0U);
-    EXPECT_LE(most.cold, mpc::kHorizon + 4) << "from the empty set hardly a change is taken back";
-    EXPECT_LE(most.kept, 3 * mpc::kMaxChanges / 4) << "a quarter of the cap is left";
+    EXPECT_LE(most.cold, mpc::kHorizon + 4) << "from the empty set, few changes should be reversed";
+    EXPECT_LE(most.kept, 3 * mpc::kMaxChanges / 4) << "a quarter of the limit must remain";
     cold += (cold.empty() ? "" : ", ") + std::to_string(most.cold);
     kept += (kept.empty() ? "" : ", ") + std::to_string(most.kept);
   }

@@ -11,7 +11,7 @@
 namespace m100::host_tests {
 namespace {
 
-/// What a header that begins eight bytes behind another has of its own: bytes 1 to 3 (LEN, SESSION), then byte 4.
+/// The free bytes of a header that begins eight bytes after another: bytes 1 to 3 (LEN, SESSION), then byte 4.
 struct DenseHeader {
   std::uint32_t start = 0;  ///< bytes 1 to 3, little-endian
   std::uint8_t cipher = 0;
@@ -33,7 +33,7 @@ std::uint16_t crc_of(std::size_t place, std::uint8_t value, std::uint16_t state 
 /// VER and RES0 of the next header, in the CRC16 of this one.
 constexpr std::uint16_t kFixedOfNext = 0xC0FC;
 
-/// CRC16 is a sum over bytes. For byte 9, the values by what they make of kFixedOfNext.
+/// CRC16 is a sum of contributions of the bytes. Groups the values of byte 9 by their effect on kFixedOfNext.
 struct ByByteNine {
   std::map<std::uint16_t, std::vector<std::uint8_t>> values;
   std::array<std::uint16_t, 256> crc{};
@@ -48,7 +48,7 @@ struct ByByteNine {
   }
 };
 
-/// All that can follow a header: byte 4 of this one, and bytes 1 to 3 of the next, of which two are this one's CRC16.
+/// All possible successors of a header: byte 4 of this one, and bytes 1 to 3 of the next, two of which are this CRC16.
 std::vector<std::pair<std::uint8_t, std::uint32_t>> dense_followers(std::uint32_t start, std::mt19937& random) {
   static const ByByteNine kByByteNine;
   std::vector<std::pair<std::uint8_t, std::uint32_t>> followers;
@@ -75,8 +75,7 @@ std::vector<std::pair<std::uint8_t, std::uint32_t>> dense_followers(std::uint32_
   return followers;
 }
 
-/// Headers that follow each other every eight bytes and come back to the first of them: depth first, with what leads
-/// nowhere remembered.
+/// Finds a cycle of headers that follow each other every eight bytes, by a depth-first search that remembers dead ends.
 std::vector<DenseHeader> dense_cycle(std::mt19937& random) {
   struct Visit {
     std::uint32_t start;

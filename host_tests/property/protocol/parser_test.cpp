@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What must hold for any byte stream. Streams come from fixed seeds, printed on failure.
+// Properties that must hold for any byte stream. Streams come from fixed seeds, which are printed on failure.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -32,7 +32,7 @@ std::vector<FoundFrame> parse(const Bytes& stream) {
   return found;
 }
 
-/// Each byte of the stream is in a delivered frame, dropped or pending, exactly once.
+/// Each byte of the stream must be delivered in a frame, dropped, or pending, exactly once.
 void expect_accounts_add_up(const FrameParser& parser, const std::vector<FoundFrame>& found, std::size_t bytes) {
   std::uint64_t covered = 0;
   std::uint64_t end = 0;
@@ -46,7 +46,7 @@ void expect_accounts_add_up(const FrameParser& parser, const std::vector<FoundFr
   EXPECT_EQ(covered + parser.stats().bytes_dropped + parser.pending_bytes(), bytes);
 }
 
-// Catches any shortcut of the fast parser: running checksums, skipped bytes, compaction.
+// Catches mistakes in the shortcuts of the fast parser: running checksums, skipped bytes, compaction.
 TEST(Parser, FindsExactlyTheFramesThatTheRulesName) {
   RecordProperty("promise", "R2");
   std::size_t frames = 0;
@@ -61,10 +61,10 @@ TEST(Parser, FindsExactlyTheFramesThatTheRulesName) {
     expect_accounts_add_up(parser, found, stream.size());
     frames += found.size();
   }
-  EXPECT_GT(frames, 50000U) << "the streams hold too few frames to prove anything";
+  EXPECT_GT(frames, 50000U) << "too few frames for a test";
 }
 
-// The same stream in any portions gives the same frames and the same statistics.
+// The same stream in any portions must give the same frames and the same statistics.
 TEST(Parser, DoesNotCareWhereTheStreamIsCut) {
   RecordProperty("promise", "R2");
   for (unsigned seed = 0; seed < 400; ++seed) {
@@ -102,7 +102,7 @@ TEST(Parser, TakesOneByteAtATime) {
   }
 }
 
-// Statistics too are the same for any portions, a frame of another version at the edge of a good one included.
+// Statistics must not depend on the portions either, even with a frame of another version at the edge of a good one.
 TEST(Parser, CountsAFrameOfAnotherVersionBehindAGoodOneWhereverTheStreamIsCut) {
   const Bytes good = telemetry_frame(1);
   Bytes other = good;
@@ -123,8 +123,8 @@ TEST(Parser, CountsAFrameOfAnotherVersionBehindAGoodOneWhereverTheStreamIsCut) {
   }
 }
 
-/// What the statistics should be, byte by byte: the classes of section "Error classes" of protocol/README.md, for a
-/// stream without a good frame.
+/// The expected statistics, byte by byte, for a stream without a good frame: the classes of section "Error classes" of
+/// protocol/README.md.
 protocol::ParserStats slow_statistics(const Bytes& stream) {
   protocol::ParserStats stats;
   for (std::size_t at = 0; at + protocol::kHeaderBytes <= stream.size(); ++at) {
@@ -149,11 +149,11 @@ protocol::ParserStats slow_statistics(const Bytes& stream) {
   return stats;
 }
 
-// Catches a search that steps over a header: each start byte of a stream without a frame is counted in its class.
+// Catches a search that skips a header: each start byte of a stream without a frame must be counted in its class.
 TEST(Parser, CountsEachStartByteOfAHostileStreamInItsClass) {
   for (unsigned seed = 0; seed < 600; ++seed) {
     std::mt19937 random(seed);
-    Bytes stream(1);  // one byte out of step, so that no other version is looked for
+    Bytes stream(1);  // misaligned by one byte, so that no other version is detected
     while (stream.size() < 3000) {
       switch (random() % 4) {
         case 0:
@@ -188,7 +188,7 @@ TEST(Parser, CountsEachStartByteOfAHostileStreamInItsClass) {
   }
 }
 
-// Exhaustive: every bit of every message, flipped once. Never accepted as it is, and the frame behind it arrives.
+// Exhaustive: every bit of every message is flipped once. It must never be accepted, and the next frame must arrive.
 TEST(Parser, AcceptsNoMessageWithOneBitFlipped) {
   RecordProperty("promise", "R2");
   const Bytes next = telemetry_frame(7);
@@ -205,7 +205,7 @@ TEST(Parser, AcceptsNoMessageWithOneBitFlipped) {
   }
 }
 
-// Exhaustive: every message cut at every length, followed by a good frame at once.
+// Exhaustive: every message is cut at every length and directly followed by a good frame.
 TEST(Parser, LosesNothingBehindATruncatedMessage) {
   RecordProperty("promise", "R2");
   const Bytes next = telemetry_frame(7);
@@ -221,7 +221,7 @@ TEST(Parser, LosesNothingBehindATruncatedMessage) {
   }
 }
 
-// In step again after at most one longest frame of clean bytes, whatever came before.
+// The parser must be in step again after at most one longest frame of clean bytes, whatever came before.
 TEST(Parser, IsInStepAgainAfterOneLongestFrame) {
   RecordProperty("promise", "R2");
   for (unsigned seed = 0; seed < 500; ++seed) {
@@ -262,7 +262,7 @@ TEST(Parser, RefusesWhatNoFrameCanBeAtOnce) {
        }) {
     Bytes stream = header(bad.length, 0, bad.cipher_byte, 1);
     const Bytes next = telemetry_frame(1);
-    append(stream, next);  // delivered without a byte more: nothing is waited for
+    append(stream, next);  // must be delivered without a further byte
     FrameParser parser;
     std::vector<FoundFrame> found;
     collect(parser, stream, found);
@@ -286,7 +286,7 @@ TEST(Parser, NamesAnotherVersionOfTheProtocol) {
   EXPECT_EQ(parser.stats().crc16_errors, 0U);
 }
 
-// Each bit that must be zero, set in a frame whose checksums were made with it.
+// Each bit that must be zero is set in a frame with matching checksums.
 TEST(Parser, RefusesEachReservedBitUnderGoodChecksums) {
   const Bytes good = telemetry_frame(1);
   for (const auto& [byte, first_bit] : {std::pair<std::size_t, unsigned>{2, 2}, {3, 6}, {5, 0}, {6, 0}, {7, 0}}) {
@@ -320,10 +320,11 @@ TEST(Parser, CountsEachStretchOfGarbageOnce) {
   collect(parser, stream, found);
   EXPECT_EQ(parser.stats().resyncs, 5U);
   EXPECT_EQ(parser.stats().bytes_dropped, 7U + 8U + 9U + 10U + 11U);
-  EXPECT_EQ(parser.stats().crc16_errors + parser.stats().crc32_errors, 0U) << "what is inside good frames is no error";
+  EXPECT_EQ(parser.stats().crc16_errors + parser.stats().crc32_errors, 0U)
+      << "bytes inside good frames must not count as errors";
 }
 
-// DJI's receiver keeps the last eleven bytes of a frame: a header may begin there.
+// DJI's receiver keeps the last eleven bytes of a frame, because a header may begin there.
 TEST(Parser, FindsAFrameThatBeginsInTheChecksumOfAnother) {
   for (std::uint16_t sequence = 0; sequence < 2000; ++sequence) {
     const Bytes first = make_frame({.is_ack = true, .sequence = sequence}, nullptr, Bytes(2));
@@ -338,10 +339,10 @@ TEST(Parser, FindsAFrameThatBeginsInTheChecksumOfAnother) {
     EXPECT_EQ(found[1].bytes, second);
     return;
   }
-  FAIL() << "no checksum ends in the start byte";
+  FAIL() << "found no checksum that ends in the start byte";
 }
 
-// A link that falls silent inside a frame: the next frame need not wait until the claimed length is full.
+// If a link falls silent inside a frame, the next frame must not have to wait until the claimed length is complete.
 TEST(Parser, AbandonsACandidateOnDemand) {
   FrameParser parser;
   std::vector<FoundFrame> found;
@@ -357,7 +358,7 @@ TEST(Parser, AbandonsACandidateOnDemand) {
 
 TEST(Parser, KeepsGoodFramesAmongGarbageWithoutStartBytes) {
   setenv("RC_PARAMS", "seed=7 max_success=200", 0);
-  const bool holds = rc::check("frames between stretches without a start byte all arrive", [] {
+  const bool holds = rc::check("all frames between stretches without a start byte arrive", [] {
     const auto gaps = *rc::gen::container<std::vector<std::vector<std::uint8_t>>>(
         rc::gen::container<std::vector<std::uint8_t>>(rc::gen::distinctFrom(std::uint8_t{0xAA})));
     Bytes stream;

@@ -4,7 +4,7 @@
 namespace m100::host_tests {
 namespace {
 
-/// Bit by bit, both checksums; written again here so that a mistake in protocol/crc.cpp does not hide itself.
+/// Both checksums, bit by bit; a second implementation, so that a mistake in protocol/crc.cpp is found.
 std::uint32_t checksum(const Bytes& stream, std::size_t from, std::size_t count, std::uint32_t polynomial) {
   std::uint32_t state = 0x3AA3;
   for (std::size_t i = from; i < from + count; ++i) {

@@ -14,10 +14,10 @@ struct FoundFrame {
   bool operator==(const FoundFrame&) const = default;
 };
 
-/// The frames of a whole stream by the rules alone, with no buffer, no running checksum and no thought of speed:
+/// Finds the frames of a whole stream directly by the rules, without a buffer, a running checksum or optimisation:
 /// start byte, both checksums bit by bit, all fixed fields zero, a possible length, filler inside whole cipher blocks.
-/// After a frame the search goes on eleven bytes before its end, as DJI's receiver does.
-/// A good header whose frame is cut off by the end of the stream ends the search: a receiver still waits for it.
+/// After a frame the search continues eleven bytes before its end, as in DJI's receiver.
+/// A valid header whose frame is cut off by the end of the stream ends the search: a receiver still waits for the rest.
 std::vector<FoundFrame> slow_parse(const Bytes& stream);
 
 }  // namespace m100::host_tests

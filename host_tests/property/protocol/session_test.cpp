@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Both sides of the sessions over a line that loses, doubles and delays frames, against a bookkeeper that sees all.
+// Both sides of the sessions over a line that loses, doubles and delays frames; a record of all events checks them.
 #include "protocol/session.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct OnTheLine {
   Bytes bytes;
 };
 
-/// Loses, doubles and delays (so that frames overtake each other).
+/// Loses, doubles and delays frames, so that they overtake each other.
 class Line {
  public:
   Line(double loss, std::mt19937& random) : loss_(loss), random_(random) {}
@@ -63,7 +63,7 @@ struct Outcome {
   int sent = 0;
 };
 
-/// The two sides, and the number of each request's outcomes.
+/// The two sides, and the number of outcomes of each request.
 class Exchange {
  public:
   Exchange(double loss, unsigned seed) : random_(seed), up_(loss, random_), down_(loss, random_) {}
@@ -79,7 +79,7 @@ class Exchange {
       for (auto due = client_.poll(now); due; due = client_.poll(now)) {
         repeat(*due, now);
       }
-      ASSERT_LT(now.time_since_epoch(), std::chrono::hours(1)) << "requests stay open for ever";
+      ASSERT_LT(now.time_since_epoch(), std::chrono::hours(1)) << "a request stays open for ever";
     }
   }
 
@@ -134,14 +134,14 @@ class Exchange {
   std::mt19937 random_;
   Line up_;
   Line down_;
-  RequestSessions client_{65000};  // the counter wraps on the way
+  RequestSessions client_{65000};  // the counter wraps during the test
   AnswerSessions server_;
   std::map<std::pair<std::uint8_t, std::uint16_t>, int> open_;
   std::map<int, Outcome> outcomes_;
 };
 
-// Whatever the line does: each request ends exactly once, in an answer or a reported failure, with at most three
-// transmissions. What is answered was executed.
+// On any line, each request must end exactly once, in an answer or a reported failure, after at most three
+// transmissions. An answered request must have been executed.
 TEST(Sessions, EveryRequestEndsOnce) {
   for (const double loss : {0., 0.01, 0.3, 0.8, 1.}) {
     for (unsigned seed = 0; seed < 10; ++seed) {
@@ -157,7 +157,7 @@ TEST(Sessions, EveryRequestEndsOnce) {
   }
 }
 
-/// A client that asks again and again, and a server half of whose answers are lost.
+/// A client that repeats requests, and a server half of whose answers are lost.
 class ForgetfulLine {
  public:
   explicit ForgetfulLine(unsigned seed) : random_(seed), client_(static_cast<std::uint16_t>(random_())) {}
@@ -202,7 +202,7 @@ class ForgetfulLine {
   std::map<std::uint32_t, int> executed_;
 };
 
-// On a line that keeps the order (no frame overtakes a later one of its session), nothing is executed twice.
+// On a line that keeps the order (no frame overtakes another one of its session), nothing may be executed twice.
 TEST(Sessions, NothingIsExecutedTwice) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     ForgetfulLine line(seed);

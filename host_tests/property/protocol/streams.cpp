@@ -49,7 +49,7 @@ Bytes false_header(std::mt19937& random) {
                 static_cast<std::uint16_t>(random()));
 }
 
-/// A good frame but for bits that must be zero; the checksums are made with them.
+/// A frame with reserved bits set and matching checksums.
 Bytes of_another_version(Bytes frame, std::mt19937& random) {
   constexpr std::array<std::pair<std::size_t, unsigned>, 4> kFixed{{{2, 0xFC}, {3, 0xC0}, {5, 0xFF}, {7, 0xFF}}};
   const auto [place, bits] = kFixed.at(random() % kFixed.size());
@@ -70,7 +70,7 @@ Bytes make_frame(const protocol::Envelope& envelope, const protocol::MessageId* 
   std::array<std::byte, protocol::kMaxFrameBytes> space;
   const auto frame = encode_frame(envelope, id, value, space, cipher);
   if (!frame) {
-    throw std::logic_error("no such frame");
+    throw std::logic_error("cannot encode the frame");
   }
   return {frame->begin(), frame->end()};
 }

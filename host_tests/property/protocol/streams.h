@@ -10,7 +10,7 @@
 #include "protocol/frame_encoder.h"
 #include "protocol/telemetry.h"
 
-// Byte streams to try a receiver with: clean ones, and those a clever enemy of its processor time would send.
+// Byte streams to test a receiver: clean ones, and hostile ones that cost it the most processor time.
 namespace m100::host_tests {
 
 using Bytes = std::vector<std::byte>;
@@ -22,10 +22,10 @@ inline void append(Bytes& stream, std::span<const std::byte> more) {
 Bytes make_frame(const protocol::Envelope& envelope, const protocol::MessageId* id, std::span<const std::byte> value,
                  const protocol::Cipher* cipher = nullptr);
 
-/// A telemetry frame with all items (142 bytes), every value different for every number.
+/// A telemetry frame with all items (142 bytes), with different values for each number.
 Bytes telemetry_frame(std::uint16_t number, std::uint16_t items = protocol::kAllTelemetryItems);
 
-/// Twelve bytes whose CRC16 holds.
+/// A header of twelve bytes with a valid CRC16.
 Bytes header(std::size_t length, std::uint8_t session, std::uint8_t cipher_byte, std::uint16_t sequence);
 
 Bytes random_bytes(std::size_t count, std::mt19937& random);
@@ -34,17 +34,17 @@ Bytes random_bytes(std::size_t count, std::mt19937& random);
 Bytes clean_telemetry(std::size_t count);
 Bytes noise(std::size_t count);
 Bytes start_bytes(std::size_t count);
-/// Headers of 1023-byte frames, one after the other, and no such frame.
+/// Headers of 1023-byte frames, one after the other, without such a frame.
 Bytes longest_headers(std::size_t count);
-/// Good headers of false frames, as close as they can be: every eight bytes, since bytes 1 to 7 of a good header cannot
-/// be the beginning of another. Each one's CRC16 is LEN and SESSION of the next, so they are searched for. The seed
-/// decides which, and how they lie to the parser's blocks.
+/// Valid headers of false frames as dense as possible: every eight bytes, because bytes 1 to 7 of a valid header cannot
+/// begin another one. The CRC16 of each is LEN and SESSION of the next, so they have to be searched for. The seed
+/// selects the headers and their alignment to the parser's blocks.
 Bytes densest_headers(std::size_t count, unsigned seed = 1);
 /// Clean frames, each preceded by a header that claims 1023 bytes.
 Bytes frames_behind_false_headers(std::size_t count);
 
 /// Good frames of random kinds and sizes among noise, cut frames, frames with flipped bits, false headers, headers as
-/// close as they can be, runs of start bytes, frames inside frames and frames of another version of the protocol.
+/// dense as possible, runs of start bytes, frames inside frames and frames of another version of the protocol.
 Bytes damaged_stream(std::size_t pieces, std::mt19937& random);
 
 }  // namespace m100::host_tests

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The authority table by itself, whatever the world does.
+// Properties of the authority table alone, for any behaviour of the world.
 #include "firmware/safety/authority_table.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace m100::safety {
 namespace {
 
-/// The one exhaustive look at the table itself: whatever else is true at the same time, a loss ends control.
+/// Exhaustive check of the table: a loss ends control, whatever other signs are set at the same time.
 TEST(AuthorityTable, WhateverElseIsTrueALossEndsControl) {
   RecordProperty("promise", "R4");
   constexpr AuthoritySign kFlying =
@@ -34,10 +34,10 @@ TEST(AuthorityTable, WhateverElseIsTrueALossEndsControl) {
   }
 }
 
-/// In every stage that is on the way to control, a loss leads to silence whatever else is true.
+/// In every stage on the way to control, a loss leads to silence, whatever other signs are set.
 TEST(AuthorityTable, ALossOnTheWayToControlEndsTheAttempt) {
   for (const Stage stage : {Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling}) {
-    for (std::uint32_t bits = 0; bits < (1U << 22U); ++bits) {  // no row of these stages asks for kOwed
+    for (std::uint32_t bits = 0; bits < (1U << 22U); ++bits) {  // no row of these stages needs kOwed
       const AuthoritySign signs = static_cast<AuthoritySign>(bits);
       const bool lost = !all(signs, AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF) ||
                         any(signs, AuthoritySign::kRestarted | AuthoritySign::kLostPush);
@@ -47,7 +47,7 @@ TEST(AuthorityTable, ALossOnTheWayToControlEndsTheAttempt) {
   }
 }
 
-/// Signs at random, a hundred times a second: whatever is seen, and whatever the operator wants.
+/// Random signs of telemetry and operator, a hundred times a second.
 TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryTwo) {
   RecordProperty("promise", "R4");
   constexpr core::Duration kTick = std::chrono::milliseconds(10);
@@ -58,7 +58,7 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
   int releases = 0;
   std::size_t most = 0;
   for (int i = 0; i < 400000; ++i) {
-    // Levels last for a while, edges are rare.
+    // Levels last for a while; edges are rare.
     const auto levels = static_cast<AuthoritySign>((random() | random()) & (i % 50 < 40 ? 0x7CCU : 0x7CCU & random()));
     const auto edges = static_cast<AuthoritySign>(random() % 8 == 0 ? 1U << (random() % 25U) : 0U);
     const AuthorityStep made = step(state, levels | edges, kTick);
@@ -77,7 +77,7 @@ TEST(AuthorityTable, GivingBackIsRepeatedAtMostFiveTimesASecondAndRequestsEveryT
       since_request = core::Duration{0};
     }
   }
-  EXPECT_GT(releases, 1000) << "a world in which nothing is given back proves nothing";
+  EXPECT_GT(releases, 1000) << "too few releases for a test";
   EXPECT_EQ(most, 5U);
 }
 
@@ -88,7 +88,7 @@ TEST(AuthorityTable, EveryReasonAndEveryStageHasAName) {
   for (const AuthorityRow& row : kAuthorityTable) {
     EXPECT_FALSE(name(row.reason).empty());
     const bool is_end = row.to == Stage::kSilent || row.to == Stage::kSilentCold || row.to == Stage::kPausing;
-    EXPECT_EQ(is_end && remedy(row.reason).empty(), false) << name(row.reason) << " leaves a person without a remedy";
+    EXPECT_EQ(is_end && remedy(row.reason).empty(), false) << name(row.reason) << " has no remedy for the operator";
   }
 }
 

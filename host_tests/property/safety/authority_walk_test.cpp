@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An exhaustive walk of the product of the authority table with an abstract autopilot, line and operator, in digital
-// time. Every state that any order of events can reach is visited once, every thing that can happen next is tried.
+// An exhaustive walk of the product of the authority table with an abstract autopilot, line and operator, in discrete
+// time. It visits every reachable state once, and tries every possible next event there.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Choice {
 
 class Walk {
  public:
-  /// @param masked the RC item shows Virtual RC's own mode while that is on, so mode F cannot be seen to end.
+  /// @param masked the RC item shows Virtual RC's own mode while that is on, which hides the end of mode F.
   Walk(bool uses_virtual_rc, bool masked)
       : uses_virtual_rc_(uses_virtual_rc), masked_(masked), table_(std::size_t{1} << kTableBits) {}
 
@@ -46,7 +46,7 @@ class Walk {
   std::uint64_t steps() const { return steps_; }
   const std::bitset<kStageCount>& stages() const { return stages_; }
 
-  /// One step of the world. Sets failure() if the examiner objects.
+  /// One step of the world. Sets failure() if the examiner finds a violation.
   World step_world(World world, const Choice& choice) {
     ++steps_;
     const core::Duration elapsed = choice.time_passes ? kUnit : core::Duration{0};
@@ -60,7 +60,7 @@ class Walk {
       signs |= AuthoritySign::kLostPush;
     }
     if (choice.telemetry_arrives) {
-      // A restart is seen by the autopilot's clock in the first telemetry after it; here it is the same step.
+      // The client notices a restart by the autopilot's clock in the first telemetry after it; here in the same step.
       signs |= when(choice.event == Event::kRestart, AuthoritySign::kRestarted);
       world.seen = {world.autopilot.f, world.autopilot.virtual_rc, world.autopilot.device, false};
     }
@@ -98,11 +98,11 @@ class Walk {
     world.open_old = world.open && (world.open_old || choice.time_passes);
     return sign;
   }
-  /// Start-up may run; control is asked for by an ask only, which is the table's own proof.
+  /// Start-up may run again. That control is requested only after an order is tested on the table itself.
   void examine_port_back(World& world) {
     world.must_be_silent = false;
     if (world.client.stage != Stage::kListening || world.client.asked) {
-      fail("a port came back, and the start-up does not begin anew or an ask of before still counts");
+      fail("after the port came back, start-up does not restart or an earlier order still counts");
     }
   }
   AuthoritySign operator_sign(World& world, Operator acts) const {
@@ -125,14 +125,14 @@ class Walk {
     const bool ours = world.autopilot.device == Device::kOurs && world.autopilot.f &&
                       (!uses_virtual_rc_ || world.autopilot.virtual_rc);
     if (commands && choice.telemetry_arrives && !ours) {
-      fail("a command leaves although telemetry of this tick says that authority is gone");
+      fail("a command is sent although this tick's telemetry reports the loss of authority");
     }
     if (commands && world.seen.silent) {
-      fail("a command leaves although the link has been silent for its limit");
+      fail("a command is sent although the link has been silent beyond its limit");
     }
     const bool leaves = made.action != Action::kNone && made.action != Action::kReleaseControl;
     if (world.must_be_silent && (commands || leaves)) {
-      fail("something leaves after a loss, before the operator asked");
+      fail("a byte is sent after a loss without a new order");
     }
     examine_spacing(world, made);
   }
@@ -144,10 +144,10 @@ class Walk {
       fail("two Virtual RC switches within two seconds");
     }
     if (made.action == Action::kRequestControl && world.obtains_since_ask >= kRequestsPerAction) {
-      fail("more than three requests for one ask");
+      fail("more than three requests for one order");
     }
     if (made.action == Action::kSwitchVirtualRcOn && world.ons_since_ask >= kRequestsPerAction) {
-      fail("more than three switches for one ask");
+      fail("more than three Virtual RC switches for one order");
     }
   }
 
@@ -189,7 +189,7 @@ class Walk {
       const World after = step_world(world, choice);
       add(after);
       if (after.open || after.since_on == 0 || after.client.since_release == core::Duration{0}) {
-        // Something was sent, perhaps: it may have been lost.
+        // A request may have been sent; it may be lost.
         choice.request_arrives = false;
         add(step_world(world, choice));
       }
@@ -197,7 +197,7 @@ class Walk {
   }
 
   void add(const World& world) {
-    const std::uint64_t key = pack(world) + 1;  // 0 marks an empty place
+    const std::uint64_t key = pack(world) + 1;  // 0 marks an empty slot
     auto place = static_cast<std::size_t>(key * 0x9E3779B97F4A7C15ULL >> (64U - kTableBits));
     while (table_[place] != 0 && table_[place] != key) {
       place = (place + 1) & ((std::size_t{1} << kTableBits) - 1);
@@ -206,7 +206,7 @@ class Walk {
       table_[place] = key;
       order_.push_back(key - 1);
       if (order_.size() > table_.size() / 2) {
-        fail("more states than the walk has room for");
+        fail("more states than the table can hold");
       }
     }
   }
@@ -238,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(Product, AuthorityWalk,
                                            Variant{"Movement", false, false}),
                          [](const auto& tested) { return tested.param.name; });
 
-/// If the operator asks and the world is kind. @returns the stage it ends in.
+/// Continues with an order and without faults. @returns the final stage.
 Stage way_to_control(Walk& walk, World world) {
   for (int n = 0; n < 80 && !may_command(world.client.stage); ++n) {
     const Stage stage = world.client.stage;
@@ -252,13 +252,13 @@ Stage way_to_control(Walk& walk, World world) {
   return world.client.stage;
 }
 
-/// If the operator stops and the line is whole: how many units until the aircraft is the transmitter's; -1: not in ten.
+/// Continues with the operator's stop on a good line. @returns units until the transmitter has control; -1: not in ten.
 int way_to_the_pilot(Walk& walk, World world) {
   for (int n = 0; n < 40; ++n) {
     if (world.autopilot.device != Device::kOurs && !world.autopilot.virtual_rc) {
       return n / 4;
     }
-    // In between, instants in which only answers arrive: what start-up has to say takes no time beside this.
+    // Between units there are steps of zero time in which only answers arrive: start-up messages take negligible time.
     world =
         walk.step_world(world, {.acts = n == 0 ? Operator::kReleases : Operator::kNothing, .time_passes = n % 4 == 3});
   }
@@ -272,11 +272,11 @@ TEST_P(AuthorityWalk, NoOrderOfEventsBreaksAPromise) {
   EXPECT_EQ(walk.failure(), "");
   RecordProperty("states", static_cast<int>(walk.states().size()));
   std::cout << walk.states().size() << " states, " << walk.steps() << " steps\n";
-  // The movement channel has nothing to enable.
+  // The movement channel has no stage for enabling Virtual RC.
   EXPECT_EQ(walk.stages().count(), kStageCount - (GetParam().uses_virtual_rc ? 0U : 1U)) << walk.stages();
 
-  // From each state there is a way back to control and one to the pilot: two units of half a second, the first release
-  // and the second, and one in which the first may have been just too early.
+  // From each state there must be a way to control and one to the pilot. The latter takes at most two units of half a
+  // second: one for the first and second release, and one in case the first was just too early.
   const std::size_t stride = walk.states().size() / 20000 + 1;
   for (std::size_t i = 0; i < walk.states().size(); i += stride) {
     const World world = unpack(walk.states()[i]);

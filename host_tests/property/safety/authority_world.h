@@ -9,13 +9,12 @@
 #include "firmware/safety/authority.h"
 #include "firmware/safety/authority_table.h"
 
-// The world of the exhaustive walk: an abstract autopilot, what its telemetry last said, and the client's state, packed
-// into 64 bits.
+// The world of the exhaustive walk, packed into 64 bits: an abstract autopilot, its last telemetry, the client's state.
 
 namespace m100::safety::walk {
 
 /// The unit of time: every threshold is a multiple of it (ack and silence 1, confirming and listening 2, spacing and
-/// items 4, pausing 10). A step takes none or one of it, so things can also happen in the same instant, in any order.
+/// items 4, pausing 10). A step takes zero or one unit, so that events can also happen at the same time, in any order.
 inline constexpr core::Duration kUnit = std::chrono::milliseconds(500);
 static_assert(kRequestSpacing % kUnit == core::Duration{0} && kConfirmTime % kUnit == core::Duration{0} &&
               kListenTime % kUnit == core::Duration{0} && kPauseTime % kUnit == core::Duration{0} &&
@@ -38,7 +37,7 @@ enum class Operator : std::uint8_t { kNothing, kAsks, kReleases };
 inline constexpr std::uint8_t kEvents = 8;
 inline constexpr std::uint8_t kOperators = 3;
 
-/// What the autopilot is, and what its last telemetry said it was.
+/// State of the autopilot, actual or as its last telemetry reported it.
 struct Autopilot {
   bool f = true;
   bool activated = false;
@@ -57,12 +56,12 @@ struct Seen {
 struct World {
   AuthorityState client;
   bool open = false;      ///< a request waits for its answer
-  bool open_old = false;  ///< for one unit or more: given up at the next step
+  bool open_old = false;  ///< waiting for one unit or more: given up at the next step
   Action question = Action::kNone;
-  Ack ack = Ack::kNone;  ///< on its way
+  Ack ack = Ack::kNone;  ///< answer on its way
   Autopilot autopilot;
   Seen seen;
-  // The examiner's own memory, apart from the client's.
+  // The examiner's state, independent of the client's.
   std::uint64_t since_obtain = kSpacingUnits;
   std::uint64_t since_on = kSpacingUnits;
   std::uint64_t obtains_since_ask = 0;
@@ -70,14 +69,14 @@ struct World {
   bool must_be_silent = false;
 };
 
-/// What makes no difference to what can follow are made equal, so that the walk ends.
+/// Makes states equal that have the same future, so that the walk ends.
 inline void canonicalise(World& world) {
   AuthorityState& client = world.client;
   client.reason = Reason::kNone;
   client.since_request = std::min(client.since_request, kRequestSpacing);
   client.since_switch = std::min(client.since_switch, kRequestSpacing);
   client.since_release = client.since_release < kReleaseSpacing ? core::Duration{0} : kAgeLimit;
-  client.releases = 0;  // the pause of giving back only delays; GivingBackIsRepeated... counts
+  client.releases = 0;  // the pause between releases only delays; GivingBackIsRepeated... tests the count
   const bool timed = client.stage == Stage::kListening || client.stage == Stage::kPausing ||
                      client.stage == Stage::kConfirming || client.stage == Stage::kEnabling ||
                      client.stage == Stage::kAwaitingTelemetry;
@@ -88,7 +87,7 @@ inline void canonicalise(World& world) {
     world.ack = Ack::kNone;
   }
   if (!(kAcquiring | kHolding).has(client.stage)) {
-    client.requests = 0;  // the next ask sets them to zero anyway
+    client.requests = 0;  // the next order sets them to zero
     client.switches = 0;
   }
 }
@@ -192,12 +191,12 @@ inline World unpack(std::uint64_t word) {
   return w;
 }
 
-/// @returns true: authority was lost, so a push is on its way.
+/// @returns true if authority was lost, so that a push is on its way.
 inline bool happen(Autopilot& autopilot, Event event) {
   const bool had = autopilot.device == Device::kOurs;
   switch (event) {
     case Event::kNothing:
-    case Event::kPortBack:  // the client's own end of the line
+    case Event::kPortBack:  // an event at the client's end of the line
       break;
     case Event::kLeaveF:
       autopilot = {.f = false, .activated = autopilot.activated};
@@ -214,7 +213,7 @@ inline bool happen(Autopilot& autopilot, Event event) {
       break;
     case Event::kRestart:
       autopilot = {.f = autopilot.f};
-      return false;  // it says nothing
+      return false;  // without a push
     case Event::kEndVirtualRc:
       autopilot.virtual_rc = false;
       break;
@@ -252,7 +251,7 @@ inline Ack give_back(Autopilot& autopilot) {
   return autopilot.device == Device::kOurs ? Ack::kAgain : Ack::kDone;
 }
 
-/// What the autopilot makes of a request that reaches it (protocol, sections 6.1, 7 and 11).
+/// The autopilot's reaction to a request that reaches it (protocol, sections 6.1, 7 and 11).
 inline Ack receive(Autopilot& autopilot, Action request) {
   switch (request) {
     case Action::kAskVersion:
@@ -290,7 +289,7 @@ inline AuthoritySign sign_of(Ack ack) {
   return AuthoritySign::kNone;
 }
 
-/// Nobody listens to the answer to a release: telemetry tells.
+/// The client ignores the answer to a release, because telemetry shows the result.
 inline bool waits_for_answer(Action action) {
   return action != Action::kNone && action != Action::kSwitchVirtualRcOn && action != Action::kReleaseControl;
 }

@@ -42,8 +42,8 @@ double random_number(std::mt19937_64& random) {
 
 class SupervisorObservations : public ::testing::TestWithParam<int> {};
 
-// Whatever is reported in whatever order: no transmission without authority and mode F, nothing up from level or
-// silence without the operator, every number finite, inside its range and its slew.
+// For any sequence of observations: no transmission without authority and mode F, no step up from level or silence
+// without the operator, and every number finite and inside its range and slew limit.
 TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
   RecordProperty("promise", "R4,R5");
   std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
@@ -78,7 +78,7 @@ TEST_P(SupervisorObservations, NeverGrantWhatTheyMustNot) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, SupervisorObservations, ::testing::Range(1, 9));
 
-// Every state, every set of signs, all 2^11 of them: whoever may not command is silent in the next tick.
+// Every state and all 2^11 sets of signs: without permission to command, the ladder is silent in the next tick.
 TEST(Ladder, LeaveEveryStateWhenAuthorityGoes) {
   for (int bits = 0; bits < (1 << 11); ++bits) {
     const LadderSign signs = static_cast<LadderSign>(bits);

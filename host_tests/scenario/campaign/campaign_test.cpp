@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Worlds x tasks x seeds, and what splitting and joining must not change.
+// Campaigns over worlds, tasks and seeds; splitting and merging must not change the result.
 #include "host_tests/lab/campaign/campaign.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace m100::lab::campaign {
 namespace {
 
-/// Two worlds, the second of which nobody can fly: no pose ever comes.
+/// Two worlds; in the second one no flight is possible, because no pose arrives.
 Campaign small() {
   Campaign campaign;
   campaign.worlds.push_back({.name = "kind", .path = "a b/kind.toml", .digest = "1", .plant = sim::measured_plant()});
@@ -31,7 +31,7 @@ std::string text_of(const Campaign& campaign, const Share& share, std::size_t jo
   return to_json(campaign, share, fly(campaign, share, jobs, {})).dump(1);
 }
 
-/// One campaign for all tests of this file: it is flown once.
+/// The campaign of all tests of this file, flown once.
 const std::string& whole() {
   static const std::string kText = text_of(small(), {}, 1);
   return kText;
@@ -54,7 +54,7 @@ TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
   EXPECT_EQ(kind.at("tasks").at("step_1m").at("flights"), 2);
   EXPECT_LT(kind.at("tasks").at("hover").at("pose_rms_m").at("max").get<double>(), 0.052);  // the paper's hover
   EXPECT_TRUE(kind.at("failures").empty());
-  // What the observer says of its own error is of the right size: a NEES of 0.2 to 2 in calm air; 1 is right.
+  // The observer's covariance matches its errors: NEES of 0.2 to 2 in calm air; the ideal value is 1.
   EXPECT_GT(kind.at("nees").get<double>(), 0.2);
   EXPECT_LT(kind.at("nees").get<double>(), 2.0);
   EXPECT_GT(kind.at("nis").get<double>(), 0.0);
@@ -63,7 +63,8 @@ TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
   const auto& blind = report.at("worlds").at("blind");
   EXPECT_EQ(blind.at("stayed"), 0);
   ASSERT_EQ(blind.at("failures").size(), 4U);
-  EXPECT_TRUE(blind.at("pose_rms_m").at("median").is_null()) << "what never flew has no error, not an error of nought";
+  EXPECT_TRUE(blind.at("pose_rms_m").at("median").is_null())
+      << "a flight that never began must have no error, not an error of zero";
   EXPECT_TRUE(blind.at("tasks").at("hover").at("tilt_rms_deg").is_null());
   const auto& first = blind.at("failures").at(0);
   EXPECT_EQ(first.at("task"), "hover");
@@ -72,7 +73,7 @@ TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
   EXPECT_EQ(first.at("command"), "m100-lab campaign blind.toml --tasks hover --flights 1 --seed 7 --channel movement");
 }
 
-// A command that repeats one flight must find the same flight, whichever seeds were flown before it.
+// A command that repeats one flight must give the same flight, whatever seeds were flown before.
 TEST(Campaign, RepeatsASingleFlightAsItWas) {
   Campaign one = small();
   one.worlds.resize(1);
@@ -98,7 +99,7 @@ TEST(Campaign, JoinedFromItsPartsIsByteForByteTheWhole) {
   EXPECT_EQ(merged({saved("whole", whole())}).dump(1), whole());
 
   EXPECT_THROW(merged({parts[0], parts[1]}), InputError);            // one is missing
-  EXPECT_THROW(merged({parts[0], parts[1], parts[1]}), InputError);  // one stands twice
+  EXPECT_THROW(merged({parts[0], parts[1], parts[1]}), InputError);  // one is there twice
   EXPECT_THROW(merged({saved("other", "{\"worlds\": {}}")}), InputError);
   Campaign other = small();
   other.worlds[0].digest = "3";

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Aircraft that are not what the vehicle file says: which changes the loop stands, one by one, in pairs and all at once.
+"""Flies aircraft that differ from the vehicle file: which changes the loop tolerates, single, in pairs, all at once.
 
 Usage: changes.py M100_LAB [--mode field|calm_room] [--vehicles N] [--flights N]
        changes.py M100_LAB --drawn FROM:TO [--mode M]
        changes.py M100_LAB --inside N [--mode M]
-Every change is one of the measured plant, on both tilt axes; all six tasks. Prints how many flights swing (a limit cycle, as
-m100-lab campaign judges it), in how many it was noticed in flight, and how many did not stay: of each single change, 3 seeds (--flights); of pairs, one seed of hover
-and a step of 3 m; of N (default 40) drawn vehicles that differ in everything at once, one seed of each task. Exit 1 if a flight
-of a single change swings or does not stay. With --drawn the drawn vehicles of these numbers alone, a row for each that swings
-or does not stay, and their sum. With --inside N vehicles, every number of both tilt axes drawn inside its identified interval, of
-each structure that the measured flights allow: one flight each, the tasks in turn; exit 1 if one swings or does not stay.
+Every change modifies both tilt axes of the measured plant. Prints how many flights swing (a limit cycle, as m100-lab
+campaign judges it), in how many this was noticed in flight, and how many did not stay. Single changes fly all six tasks
+with 3 seeds (--flights); pairs fly hover and a step of 3 m with one seed; N (default 40) drawn vehicles, which differ
+in everything at once, fly all tasks with one seed. Exit 1 if a flight of a single change swings or does not stay.
+--drawn FROM:TO flies only the drawn vehicles of these numbers; prints those that swing or do not stay, and the sum.
+--inside N flies N vehicles, with every number of both tilt axes drawn inside its identified interval, of each structure
+that the measured flights allow: one flight each, the tasks in turn. Exit 1 if one swings or does not stay.
 """
 import itertools
 import json
@@ -28,9 +29,9 @@ SEED = 20261122
 HEAD = ["change", "flights", "did not stay", "swing", "noticed", "worst tilt [deg]"]
 TASKS = ("hover", "step_1m", "step_3m", "step_6m", "square", "trajectory")
 KEYS = ("scale_rad_per_count", "natural_frequency_rad_s", "damping_ratio", "transport_delay_s", "lead_zero_s", "dead_zone_counts")
-# What m100-lab identify says (95 %) of the flights from which the default vehicle file comes: --log pitch_roll.csv --declare
-# second_order,transport_delay,dead_zone --train 12:38 --validate 38:55.5. The measured plant's structure has no zero; it gets the
-# same shares of its own numbers, and a delay between none and a command period.
+# 95 % intervals of m100-lab identify for the flights behind the default vehicle file: --log pitch_roll.csv --declare
+# second_order,transport_delay,dead_zone --train 12:38 --validate 38:55.5. The measured plant's structure has no zero;
+# its intervals are the same shares of its own numbers, with a delay between zero and one command period.
 INTERVALS = {
     "lead zero": {"roll": ((8.91e-4, 9.36e-4), (6.24, 8.47), (0.706, 0.785), (0.0437, 0.0596), (0.0592, 0.156), (10.8, 18.4)),
                   "pitch": ((8.56e-4, 9.23e-4), (5.58, 6.80), (0.688, 0.752), (0.0509, 0.0638), (0.114, 0.200), (13.5, 21.0))},
@@ -39,7 +40,7 @@ INTERVALS = {
 
 
 def world(gain=1.0, frequency=1.0, delay_s=0.0, payload_kg=0.0, **more):
-    """The text of a plant file. more: keys of both tilt axes."""
+    """-> the text of a plant file. more: further keys of both tilt axes."""
     text = ""
     for axis, (scale, natural, delay) in AXES.items():
         text += (f"[axis.{axis}]\nscale_rad_per_count = {scale * gain:.5e}\nnatural_frequency_rad_s = {natural * frequency:.4f}\n"
@@ -49,7 +50,7 @@ def world(gain=1.0, frequency=1.0, delay_s=0.0, payload_kg=0.0, **more):
 
 
 def pairs():
-    """-> {name: changes}: two single changes at once, where they do not contradict each other"""
+    """-> {name: changes}: all pairs of single changes that do not contradict each other"""
     out = {}
     for (first, one), (second, other) in itertools.combinations(SINGLE.items(), 2):
         if not set(one) & set(other):
@@ -82,7 +83,7 @@ def inside(vehicles):
 
 
 def fly(program, worlds, *options):
-    """-> {name: its part of the campaign's report}. worlds: {name: changes of world(), or the text of a plant file}"""
+    """-> {name: its part of the campaign's report}. worlds: {name: arguments of world() or a plant file's text}"""
     with tempfile.TemporaryDirectory() as folder:
         answer, paths = pathlib.Path(folder) / "answer.json", {}
         for number, (name, changes) in enumerate(worlds.items()):
@@ -111,7 +112,7 @@ def value(words, option, otherwise):
 
 
 def fly_drawn(program, first, last, common):
-    """-> rows: each of the drawn vehicles first to last - 1 that swings or does not stay, with what was drawn, and their sum"""
+    """-> rows: each of the vehicles first to last - 1 that swings or does not stay, with its numbers; then the sum"""
     worlds = {name: changes for name, changes in list(drawn(last).items())[first:]}
     reports = fly(program, worlds, "--flights", "1", *common)
     rows = [row(name + ": " + ", ".join(f"{key} {value:.3g}" for key, value in worlds[name].items()), [report])
@@ -120,7 +121,7 @@ def fly_drawn(program, first, last, common):
 
 
 def fly_inside(program, vehicles, common):
-    """-> (rows: each structure; whether all stay and none swings)"""
+    """-> (one row for each structure, whether all stay and none swings)"""
     worlds = inside(vehicles)
     reports = {}
     for turn, task in enumerate(TASKS):

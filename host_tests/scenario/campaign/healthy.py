@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""In the worlds that ship nothing speaks (promise R17): no swing is noticed in flight, neither poses nor attitude are
-called a lie, no axis is said to have left its model, and the observer's gate refuses no pose for as long as the ladder
-asks about.
+"""Checks promise R17 in the shipped worlds: no monitor, gate or alarm reports anything. In no flight is a limit cycle
+noticed, poses or attitude called false, an axis reported as having left its model, or a pose refused for long enough
+that the ladder would act.
 
 Usage: healthy.py M100_LAB [--flights N] [--seed N]
-Flies N (default 12: 1008 flights) flights of each of the six tasks in each world, and names those in which something
-spoke. Whether they stay is another question: exit 1 for a false alarm alone.
+Flies N (default 12: 1008 flights) flights of each of the six tasks in each world, and names those with a false alarm.
+Exit 1 only for a false alarm; whether the flights stay is not checked here.
 """
 import json
 import pathlib
@@ -17,8 +17,8 @@ import tempfile
 WORLDS = pathlib.Path(__file__).resolve().parents[2] / "lab/campaign/worlds"
 
 
-# What a flight's record says, and the most of it that is silence. A pose after a gap may be refused while the observer
-# asks for more of them that agree (three, at up to 240 Hz within its 0.1 s).
+# Keys of a flight's record, and the largest value that is no alarm. Poses after a gap may be refused while the observer
+# waits for three that agree, for at most 0.1 s: 24 poses at 240 Hz.
 MOST = {"swing_noticed_s": -1.0, "contradicted": False, "left_model": False, "refused_poses": 24}
 
 
@@ -41,7 +41,7 @@ def main():
     spoke = [(flight, what) for flight, what in spoke if what]
     for flight, what in spoke:
         print(f"{flight['world']}, {flight['task']}, seed {flight['seed']}: {', '.join(what)}")
-    print(f"{len(spoke)} of {len(flown)} flights: something spoke")
+    print(f"{len(spoke)} of {len(flown)} flights with a false alarm")
     return 1 if spoke or not flown else 0
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Flights in worlds that are drawn by number: no constant of the flight code can be fitted to them.
+"""Flies in worlds that are drawn from a seed, so that no constant of the flight code can be fitted to them.
 
 Usage: held_out.py M100_LAB [--worlds N] [--seed S] [--keep FOLDER]
-Draws N (default 48) worlds, a third of each kind: a pose of any latency, jitter, rate, drift and reported age that is
-promised; wind of any direction up to what the aircraft holds against; both at once. Flies the six tasks in each, with a
-seed of its own, and the hover of the same air with the measured pose beside it. Exit 1 where a flight falls below coast
-or leaves its fence, tilts by more than 35 degrees, hovers with more than twice the tilt of the kind world, or the
-observer's errors are not what it claims (mean NEES of a world outside 0.2 to 3). --keep leaves plant files and answers.
+Draws N (default 48) worlds, a third of each kind: a pose with any promised latency, jitter, rate, drift and reported
+age; wind of any direction up to the control authority; both at once. Flies the six tasks in each, with a seed of its
+own, and for comparison a hover in the same air with the measured pose (the kind world). Exit 1 if a flight falls below
+coast or leaves its fence, tilts by more than 35 degrees, hovers with more than twice the tilt of the kind world, or if
+the observer's errors do not match its covariance (mean NEES of a world outside 0.2 to 3). --keep keeps the files.
 """
 import json
 import math
@@ -28,7 +28,7 @@ LATEST_S = 0.140  # latency and jitter together
 
 
 def pose(dice):
-    """Uniform, with the ends of each range drawn more often than chance would."""
+    """-> a pose section. Uniform in each range, but the ends of a range have a raised probability."""
     latency_s = dice.choice((0.0, 0.1, dice.uniform(0.0, 0.1), dice.uniform(0.0, 0.1)))
     jitter_s = min(dice.choice((0.0, 0.04, dice.uniform(0.0, 0.04), dice.uniform(0.0, 0.04))), LATEST_S - latency_s)
     rate_hz = dice.choice((30.0, 240.0, dice.uniform(30.0, 240.0), dice.uniform(30.0, 240.0)))
@@ -39,7 +39,7 @@ def pose(dice):
 
 
 def air(dice, push_m_s2=None):
-    """@param push_m_s2 with the gusts, on the worse axis; none: drawn, up to what is held against"""
+    """-> an air section. @param push_m_s2 including gusts, on the worse axis; None: drawn, up to MOST_PUSH_M_S2"""
     direction = dice.uniform(0.0, 2.0 * math.pi)
     along, across = math.cos(direction), math.sin(direction)
     push_m_s2 = push_m_s2 or dice.uniform(0.1 * MOST_PUSH_M_S2, MOST_PUSH_M_S2)
@@ -49,7 +49,7 @@ def air(dice, push_m_s2=None):
 
 
 def draw(seed, number):
-    """-> kind, text of its plant file, text of the same air with the measured pose"""
+    """-> kind, text of its plant file, text of the kind world: the same air with the measured pose"""
     dice = random.Random(f"{seed} {number}")
     kind = ("pose", "wind", "both")[number % 3]
     blows = "# still air\n" if kind == "pose" else air(dice)
@@ -57,7 +57,7 @@ def draw(seed, number):
 
 
 def option_of(words):
-    """-> what stands behind an option, or something else"""
+    """-> a function that gives the value of an option, or a default"""
     return lambda option, otherwise: words[words.index(option) + 1] if option in words else otherwise
 
 
@@ -71,20 +71,20 @@ def report_of(program, folder, name, text, *options):
 
 
 def fly(program, folder, name, text, *options):
-    """-> what a world's report says of all its flights"""
+    """-> the summary of a world's flights"""
     return report_of(program, folder, name, text, *options)["worlds"][name]
 
 
 def faults(world, kind_hover_deg):
-    """-> sentences"""
+    """-> a sentence for each violated limit"""
     found = [f"{one['task']}, seed {one['seed']}, at {one['at_s']:.2f} s: {one['why']}" for one in world["failures"]]
     if world["worst_tilt_deg"] > MOST_TILT_DEG:
         found.append(f"tilts by {world['worst_tilt_deg']:.1f} degrees")
     hover_deg = world["tasks"]["hover"]["tilt_rms_deg"]
     if hover_deg is not None and kind_hover_deg is not None and hover_deg > MOST_HOVER_RATIO * kind_hover_deg:
-        found.append(f"hovers with {hover_deg:.2f} degrees; {kind_hover_deg:.2f} in the kind world")
+        found.append(f"hovers with a tilt of {hover_deg:.2f} degrees, {kind_hover_deg:.2f} in the kind world")
     if world["nees"] is None or not NEES[0] <= world["nees"] <= NEES[1]:
-        found.append(f"NEES {world['nees']}")
+        found.append(f"NEES is {world['nees']}, not {NEES[0]} to {NEES[1]}")
     return found
 
 
@@ -104,7 +104,7 @@ def main():
             wrong += bool(found)
             for sentence in found:
                 print(f"{kind}_{seed}_{number}: {sentence}", flush=True)
-    print(f"{wrong} of {worlds} worlds, of six tasks each: something was wrong")
+    print(f"{wrong} of {worlds} worlds, of six tasks each, violate a limit")
     return 1 if wrong or worlds == 0 else 0
 
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Latency x jitter x reported age of the pose, with rates of 30 to 240 Hz and drifts of up to 100 ppm, all tasks.
+"""Flies all tasks with every combination of latency, jitter and reported age of the pose, 30 to 240 Hz, drift up to 100 ppm.
 
 Usage: matrix.py M100_LAB [--flights N] [--record JSON]
 Writes the worlds, flies N (default 6: 2160 flights) seeds of each task in each, and prints the matrix. Exit 1 if a flight
-did not stay; with --record the report goes to a file and the exit code is 0 whatever it says.
+did not stay; with --record the report goes to a file and the exit code is 0 even then.
 """
 import itertools
 import json
@@ -17,7 +17,7 @@ import tempfile
 LATENCIES_MS = (0, 25, 50, 75, 100)
 JITTERS_MS = (0, 10, 20, 40)
 AGES = ("true", "constant", "none")
-RATES_HZ = (100, 30, 240, 60, 120, 50, 200)  # seven and four: every rate meets every age and jitter somewhere
+RATES_HZ = (100, 30, 240, 60, 120, 50, 200)  # 7 rates and 4 drifts have no common divisor: they meet in all combinations
 DRIFTS_PPM = (0, 100, -50, -100)
 
 
@@ -38,7 +38,7 @@ def write_worlds(folder):
 
 
 def rows(report):
-    """The matrix: a row a latency, a column a jitter; all ages together."""
+    """-> the matrix: a row for each latency, a column for each jitter; all ages together."""
     out = [["latency"] + [f"jitter {jitter_ms} ms" for jitter_ms in JITTERS_MS]]
     for latency_ms in LATENCIES_MS:
         out.append([f"{latency_ms} ms"])
@@ -47,15 +47,15 @@ def rows(report):
             stayed, flights = (sum(world[key] for world in worlds) for key in ("stayed", "flights"))
             swings = sum(world["oscillating"] for world in worlds)
             tilts_deg = [world["tasks"]["hover"]["tilt_rms_deg"] for world in worlds]
-            flown_deg = [tilt_deg for tilt_deg in tilts_deg if tilt_deg is not None]  # null: not one hover flew
+            flown_deg = [tilt_deg for tilt_deg in tilts_deg if tilt_deg is not None]  # null: no hover flew
             tilt = f"{max(flown_deg):.2f} deg" if flown_deg else "none flew"
             out[-1].append(f"{stayed} of {flights}, {swings} swing, {tilt}")
     return out
 
 
 def latencies(report):
-    """What was found of the latency, beside the true one and what the line takes: a sentence each for the steps, the
-    slow trajectory, and the sources at 240 Hz, whose poses fill the line and wait before it."""
+    """-> errors of the estimated latency, against the true one plus the time on the line: a sentence each for the
+    steps, the slow trajectory, and the sources at 240 Hz, whose poses fill the line and queue before it."""
     worlds = [name(*which) for which in itertools.product(LATENCIES_MS, JITTERS_MS, AGES)]
     full = {world for number, world in enumerate(worlds) if RATES_HZ[number % len(RATES_HZ)] == 240}
     flown = [flight for flight in report["flown"] if flight["scored"]]
@@ -68,7 +68,7 @@ def latencies(report):
         observable = sum(flight["latency_sigma_s"] <= 0.01 for flight in flights)
         inside = sum(error_ms <= 5.0 for error_ms in errors_ms)
         out.append(f"{label}: median {statistics.median(errors_ms):.1f} ms, within 5 ms in {inside} of {len(flights)}, 99 % within "
-                   f"{errors_ms[int(0.99 * len(errors_ms))]:.1f} ms, worst {errors_ms[-1]:.1f} ms; called observable in {observable}")
+                   f"{errors_ms[int(0.99 * len(errors_ms))]:.1f} ms, worst {errors_ms[-1]:.1f} ms; reported as observable in {observable}")
     return out
 
 

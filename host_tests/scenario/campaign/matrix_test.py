@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The matrix of matrix.py from an answer that is made up: a world in which nothing flew has no tilt, and no row is lost."""
+"""Tests the matrix of matrix.py with an invented answer: a world in which nothing flew has no tilt, but keeps its row."""
 import sys
 
 from matrix import AGES, JITTERS_MS, LATENCIES_MS, name, rows

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Winds that the aircraft cannot hold its place against, drawn by number: nobody gets the sticks of an aircraft in motion.
+"""Flies in winds beyond the control authority, drawn from a seed: no handover may happen at speed.
 
 Usage: storm.py M100_LAB [--worlds N] [--seed S]
-Draws N (default 12) winds whose push is 1.05 to 1.5 times the 4.0 m/s^2 that are held against on the worse axis, half of
-them with a pose of any kind that is promised, and flies the six tasks in each. Exit 1 where control goes back at 1 m/s
-or more. What stays is told, and no fault: a wind across may be held a little longer than promised.
+Draws N (default 12) winds whose push on the worse axis is 1.05 to 1.5 times the 4.0 m/s^2 of the control authority,
+half of them with a pose of any promised kind, and flies the six tasks in each. Exit 1 if control is given back at 1 m/s
+or more, or in no flight. Flights that stay are counted and are no failure: a diagonal wind may be held beyond the promise.
 """
 import pathlib
 import random
@@ -37,7 +37,7 @@ def main():
             stayed += sum(flight["stayed"] for flight in flown)
             given = [flight for flight in flown if flight["handed_over_m_s"] >= 0.0]
             handed_over += [flight["handed_over_m_s"] for flight in given]
-            fast += [f"{name}, {flight['task']}: control goes back at {flight['handed_over_m_s']:.2f} m/s, {flight['why']}"
+            fast += [f"{name}, {flight['task']}: control is given back at {flight['handed_over_m_s']:.2f} m/s, {flight['why']}"
                      for flight in given if flight["handed_over_m_s"] >= MOST_M_S]
     for sentence in fast:
         print(sentence)

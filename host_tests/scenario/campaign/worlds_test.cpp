@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One flight in each world that ships: ten of each task are in the README, thousands in the soak test.
+// One flight in each shipped world. The README shows ten flights of each task, and the soak test flies thousands.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,14 +29,14 @@ TEST_P(ShippedWorld, IsStayedInWithAStepOfThreeMetres) {
   EXPECT_TRUE(flown.stayed) << flown.why << " at " << flown.failed_at_s << " s";
   EXPECT_FALSE(flown.breached);
   EXPECT_LT(flown.worst_tilt_deg, 35.0);  // promise R12
-  // Catches an observer that trusts itself in wind (it was 8 to 15 there), and one that claims to know nothing.
+  // Catches an observer whose covariance is too small in wind (the NEES was 8 to 15), and one with a far too large one.
   const double nees = flown.nees_sum / flown.nees_count / 4.0;
   EXPECT_GT(nees, 0.2);
   EXPECT_LT(nees, 2.5);
 }
-// The course turns the heading by a quarter, time and again, while the aircraft leans against the wind. Catches an
-// offset of the force that is learned in the heading's axes: five of these six healthy flights were called lies, one of
-// them left its fence.
+// The course repeatedly turns the heading by a quarter while the aircraft leans against the wind. Catches a force
+// offset that is estimated in the axes of the heading: five of these six healthy flights had false alarms, and one left
+// its fence.
 TEST(PosesInWind, AreNotCalledLiesWhereTheHeadingTurns) {
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
   for (const char* const world : {"wind_8.toml", "wind_10.toml"}) {
@@ -49,8 +49,8 @@ TEST(PosesInWind, AreNotCalledLiesWhereTheHeadingTurns) {
   }
 }
 
-// R12 in wind close to what the aircraft can hold against, where the heading turns the balancing point's 3 degrees
-// about the world. Catches a limit of the command alone: these four flights reached 34.4 to 34.8 degrees.
+// R12 in wind close to the control authority, while the turning heading rotates the trim of 3 degrees in the world.
+// Catches a limit that covers only the command: these four flights reached 34.4 to 34.8 degrees.
 TEST(TiltInWind, StaysWellBelow35DegreesWhereTheHeadingTurns) {
   RecordProperty("promise", "R12");
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
@@ -62,9 +62,9 @@ TEST(TiltInWind, StaysWellBelow35DegreesWhereTheHeadingTurns) {
   }
 }
 
-// 240 poses of 48 bytes a second fill 115200 baud: each waits for the one before, and jitter makes a queue of them.
-// What they wait is a part of their age, and found with it. Catches a capture that is taken for later by what the line
-// takes.
+// 240 poses of 48 bytes per second fill a line of 115200 baud: each waits for the one before, and jitter makes a queue.
+// The waiting time is part of a pose's age and must be identified with it. Catches a capture time that is later than
+// the true one by the time on the line.
 TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
   for (const double jitter_s : {0.0, 0.02, 0.04}) {
@@ -80,8 +80,8 @@ TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
   }
 }
 
-// Gusts at the start of a flight tell a latency of nought, before what the force shows is known; what is believed then
-// must not be what is believed at the end. The poses are 20 ms old, and 3.8 ms on the line.
+// Gusts at the start of a flight suggest a latency of zero until the effect on the force is known; that estimate must
+// not remain until the end. The poses are 20 ms old, and take 3.8 ms on the line.
 TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {
   const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
   const Task task = tasks_of("trajectory").front();
@@ -100,14 +100,14 @@ TEST(PoseTimingOfAFlight, LatencyIsFoundInWindWhateverItsFirstSecondsTold) {
   }
 }
 
-// Catches a latency that the tilt alone tells: gusts and drag tilt the aircraft too, which was 8 to 30 ms wrong.
+// Catches a latency estimated from the tilt alone: gusts and drag tilt the aircraft, too (errors of 8 to 30 ms).
 TEST(PoseTimingOfAFlight, LatencyIsFoundInTwentySecondsOfStepsInCalmAirAndInWind) {
   struct Way {
     const char* source;
     double latency_s;
     double allowed_s;
   };
-  constexpr double kLine_s = 0.0038;  // a pose of 44 bytes passes the line in that time, and counts
+  constexpr double kLine_s = 0.0038;  // time on the line of a pose of 44 bytes, which is part of the latency
   for (const Way& way : {Way{"latency_s = 0.02\n", 0.02, 0.008},
                          Way{"latency_s = 0.06\njitter_s = 0.01\nreported_age = \"none\"\n", 0.06, 0.008},
                          Way{"latency_s = 0.09\nreported_age = \"constant\"\nreported_age_s = 0.05\n", 0.09, 0.01}}) {

@@ -105,7 +105,7 @@ struct Seen {
   double yaw_rad;
 };
 
-/// Noise of the sensors and of the air; one sequence for both.
+/// Noise of the sensors and of the air, from one random sequence.
 class Noise {
  public:
   explicit Noise(std::uint32_t seed) : random_(seed) {}
@@ -116,7 +116,7 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-/// What the sensors say of the body, and the pose's sender of what it saw.
+/// The measurement: the sensors' values of the body, and the pose as its source saw it.
 template <typename T>
 est::Measurement<T> measure(const World& world, const Body& body, const Seen& seen, bool pose_lost, Noise& noise) {
   est::Measurement<T> out;
@@ -136,7 +136,7 @@ est::Measurement<T> measure(const World& world, const Body& body, const Seen& se
   return out;
 }
 
-/// Where the body goes between two ticks, and what is seen of it.
+/// Moves the body between two ticks, and records what the pose source sees.
 class Motion {
  public:
   Motion(const World& world, const ref::Window<double>& start)
@@ -176,7 +176,7 @@ class Motion {
   core::Vector<double, 2> gust_ = core::Vector<double, 2>::Zero();
 };
 
-/// Sums over the ticks of a flight, and the figures they make.
+/// Sums over the ticks of a flight, and the resulting figures.
 class Score {
  public:
   explicit Score(const Flight& flight) : flight_(flight) {}
@@ -258,9 +258,9 @@ model::Vehicle vehicle_of(const World& world) {
   vehicle.climb.transport_delay_s = world.climb_delay_s;
   vehicle.yaw_rate.scale_per_count = 2.24e-3;
   vehicle.yaw_rate.time_constant_s = 0.19;
-  // Noise of this world: gusts of 0.5 m/s^2 over a second against 2 mm and 0.3 degrees of measurement noise. On the
-  // first-order axis with its long delay the tilt is taken as measured, and the loop is made slower, until the margins
-  // of `m100-lab gains` keep their limits.
+  // Tuned for this world's noise: gusts of 0.5 m/s^2 correlated over a second, measurement noise of 2 mm and 0.3
+  // degrees. On the first-order axis with its long delay the filter follows the measured tilt, and the loop is slowed
+  // down until the margins of `m100-lab gains` keep their limits.
   vehicle.estimator.velocity_process_m_s = 0.001;
   vehicle.estimator.tilt_rate_process_rad_s = 0.3;
   vehicle.estimator.disturbance_process_m_s2 = 0.15;

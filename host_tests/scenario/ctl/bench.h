@@ -10,16 +10,16 @@
 
 namespace m100::scenario {
 
-/// The world of the closed-loop figures: two tilt axes with dynamics and delay of their own, point mass with g
-/// tan(tilt) and drag, wind as an acceleration, climb and yaw axes of first order. Commands arrive as angles: sticks,
-/// dead zones and the wire are other tests' business. Deliberately not host_tests/sim: a second opinion in 200 lines.
+/// The world of the closed-loop figures: two tilt axes, each with its own dynamics and delay; a point mass with
+/// g tan(tilt) and drag; wind as an acceleration; climb and yaw axes of first order. Commands arrive as angles: other
+/// tests cover sticks, dead zones and the wire. Deliberately independent of host_tests/sim, as a second opinion.
 struct World {
   double natural_frequency_rad_s = 9.36;
   double damping_ratio = 0.68;
   double time_constant_s = 0.0;  ///< above 0: first order
   double delay_s = 0.033;
   double drag_per_s = 0.01;
-  double trim_rad = 0.0;      ///< added to what is commanded, both axes
+  double trim_rad = 0.0;      ///< added to the command of both axes
   double command_gain = 1.0;  ///< of the attitude loop
   double wind_m_s2 = 0.0;     ///< mean, along x and half of it along y
   double gust_m_s2 = 0.0;     ///< standard deviation, correlated over gust_s
@@ -28,7 +28,7 @@ struct World {
   double attitude_sigma_rad = 0.3 * 3.14159265358979 / 180.0;
   double rate_sigma_rad_s = 0.01;
   double pose_delay_s = 0.0;
-  double command_period_s = 0.01;  ///< how often a command leaves; between, the last one stands
+  double command_period_s = 0.01;  ///< between two commands; the last one is held
   double climb_time_constant_s = 0.334;
   double climb_delay_s = 0.08;
   double yaw_rad = 0.0;  ///< heading at the start
@@ -38,12 +38,12 @@ struct World {
 World plant_a();  ///< second order, 9.36 rad/s, damping 0.68, delay 33 ms
 World plant_b();  ///< first order, 87 ms, delay 107 ms
 
-/// The vehicle that knows this world's dynamics and delays (not its wind, trim or gain), weights as given.
+/// A vehicle model with this world's dynamics and delays, but not its wind, trim or gain; weights as given.
 model::Vehicle vehicle_of(const World& world);
 
 struct Flight {
   double duration_s = 30.0;
-  double settle_s = 10.0;  ///< not counted
+  double settle_s = 10.0;  ///< at the start; not part of the result
   std::function<ref::Window<double>(double now_s, double lead_s)> reference;
   std::function<bool(double now_s)> pose_lost = [](double) { return false; };
   std::function<void(double now_s, World& world)> change = [](double, World&) {};
@@ -60,7 +60,7 @@ struct Result {
   bool finite = true;
 };
 
-/// Flies in T (double or float); the filter in S.
+/// Flies the law in T (double or float) and the filter in S.
 template <typename S, typename T>
 Result fly(const World& world, const model::Vehicle& vehicle, const Flight& flight);
 

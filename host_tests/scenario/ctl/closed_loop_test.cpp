@@ -11,8 +11,8 @@
 namespace m100::scenario {
 namespace {
 
-/// What this test measured, m. The flights are the same, bit for bit, on every machine, so a limit is that and a margin
-/// for changes of the law that are meant: half again. A regression by more has to be explained here.
+/// Measured results of this test, m. The flights are equal, bit for bit, on every machine. A limit is the measured
+/// value plus 50 % for intended changes of the law; a larger regression has to be explained here.
 struct Measured {
   double calm_m, headings_m, at_25_hz_m, offset_m, sinusoid_m, waypoints_m, dropout_peak_m;
 };
@@ -39,7 +39,7 @@ class ClosedLoop : public ::testing::TestWithParam<Plant> {
   }
 };
 
-// The same vehicle, the same weights and noise as in every flight below.
+// Uses the same vehicle, weights and noise as every flight below.
 TEST_P(ClosedLoop, KeepsItsMargins) {
   for (const auto axis : {lab::gains::Axis::kX, lab::gains::Axis::kY}) {
     const lab::gains::Margins m = lab::gains::margins_of(vehicle_of(GetParam().world), axis);
@@ -70,7 +70,7 @@ TEST_P(ClosedLoop, HoversInWindWithGusts) {
   report("the same, poses 20 ms", fly<double, double>(world, vehicle_of(world), hover(70.0)));
 }
 
-// Catches a law or filter that works in one arithmetic only.
+// Catches a law or filter that works only in one arithmetic.
 TEST_P(ClosedLoop, FliesTheSameInFloatAndInFixedPoint) {
   World world = GetParam().world;
   world.wind_m_s2 = 1.5;
@@ -86,7 +86,7 @@ TEST_P(ClosedLoop, FliesTheSameInFloatAndInFixedPoint) {
   EXPECT_EQ(fixed.ekf.covariance.repairs, 0U);
 }
 
-// Catches a command that is not turned by yaw, or turned the wrong way: a quarter turn is unstable then.
+// Catches a command that is not rotated by yaw, or in the wrong direction, which is unstable at a quarter turn.
 TEST_P(ClosedLoop, FliesAtEveryHeading) {
   for (const double yaw_rad : {0.8, 1.6, 3.1, -2.0}) {
     World world = GetParam().world;
@@ -104,7 +104,7 @@ TEST_P(ClosedLoop, FliesAtEveryHeading) {
   }
 }
 
-// The default command channel (Virtual RC) sends every 40 ms only.
+// The default command channel (Virtual RC) sends only every 40 ms.
 TEST_P(ClosedLoop, FliesWhenCommandsLeaveEvery40Milliseconds) {
   World world = GetParam().world;
   world.command_period_s = 0.04;
@@ -116,7 +116,7 @@ TEST_P(ClosedLoop, FliesWhenCommandsLeaveEvery40Milliseconds) {
   EXPECT_LE(r.tilt_rms_deg, 0.7);
 }
 
-// What the paper's own model does on these plants: first order, no delay, gain 1 (with the printed gain it is worse).
+// The paper's own model on these plants: first order, no delay, gain 1 (with the printed gain the result is worse).
 TEST_P(ClosedLoop, TheModelThatLacksDelayAndSecondOrderIsWorse) {
   RecordProperty("paper", "III-D.2");
   model::Vehicle blind = vehicle_of(GetParam().world);
@@ -130,7 +130,7 @@ TEST_P(ClosedLoop, TheModelThatLacksDelayAndSecondOrderIsWorse) {
   const model::Vehicle knowing = vehicle_of(GetParam().world);
   const Result with = fly<double, double>(GetParam().world, knowing, hover(30.0));
   const Result without = fly<double, double>(GetParam().world, blind, hover(30.0));
-  report("knows its axes", with);
+  report("model with delay and order", with);
   report("the paper's model", without);
   EXPECT_GT(without.tilt_rms_deg, with.tilt_rms_deg);
 }

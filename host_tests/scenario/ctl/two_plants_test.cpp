@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The table of firmware/ctl/README.md: two plants, each flown with the model that lacks delay and second order (the
-// paper's first-order time constants, its weights) and with the model that has them. Prints every cell; the right-hand
-// columns are held to their limits, the left-hand ones must be worse.
+// paper's first-order time constants and weights) and with the model that has them. Prints every cell. The right-hand
+// columns must keep their limits, the left-hand ones must be worse.
 #include <gtest/gtest.h>
 
 #include <array>

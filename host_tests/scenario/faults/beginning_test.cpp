@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a flight by the law begins, and which orders begin one.
+// Tests how a flight by the control law begins, and which orders begin one.
 #include <gtest/gtest.h>
 
 #include "host_tests/scenario/faults/fault_bench.h"
@@ -7,8 +7,8 @@
 namespace m100::scenario {
 namespace {
 
-// Catches a course that is started after its first command has left: until then its time counts from the start of the
-// program, so the command is computed for the course's end, 2 m away.
+// Catches a course that starts only after its first command was sent: until then its time counts from the start of the
+// program, and the command is computed for the course's end, 2 m away.
 TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
   FaultBench bench;
   ref::Waypoint<double> there;
@@ -20,7 +20,7 @@ TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
     bench.controller().engage();
     ASSERT_TRUE(bench.until(Rung::kNominal, seconds(10)).has_value()) << flight;
     const ref::Window<double>& reference = bench.controller().reference();
-    // 40 ms of transport delay into a quintic of 1 s are 1.3 mm.
+    // Tolerance: after the transport delay of 40 ms, a quintic of 1 s has moved by 1.3 mm.
     EXPECT_NEAR(reference.x[0].position_m, bench.place().x(), 0.01) << flight;
     EXPECT_NEAR(reference.height.position_m, bench.place().z(), 0.01) << flight;
     EXPECT_EQ(bench.controller().started(), bench.world().now()) << flight;
@@ -31,8 +31,8 @@ TEST(Beginning, TheFirstCommandIsComputedForTheBeginningOfTheCourse) {
   }
 }
 
-// Catches an order that was given while the law flew, had nothing to do, and brings the next descent up again by
-// itself.
+// Catches an order that was given while the law flew, had no effect then, and later ends a descent of the ladder
+// without a new order.
 TEST(Beginning, AnOrderGivenWhileTheLawFliesIsNotKeptForTheNextDescent) {
   FaultBench bench;
   ASSERT_TRUE(bench.take_off());
@@ -45,7 +45,7 @@ TEST(Beginning, AnOrderGivenWhileTheLawFliesIsNotKeptForTheNextDescent) {
   EXPECT_EQ(bench.controller().supervisor().descent().to, Rung::kCoast);
 }
 
-/// A line on which nothing passes for a while, with nobody to say that it was unplugged.
+/// A line on which nothing passes for a while, without a sign that it is unplugged.
 class DeadLine final : public hal::Uart {
  public:
   explicit DeadLine(hal::Uart& line) : line_(line) {}
@@ -63,8 +63,7 @@ class DeadLine final : public hal::Uart {
   bool dead_ = true;
 };
 
-// Catches an order that waits for an autopilot that is switched on much later, and then takes control from whoever
-// flies.
+// Catches an order that is kept for an autopilot that is switched on much later, and then takes control from the pilot.
 TEST(Beginning, AnOrderGivenWhileTheAutopilotIsSilentGrowsOld) {
   RecordProperty("promise", "R4");
   const mpc::GainTables<float> tables{mpc::generated::kX<float>, mpc::generated::kY<float>};
@@ -88,7 +87,7 @@ TEST(Beginning, AnOrderGivenWhileTheAutopilotIsSilentGrowsOld) {
   }
 }
 
-// The other side of it: the order counts where the law does not fly.
+// The counterpart: the order counts while the law does not fly.
 TEST(Beginning, AnOrderGivenInLevelGoesUpWhenPosesAreBack) {
   FaultBench bench;
   ASSERT_TRUE(bench.take_off());
@@ -99,7 +98,7 @@ TEST(Beginning, AnOrderGivenInLevelGoesUpWhenPosesAreBack) {
   EXPECT_TRUE(bench.until(Rung::kNominal, milliseconds(900)).has_value()) << static_cast<int>(bench.rung());
 }
 
-// Catches an observer that loses the attitude before telemetry is called old: the flight ended where it had to coast.
+// Catches an observer that gives up the attitude before telemetry counts as old, which ended the flight.
 TEST(TelemetryGap, OfATenthToFourTenthsOfASecondIsCoastedThrough) {
   RecordProperty("promise", "R12");
   for (const double gap_s : {0.12, 0.2, 0.4}) {

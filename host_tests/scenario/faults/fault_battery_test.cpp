@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Single faults through the whole flight controller against the emulated N1 (promise R12 and the ladder of
-// firmware/safety/README.md). Each names the reaction and its bound.
+// Single faults of the whole flight controller against the emulated N1 (promise R12 and the ladder of
+// firmware/safety/README.md). Each test states the reaction and its bound.
 #include <gtest/gtest.h>
 
 #include "hal/mock/wrong_baud.h"
@@ -9,8 +9,8 @@
 namespace m100::scenario {
 namespace {
 
-/// The farthest from the hover point while the program commands, as measured [m], and a margin for all: who flies twice
-/// as far has become worse. The first begins with control being taken, which moves the aircraft most.
+/// Measured largest distances from the hover point while the program commands [m], and a common margin: twice the
+/// distance is a regression. The first one includes the start of control, which moves the aircraft most.
 constexpr double kMargin = 2.0;
 constexpr double kTaken_m = 0.122, kStalled_m = 0.035, kFlipped_m = 0.038, kDeaf_m = 0.026;
 
@@ -22,8 +22,8 @@ const char* label(Rung rung) {
 struct Loss {
   const char* what;
   void (*happen)(sim::World&);
-  core::Duration seen_within;  ///< by the ladder
-  bool comes_back;             ///< the switch is put back to F after a second
+  core::Duration seen_within;  ///< time until the ladder reacts
+  bool comes_back;             ///< the switch returns to F after a second
 };
 const Loss kLosses[] = {
     {"SwitchToA", [](sim::World& w) { w.autopilot().set_mode(sim::N1Mode::kA); }, milliseconds(40), true},
@@ -63,14 +63,14 @@ TEST_P(LossInEveryRung, SilencesAtOnceAndForGood) {
   }
   for (int i = 0; i < 500; ++i) {
     bench.tick();
-    ASSERT_FALSE(bench.commanding()) << "nobody flies unasked";
+    ASSERT_FALSE(bench.commanding()) << "the program flies without an order";
   }
-  EXPECT_EQ(bench.noted().obtain_requests, asked) << "never asks again by itself";
+  EXPECT_EQ(bench.noted().obtain_requests, asked) << "it asked again without an order";
   EXPECT_TRUE(bench.is_sound(channel == link::Channel::kMovement ? milliseconds(20) : milliseconds(40)));
   EXPECT_LT(bench.farthest_m(), kMargin * kTaken_m);
 }
 
-// The pilot's switch during start-up and while control is asked for: no row of the way there may end in control.
+// The pilot moves the mode switch during start-up and while control is requested: the program must not get control.
 class SwitchDuringStartUp : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Faults, SwitchDuringStartUp, ::testing::Range(0, 300, 7));
 
@@ -93,7 +93,7 @@ TEST_P(SwitchDuringStartUp, EndsWithoutControl) {
   EXPECT_TRUE(bench.is_sound());
 }
 
-// A capture that repeats its last pose with running time stamps: its numbers look perfect.
+// The motion capture repeats its last pose with advancing time stamps: the numbers look perfect.
 TEST(Faults, AFrozenPoseIsNoPose) {
   RecordProperty("promise", "R12");
   FaultBench bench;
@@ -109,7 +109,7 @@ TEST(Faults, AFrozenPoseIsNoPose) {
   EXPECT_LT(bench.farthest_m(), kMargin * kTaken_m);
 }
 
-// Control is granted, and no pose comes: the ladder stays silent, and the pilot's sticks must not be kept from him.
+// Control is granted, but no pose arrives: the ladder stays silent, and the pilot must get the sticks back.
 class ControlWithoutAPose : public ::testing::TestWithParam<link::Channel> {};
 INSTANTIATE_TEST_SUITE_P(Faults, ControlWithoutAPose,
                          ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
@@ -128,12 +128,12 @@ TEST_P(ControlWithoutAPose, GoesBackUnused) {
     ASSERT_FALSE(bench.commanding());
     held = held || bench.world().autopilot().client_in_control();
   }
-  EXPECT_TRUE(held) << "control was granted";
-  EXPECT_FALSE(bench.world().autopilot().client_in_control()) << "and is back with the pilot";
+  EXPECT_TRUE(held) << "control was not granted";
+  EXPECT_FALSE(bench.world().autopilot().client_in_control()) << "control was not given back to the pilot";
   EXPECT_FALSE(bench.world().autopilot().virtual_rc_on());
 }
 
-// A tick late by so much, once, in a hover.
+// One tick in a hover is late by `late`.
 struct Stall {
   core::Duration late;
   Rung ends;
@@ -154,7 +154,8 @@ TEST_P(AStall, IsCountedAndNoOldPoseIsFlown) {
   bench.forget_worst();
   bench.tick(GetParam().late);
   if (GetParam().late > milliseconds(10)) {
-    EXPECT_GE(bench.controller().estimate().pose_age, GetParam().late) << "R3: what waited in a buffer is not fresh";
+    EXPECT_GE(bench.controller().estimate().pose_age, GetParam().late)
+        << "R3: a pose that waited in a buffer is not fresh";
   }
   EXPECT_EQ(bench.controller().stats().stalls, GetParam().late > milliseconds(10) ? 1U : 0U);
   bench.run(seconds(1));
@@ -179,7 +180,7 @@ TEST(Faults, ALogThatNobodyEmptiesDoesNotChangeTheFlight) {
   EXPECT_EQ(full.rung(), Rung::kNominal);
 }
 
-// One bit of one byte in a thousand, and far worse, both ways.
+// Bit errors in both directions, at several rates.
 class BitFlips : public ::testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Faults, BitFlips, ::testing::Values(1e-6, 1e-5, 1e-4));
 
@@ -199,7 +200,7 @@ TEST_P(BitFlips, OnBothLinesAreNotFlown) {
   EXPECT_LE(bench.oldest_pose(), milliseconds(60) + safety::Limits{}.coast);
 }
 
-// Every bit of a frame once: nothing is delivered, nothing moves.
+// At one bit error in a hundred bits no frame is delivered, and the aircraft must not move.
 TEST(Faults, ALineThatFlipsEveryHundredthBitEndsWithThePilot) {
   RecordProperty("promise", "R12");
   FaultBench bench;
@@ -210,10 +211,10 @@ TEST(Faults, ALineThatFlipsEveryHundredthBitEndsWithThePilot) {
   bench.run(seconds(3));
   EXPECT_TRUE(bench.is_sound());
   EXPECT_LT(bench.farthest_m(), kMargin * kDeaf_m);
-  EXPECT_FALSE(bench.world().autopilot().virtual_rc_on()) << "its data stopped, so the autopilot ended it";
+  EXPECT_FALSE(bench.world().autopilot().virtual_rc_on()) << "the autopilot did not end it although its data stopped";
 }
 
-/// A cable whose far end talks at another baud rate.
+/// A cable whose far end uses another baud rate.
 class WrongBaudUart final : public hal::Uart {
  public:
   WrongBaudUart(hal::Uart& from, std::uint32_t sent, std::uint32_t received)

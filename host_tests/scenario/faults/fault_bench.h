@@ -18,8 +18,8 @@ using safety::Rung;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// The whole flight controller in the simulated world, hovering, one tick at a time, with everything that promise R12
-/// bounds kept count of.
+/// The whole flight controller hovering in the simulated world, one tick at a time. Records every quantity that promise
+/// R12 bounds.
 class FaultBench {
  public:
   explicit FaultBench(link::Channel channel = link::Channel::kVirtualRc, std::size_t log_bytes = 0,
@@ -54,7 +54,7 @@ class FaultBench {
       tick();
     }
   }
-  /// Ticks until the ladder stands there. @returns after how long; nothing: not within `at_most`.
+  /// Ticks until the ladder is at `wanted`. @returns the time it took; empty if it took longer than `at_most`.
   std::optional<core::Duration> until(Rung wanted, core::Duration at_most) {
     const core::TimePoint from = world_.now();
     while (rung() != wanted) {
@@ -65,7 +65,7 @@ class FaultBench {
     }
     return world_.now() - from;
   }
-  /// Start-up, control, three seconds of hover.
+  /// Runs start-up, takes control and hovers for three seconds.
   bool take_off() {
     for (int i = 0; i < 1000 && controller_->link().authority().stage != safety::Stage::kReady; ++i) {
       tick();
@@ -77,7 +77,7 @@ class FaultBench {
     run(seconds(3));
     return rung() == Rung::kNominal;
   }
-  /// From a hover to any rung, by the fault or the order that leads there.
+  /// Brings the ladder from a hover to a rung, by the fault or order that leads there.
   bool reach(Rung wanted) {
     if (!take_off()) {
       return false;
@@ -93,17 +93,19 @@ class FaultBench {
   sim::World& world() { return world_; }
   app::FlightController<double>& controller() { return *controller_; }
   log::FlightLogWriter& log() { return log_; }
-  ref::Trajectory<double>& course() { return course_; }  ///< standing at the place of the start
+  ref::Trajectory<double>& course() { return course_; }  ///< holds the position of the start
   const core::Vector<double, 3>& place() const { return start_.position_w_m; }
   Rung rung() const { return controller_->grant().rung; }
   bool commanding() const { return controller_->grant().transmit; }
   const sim::N1Record& noted() { return world_.autopilot().record(); }
   double farthest_m() const { return farthest_m_; }  ///< from the hover point, while the program commands
   double tilt_deg() const { return tilt_deg_; }
-  core::Duration oldest_pose() const { return oldest_pose_; }  ///< that the law's command was computed from
+  core::Duration oldest_pose() const {
+    return oldest_pose_;
+  }  ///< age of the oldest pose from which the law computed a command
   void forget_worst() { farthest_m_ = 0.0, oldest_pose_ = core::Duration{0}; }
 
-  /// R12, at the end of every test: neither hit the ground nor tilted, and nothing sent a period after the loss.
+  /// R12, at the end of every test: no hard touch, no large tilt, and nothing sent a period after a loss of control.
   bool is_sound(core::Duration command_period = milliseconds(40)) {
     return tilt_deg_ < 35.0 && world_.vehicle().hardest_touch_m_s() < 1.0 &&
            noted().latest_after_loss <= command_period;

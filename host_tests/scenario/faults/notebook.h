@@ -10,7 +10,7 @@
 
 namespace m100::scenario {
 
-/// What the operator would have read.
+/// Collects the messages to the operator.
 class Notebook final : public companion::Listener {
  public:
   void hear(core::TimePoint, std::string_view line) override { lines.emplace_back(line); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The operator's part of m100 fly over the whole flight controller: who has the aircraft is judged at the autopilot.
+// The operator's part of m100 fly with the whole flight controller. Who has control is judged at the autopilot.
 #include "firmware/companion/fly/pilotage.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ class PilotageTest : public ::testing::TestWithParam<link::Channel> {
     input_.word = false;
     return goes_on;
   }
-  /// @returns after how long it came true; nothing: not in time, or the program ended before.
+  /// @returns the time until the condition was true; empty if it was not in time, or if the program ended before.
   template <typename Condition>
   std::optional<core::Duration> until(const Condition& condition, core::Duration at_most) {
     const core::TimePoint from = bench_->world().now();
@@ -58,7 +58,7 @@ class PilotageTest : public ::testing::TestWithParam<link::Channel> {
 };
 INSTANTIATE_TEST_SUITE_P(Faults, PilotageTest, ::testing::Values(link::Channel::kVirtualRc, link::Channel::kMovement));
 
-// Catches a program that leaves with control kept: it sends one release, is told "again", and is gone.
+// Catches a program that ends and keeps control: it sends one release, gets the answer "again", and exits.
 TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
@@ -71,15 +71,15 @@ TEST_P(PilotageTest, AfterTheLaddersReleaseTheTransmitterHasItAndTheProgramStays
   ASSERT_FALSE(until([] { return false; }, seconds(2)) || ended_) << heard_.all();
   EXPECT_TRUE(heard_.has("pose old: 0.0")) << heard_.all();
   EXPECT_TRUE(heard_.has("the transmitter has the aircraft")) << heard_.all();
-  EXPECT_FALSE(pilotage_->given_back()) << "not by the operator";
+  EXPECT_FALSE(pilotage_->given_back()) << "the operator has not stopped it";
   bench_->world().pose_source().set_faults({});
   (void)until([] { return false; }, seconds(1));
-  EXPECT_TRUE(is_pilots()) << "nobody flies unasked";
+  EXPECT_TRUE(is_pilots()) << "the program flies without an order";
   input_.word = true;
-  EXPECT_TRUE(fly_for(seconds(1))) << "and the operator's word counts again\n" << heard_.all();
+  EXPECT_TRUE(fly_for(seconds(1))) << "a new order of the operator has no effect\n" << heard_.all();
 }
 
-// Catches a program that is started on the ground or by another place, and flies back there when it is told to fly.
+// Catches a program that was started on the ground or at another place, and flies back there on the order to fly.
 TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
   for (const bool once : {false, true}) {
     ended_ = false;
@@ -92,11 +92,11 @@ TEST_P(PilotageTest, FarFromTheCoursesBeginningControlIsNotTakenAndItSaysWhy) {
     EXPECT_TRUE(is_pilots());
     EXPECT_FALSE(pilotage_->flew());
     EXPECT_TRUE(heard_.has("fly there, or start m100 again here")) << heard_.all();
-    EXPECT_EQ(ended_, once) << "a script ends, an operator is waited for";
+    EXPECT_EQ(ended_, once) << "only a script (--once) ends";
   }
 }
 
-// Would catch a script that waits for ever for a source of pose that is dead.
+// Catches a script that waits for ever for a dead source of poses.
 TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
   begin({.take_control = true, .hold_s = 1000.0, .once = true});
   bench_->world().pose_source().set_faults({.silent = true});
@@ -105,12 +105,13 @@ TEST_P(PilotageTest, AScriptWithoutAPoseEndsAfterTwentySecondsAndSaysWhy) {
   ASSERT_TRUE(ended_) << heard_.all();
   const double after_s = core::seconds<double>(bench_->world().now() - from);
   EXPECT_GT(after_s, 20.0);
-  EXPECT_LT(after_s, 28.0) << "start-up takes some seconds of it";
+  EXPECT_LT(after_s, 28.0) << "20 s, plus some seconds of start-up";
   EXPECT_TRUE(heard_.has("control is not asked for yet")) << heard_.all();
   EXPECT_EQ(bench_->noted().obtain_requests, 0U);
 }
 
-// Nobody would give control back if the program died: then it is not taken, and what is only asked for goes back.
+// Without the keeper nobody would give control back after a death of the program. Then control is not taken, and a
+// request in progress is given back.
 TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
   RecordProperty("promise", "R15");
   begin({.take_control = true, .hold_s = 1000.0});
@@ -127,17 +128,17 @@ TEST_P(PilotageTest, WithoutTheSecondProcessControlIsNotAskedFor) {
   EXPECT_FALSE(pilotage_->flew());
 }
 
-/// A box whose side along x is `metres` beyond the aircraft's place.
+/// A fence whose limit along x is `metres` beyond the aircraft's place.
 core::Fence fence_beyond(const core::Vector<double, 3>& place, double metres) {
   core::Fence fence;
   fence.side[core::Fence::kX] = {.low_m = place.x() - 50.0, .high_m = place.x() + metres};
   return fence;
 }
 
-// Catches a program that asks for control outside the fence: nothing may be sent there, and the pilot has no sticks.
+// Catches a program that asks for control outside the fence, where it may not command: the pilot would lose the sticks.
 TEST_P(PilotageTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
   RecordProperty("promise", "R16");
-  for (const double begins_m : {0.0, -4.0}) {  // within reach of the course's beginning, and beyond it
+  for (const double begins_m : {0.0, -4.0}) {  // within reach of the course's beginning, and beyond
     begin({.begins_w_m = bench_start() + core::Vector<double, 3>{begins_m, 0.0, 0.0}, .reach_m = 1.5},
           fence_beyond(bench_start(), -2.0));
     (void)until([&] { return bench_->controller().link().authority().stage == safety::Stage::kReady; }, seconds(10));
@@ -148,14 +149,14 @@ TEST_P(PilotageTest, OutsideTheFenceControlIsNotAskedForAndItSaysWhy) {
     EXPECT_FALSE(pilotage_->flew());
     EXPECT_EQ(bench_->noted().obtain_requests, 0U);
     EXPECT_TRUE(
-        heard_.has("control is not taken; the aircraft is 2.00 m outside its fence: bring it inside, or take a "
-                   "larger box"))
+        heard_.has("control is not taken; the aircraft is 2.00 m outside its fence: bring the aircraft inside, or "
+                   "take a larger fence"))
         << heard_.all();
-    EXPECT_FALSE(heard_.has("see to the source of pose")) << heard_.all();
+    EXPECT_FALSE(heard_.has("check the source of pose")) << heard_.all();
   }
 }
 
-/// What may become of a flight that is ordered 0.3 m before a limit of the place, at 3 m/s.
+/// A flight that is ordered 0.3 m before a limit of the place, at 3 m/s.
 struct Leaving {
   const char* name;
   double fence_m;     ///< from the start
@@ -164,8 +165,8 @@ struct Leaving {
   const char* words;
 };
 
-// Catches a place that is not looked at outside the fence, or no more once control is granted: the ladder goes up as
-// soon as it can, and the law flies the rest at once.
+// Catches a check of the place that is not made outside the fence, or not after control is granted: the ladder then
+// goes to nominal as soon as it can, and the law flies the whole distance at once.
 TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
   RecordProperty("promise", "R16");
   for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring it inside"},
@@ -210,7 +211,7 @@ TEST_P(PilotageTest, AScriptsFlightEndsAfterTheReleaseAndNotBefore) {
   EXPECT_FALSE(pilotage_->given_back());
 }
 
-// Catches a script that waits for ever for an autopilot that is off, or whose telemetry is not set up.
+// Catches a script that waits for ever for an autopilot that is off, or without telemetry.
 TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
   begin({.take_control = true, .hold_s = 1.0, .once = true});
   bench_->world().autopilot_line().set_plugged(false);
@@ -221,7 +222,7 @@ TEST_P(PilotageTest, AScriptEndsWhereTheAutopilotDoesNotBecomeReady) {
   EXPECT_TRUE(heard_.has("control could not be asked for within 20 s: ")) << heard_.all();
 }
 
-// Catches a program that blames the source of pose while it is telemetry that has not come.
+// Catches a message that blames the source of poses while telemetry is missing.
 TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
   begin({.begins_w_m = bench_start(), .reach_m = 1.5});
   ASSERT_TRUE(tick());
@@ -229,7 +230,7 @@ TEST_P(PilotageTest, BeforeTelemetryAWordWaitsForStartUp) {
   input_.word = true;
   (void)until([] { return false; }, milliseconds(100));
   EXPECT_FALSE(heard_.has("pose old")) << heard_.all();
-  EXPECT_TRUE(fly_for(seconds(1))) << "the order stands for 20 s\n" << heard_.all();
+  EXPECT_TRUE(fly_for(seconds(1))) << "the order must stay valid for 20 s\n" << heard_.all();
 }
 
 TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
@@ -246,14 +247,14 @@ TEST_P(PilotageTest, TheOperatorsStopTheWordAndTheEndOfTheHoldEndInASecond) {
     const auto taken = until([&] { return is_pilots(); }, seconds(3));
     ASSERT_TRUE(taken.has_value()) << heard_.all();
     EXPECT_LE(*taken, seconds(1));
-    EXPECT_FALSE(ended_) << "telemetry has not said so yet";
+    EXPECT_FALSE(ended_) << "telemetry has not reported it yet";
     (void)until([] { return false; }, milliseconds(100));
     EXPECT_TRUE(ended_);
     EXPECT_TRUE(pilotage_->given_back());
   }
 }
 
-// Would catch a task that waits for ever where its request cannot leave, or one that asks without control.
+// Catches a task that waits for ever when its request cannot be sent, or that requests without control.
 TEST_P(PilotageTest, ATaskWithoutControlIsNotAskedForAndFails) {
   begin({});
   ASSERT_TRUE(bench_->reach(Rung::kSilent));
@@ -280,7 +281,7 @@ TEST_P(PilotageTest, ARefusalIsSaidAndTheWordIsTakenAgain) {
   ASSERT_FALSE(ended_);
   bench_->world().autopilot().set_mode(sim::N1Mode::kF);
   (void)until([] { return false; }, seconds(3));
-  EXPECT_EQ(bench_->noted().obtain_requests, 0U) << "one order, and it was refused";
+  EXPECT_EQ(bench_->noted().obtain_requests, 0U) << "control was requested although the order was refused";
   input_.word = true;
   EXPECT_TRUE(fly_for(seconds(1))) << heard_.all();
 }
@@ -303,7 +304,7 @@ TEST_P(PilotageTest, ARefusedPoseIsToldInMetres) {
   bench_->world().pose_source().set_faults({.jump_m = {0.31, 0.0, 0.0}});
   (void)until([] { return false; }, seconds(4));
   EXPECT_TRUE(heard_.has("pose refused: 0.3")) << heard_.all();
-  EXPECT_TRUE(heard_.has(" m from where it must be, allowed 0.1")) << heard_.all();
+  EXPECT_TRUE(heard_.has(" m from the prediction, allowed 0.1")) << heard_.all();
 }
 
 TEST_P(PilotageTest, WhereNothingArrivesTheOperatorReadsWhatToDo) {
@@ -314,7 +315,7 @@ TEST_P(PilotageTest, WhereNothingArrivesTheOperatorReadsWhatToDo) {
   EXPECT_TRUE(until([&] { return heard_.has("turn the mode switch to P and back to F"); }, milliseconds(100)))
       << heard_.all();
   (void)until([] { return false; }, seconds(3));
-  EXPECT_FALSE(ended_) << "it goes on trying";
+  EXPECT_FALSE(ended_) << "it must keep trying";
   bench_->world().autopilot_line().set_plugged(true);
   EXPECT_TRUE(until([&] { return is_pilots(); }, seconds(1))) << heard_.all();
 }

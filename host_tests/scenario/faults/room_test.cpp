@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Goals, missions and orders of a room over the whole flight controller, with the operator's part of a flight.
+// Goals, missions and orders of a room with the whole flight controller and the operator's part of a flight.
 #include "firmware/companion/room/room_orders.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ class RoomTest : public ::testing::Test {
   void order(std::uint16_t command, float param1, float param2 = 0.F) {
     say(mavlink::CommandLong{.param1 = param1, .param2 = param2, .command = command, .target_system = 1});
   }
-  /// In the room's frame: north, east; at the height of the start.
+  /// Sends a goal in the room's frame: north, east; at the height of the start.
   void goal(float x, float y) {
     say(mavlink::SetPositionTargetLocalNed{.x = x,
                                            .y = y,
@@ -111,8 +111,8 @@ class RoomTest : public ::testing::Test {
   std::uint8_t sequence_ = 0;
 };
 
-// Catches a flight that is refused where goals led it, or that flies back from there to where it once began; and one
-// that flies the first tick by the way to the last goal.
+// Catches a flight that is refused at the place where goals led it, or that flies back from there to its first
+// beginning; and one whose first tick still follows the path to the last goal.
 TEST_F(RoomTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
   RecordProperty("promise", "R16");
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
@@ -125,11 +125,11 @@ TEST_F(RoomTest, AFlightThatGoalsHaveLedBeginsAgainWhereTheAircraftIs) {
   bench_.world().autopilot().set_pilot_sticks(sticks);
   ASSERT_TRUE(until([&] { return at().x() < 2.0; }, seconds(8)));
   ASSERT_TRUE(engage()) << heard_.all();
-  EXPECT_LT(off_m(), 0.1) << "in the tick that begins the flight";
+  EXPECT_LT(off_m(), 0.1) << "in the first tick of the flight";
   const double here_m = at().x();
   pass(seconds(5));
   EXPECT_EQ(bench_.rung(), Rung::kNominal);
-  EXPECT_NEAR(at().x(), here_m, 1.5) << "what it needs to stop";
+  EXPECT_NEAR(at().x(), here_m, 1.5) << "tolerance: the distance to stop";
 }
 
 TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
@@ -143,7 +143,7 @@ TEST_F(RoomTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
   EXPECT_TRUE(until([&] { return pilotage_.waits(); }, seconds(3)));
 }
 
-// Catches a mission that is told to start at another item, says yes and flies on.
+// Catches a mission that accepts the order to start at another item, but continues as before.
 TEST_F(RoomTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
   carry_over({2.F, 0.F, -2.F});
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
@@ -157,7 +157,7 @@ TEST_F(RoomTest, AMissionThatFliesIsStartedAnewAtAnotherItemAndNotAtTheSame) {
   EXPECT_NEAR(at().x(), -2.0, 0.3);
 }
 
-// Catches an aircraft that is ordered to be at a place, is on its way there by its mission, and flies on from it.
+// Catches an aircraft that gets a goal at the place of its mission's next item, and then continues the mission.
 TEST_F(RoomTest, AGoalAtThePlaceOfAnItemIsStayedAt) {
   carry_over({2.F, -2.F});
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the limits bind, the law that knows them is the better one: the table of experiments/README.md, one seed of it.
+// Where limits are active, the law that knows them is better: one seed of the table of experiments/README.md.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-// Catches an LQR that flies under both names, and an exact law that forgets its limits.
+// Catches an LQR that flies under both names, and an exact law that ignores its limits.
 TEST(FarTasks, TheExactLawOvershootsFarLessThanTheClippedLqr) {
   SuiteOptions options;
   options.plant = sim::measured_plant();
@@ -30,7 +30,7 @@ TEST(FarTasks, TheExactLawOvershootsFarLessThanTheClippedLqr) {
   }
 }
 
-// Catches an overshoot counted before the fence, and one counted from where the reference was told to go.
+// Catches an overshoot that is counted before the fence, and one that is counted from the ordered end of the reference.
 TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
   FarTask task{.name = "fence", .course = "", .from_s = 0.0, .to_s = 4.0, .fence_high_m = 1.0};
   Trace trace;
@@ -47,7 +47,7 @@ TEST(FarTasks, AScoreCountsFromWhereTheFlightCameToRest) {
   EXPECT_EQ(score.stayed, 1);
   trace[200].rung = 3;
   EXPECT_EQ(far_score(trace, task).stayed, 0);
-  EXPECT_EQ(far_score({}, task).stayed, 0) << "no flight did not stay";
+  EXPECT_EQ(far_score({}, task).stayed, 0) << "an empty trace counts as a flight that stayed";
 }
 
 /// A world in which no pose arrives: control is never taken.
@@ -59,7 +59,7 @@ SuiteOptions blind() {
   return options;
 }
 
-// Catches a flight that never began and counts as one without overshoot.
+// Catches a flight that never began and is counted as one without overshoot.
 TEST(FarTasks, WhatNeverFlewHasNoErrorInsteadOfNone) {
   SuiteOptions options = blind();
   options.only = "step_6m";
@@ -90,7 +90,7 @@ TEST(Motion, OfWhatNeverFlewIsNotZero) {
   EXPECT_NE(said.str().find("not flown"), std::string::npos) << said.str();
 }
 
-// Catches a row whose weights never reach the table, and a calm command that would be free.
+// Catches a row whose weights never reach the gain table, and calm commands without any cost in tracking error.
 TEST(Motion, OfTheCommandFallsWithTheInputWeightAndCostsTrackingError) {
   SuiteOptions options;
   options.plant = sim::measured_plant();

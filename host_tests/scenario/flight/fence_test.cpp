@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The fence of the flight file, on the whole program (promise R16).
+// The fence of the flight file, with the whole program (promise R16).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,16 +26,17 @@ struct Case {
   const char* course;
   double pose_lost_at_s;  ///< from the start of the course; negative: never
   double wind_m_s;
-  double drag_per_s = 0.3;  ///< of the simulated aircraft; the vehicle file believes 0.01
+  double drag_per_s = 0.3;  ///< of the simulated aircraft; the vehicle file has 0.01
   double tilt_limit_rad = mpc::generated::kVehicle.translation.tilt_limit_rad;  ///< of the vehicle file
-  double handed_over_m_s = 1.0;                                                 ///< at most, the pose being lost
+  double handed_over_m_s = 1.0;  ///< largest speed at the handover after a lost pose
 };
 
 void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
 
 class Fence : public ::testing::TestWithParam<Case> {};
 
-// Catches goals that are not held, and speeds from which the aircraft cannot stop: a course that nobody has checked.
+// Catches goals that are not limited to the fence, and speeds from which the aircraft cannot stop. The course is not
+// checked before the flight.
 TEST_P(Fence, IsNotLeftWhileTheProgramCommands) {
   RecordProperty("promise", "R16");
   const Case& test = GetParam();
@@ -61,7 +62,7 @@ TEST_P(Fence, IsNotLeftWhileTheProgramCommands) {
   double farthest_m = 0.0, lowest_m = 1e9, highest_m = 0.0, last_speed_m_s = 0.0;
   for (const TracePoint& point : result.trace) {
     if (point.rung == static_cast<int>(safety::Rung::kSilent)) {
-      break;  // the pilot has it
+      break;  // the pilot has control
     }
     farthest_m = std::max({farthest_m, std::abs(point.position_m[0]), std::abs(point.position_m[1])});
     lowest_m = std::min(lowest_m, point.position_m[2]);
@@ -84,8 +85,7 @@ INSTANTIATE_TEST_SUITE_P(Courses, Fence,
                                            Case{"IntoTheSky", "step 0 0 0 0 1\nstep 0 0 50 0 60\n", -1.0, 0.0}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-// Catches a keeper that reckons with the braking of another vehicle: with that of 25 degrees the first leaves by
-// metres.
+// Catches a fence that assumes the braking of another vehicle: with that of 25 degrees the first case leaves by metres.
 INSTANTIATE_TEST_SUITE_P(
     LittleTilt, Fence,
     ::testing::Values(Case{"Downwind3", "step -4 0 0 0 6\nstep 100 0 0 0 60\n", -1.0, 3.0, 0.3, 0.2},
@@ -104,7 +104,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"BrakingDownwind", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 5.0, kMeasuredDrag_per_s},
                       Case{"AtSpeedInDrag", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 5.7, 0.0},
                       Case{"BrakingInDrag", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 0.0},
-                      // Half a second of neutral sticks in this wind, no pose telling the place, is 0.75 m/s and more.
+                      // Half a second of neutral sticks without a pose adds 0.75 m/s and more in this wind.
                       Case{"BrakingDownwindInDrag", "step -4 0 0 0 4\nstep 100 0 0 0 60\n", 6.3, 5.0, 0.3,
                            mpc::generated::kVehicle.translation.tilt_limit_rad, 1.5},
                       Case{"Across", "step -4 -4 0 0 4\nstep 100 100 0 0 60\n", 5.7, 0.0},
@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(
 struct Storm {
   const char* name;
   double wind_m_s;
-  const char* half_m;  ///< of the box along x
+  const char* half_m;  ///< half width of the fence along x
   std::string descent;
 };
 
@@ -123,8 +123,8 @@ void PrintTo(const Storm& one, std::ostream* out) { *out << one.name; }
 
 class InAStorm : public ::testing::TestWithParam<Storm> {};
 
-// Catches a program that lets the wind carry the aircraft away without a word, and one that then lets go of it in
-// motion: half a second of level sticks in this wind is 2 m/s. And one that speaks where the place is held.
+// Catches a program that lets the wind carry the aircraft away without a message, one that then hands it over in motion
+// (half a second of level sticks adds 2 m/s in this wind), and one with a false alarm while the position is held.
 TEST_P(InAStorm, AnAircraftThatCannotStayIsHandedOverByNameAndNotInMotion) {
   RecordProperty("promise", "R12");
   FlightPlan plan;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The whole program against the emulated autopilot. A task of the paper has two limits: the paper's own result, and
-// ours as published in README.md and lab/experiments/README.md with a stated margin, so that a regression is seen long
-// before it reaches the paper's.
+// The whole program against the emulated autopilot. A task of the paper has two limits: the paper's result, and our
+// result as published in README.md and lab/experiments/README.md plus a stated margin. The second one shows a
+// regression long before the paper's limit is reached.
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <array>
@@ -18,14 +18,14 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Our results as once published, m and degrees; today (README.md, host_tests/lab/experiments/README.md) hover and
-/// squares are a millimetre worse, the simulator 7 mm, because the command moves less. The limits were not widened for
-/// that. The yaw of the simulator's course stood in no page: it is the mean of forty seeds, 1.48 degrees (paper: 26).
+/// Our results as first published, m and degrees. Today's (README.md, host_tests/lab/experiments/README.md) are worse
+/// by a millimetre in hover and squares and by 7 mm in the simulator, because the command moves less; the limits were
+/// not widened. The yaw of the simulator's course was not published: mean of forty seeds, 1.48 degrees (paper: 26).
 struct Ours {
   const char* task;
   const char* condition;
   double pose_m, yaw_deg;
-  double share;  ///< margin: hover and squares may be half again as bad, steps, whose error is mostly the step, a tenth
+  double share;  ///< margin: 50 % for hover and squares, 10 % for steps, whose error is mostly the step
 };
 constexpr std::array kOurs{Ours{"hover", "calm", 0.016, 0.284, 1.5},      Ours{"hover", "wind", 0.016, 0.481, 1.5},
                            Ours{"step", "calm", 0.317, 0.288, 1.1},       Ours{"step", "wind", 0.240, 0.488, 1.1},
@@ -95,17 +95,17 @@ TEST(Flight, SurvivesPoseDropoutsOfAFifthOfASecond) {
   };
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
-  EXPECT_LT(worst(flight, 4.0, 20.0), 0.15);  // issue: below 0.15 m, back by itself
+  EXPECT_LT(worst(flight, 4.0, 20.0), 0.15);  // issue: below 0.15 m, recovers by itself
   EXPECT_EQ(flight.trace.back().rung, static_cast<int>(safety::Rung::kNominal));
 }
 
 struct Fault {
   const char* name;
   void (*apply)(sim::World&);
-  int rung;           ///< where the ladder must stand five seconds later
-  double farthest_m;  ///< from the hover point while the program commands, as measured; a hover takes a centimetre
+  int rung;           ///< rung of the ladder five seconds later
+  double farthest_m;  ///< measured distance from the hover point while the program commands; 1 cm in a normal hover
 };
-constexpr double kTwiceAsFar = 2.0;  ///< the margin of all: the limits were once a fence of a metre
+constexpr double kTwiceAsFar = 2.0;  ///< common margin
 class SingleFault : public ::testing::TestWithParam<Fault> {};
 
 TEST_P(SingleFault, EndsInsideTheFenceOrWithThePilot) {
@@ -171,8 +171,8 @@ companion::RecordedFlight read_back(const FlightResult& flight, const std::strin
   return companion::read_flight(path);
 }
 
-// Would catch a field that is never written, one axis left out, and a count that goes on from tick to tick. Three
-// metres from rest to rest in 1.4 s need 8.8 m/s^2 at most: both limits bind, one axis after the other.
+// Catches a field that is never written, an omitted axis, and a count that is not reset in each tick. Three metres from
+// rest to rest in 1.4 s need up to 8.8 m/s^2, so that both limits become active, one axis after the other.
 TEST(Log, CountsTheChangesOfTheActiveSetsInEachTick) {
   FlightPlan plan = hover(6.0);
   plan.keep_log = true;
@@ -185,7 +185,7 @@ TEST(Log, CountsTheChangesOfTheActiveSetsInEachTick) {
     const bool x_iterates = tick.record.mpc_path_x >= static_cast<int>(mpc::Path::kActiveSet);
     const bool y_iterates = tick.record.mpc_path_y >= static_cast<int>(mpc::Path::kActiveSet);
     if (!x_iterates && !y_iterates) {
-      EXPECT_EQ(tick.record.mpc_changes, 0) << "no limit binds at " << tick.record.timestamp << " us";
+      EXPECT_EQ(tick.record.mpc_changes, 0) << "no limit is active at " << tick.record.timestamp << " us";
     }
     changed_by_x += tick.record.mpc_changes > 0 && !y_iterates ? 1 : 0;
     changed_by_y += tick.record.mpc_changes > 0 && !x_iterates ? 1 : 0;
@@ -194,8 +194,8 @@ TEST(Log, CountsTheChangesOfTheActiveSetsInEachTick) {
   EXPECT_GT(changed_by_y, 0);
 }
 
-// Catches a command that leaves with tilts of an earlier tick, and a program that is solved for a tick in which none
-// can.
+// Catches a command with tilts of an earlier tick, and an MPC program that is solved in a tick in which no command can
+// be sent.
 TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   FlightPlan plan = hover(4.0);
   plan.keep_log = true;
@@ -210,7 +210,7 @@ TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   for (const companion::RecordedFlight::Tick& tick : read_back(flight, "solves_test.ulg").ticks) {
     const bool flies = tick.record.state == static_cast<int>(safety::Rung::kNominal);
     flown = flies ? flown + 1 : 0;
-    if (flown > 1) {  // noise of the pose moves every solution
+    if (flown > 1) {  // pose noise changes every solution
       const bool moved = tick.record.wanted[0] != before[0] && tick.record.wanted[1] != before[1];
       EXPECT_EQ(moved, tick.record.sent == 1) << "at " << tick.record.timestamp << " us";
       EXPECT_TRUE(tick.record.sent == 0 || std::abs(tick.record.granted[0] - tick.record.wanted[0]) < 1e-12);
@@ -223,9 +223,9 @@ TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   EXPECT_GT(held, 280);
 }
 
-// What the image saves is paid for by nobody: where no limit binds the same sticks leave, and a far jump, whose first
-// command is cut by the slew limit, is flown no worse. Would catch a pipe that is not told of the ticks in between, and
-// an integral that sees a quarter of its time.
+// The image solves only when a command is due. Without active limits exactly the same sticks must leave, and a far
+// jump, whose first command is cut by the slew limit, must not be flown worse. Catches a delay line that misses the
+// ticks in between, and an integrator that integrates a quarter of its time.
 TEST(Law, FliesTheSameWhetherItsProgramsAreSolvedInEachTickOrWhereOneIsDue) {
   FlightPlan plan = hover(12.0);
   plan.course = "step 0 0 0 0 2\nquintic 0.5 0.5 0.3 0.4 3\n";
@@ -245,7 +245,7 @@ TEST(Law, FliesTheSameWhetherItsProgramsAreSolvedInEachTickOrWhereOneIsDue) {
   EXPECT_LT(far_due_m, 1.01 * score(fly(plan).trace, 2.0, 10.0).pose_m);
 }
 
-// The recorded bytes at the recorded times give the recorded flight, bit for bit.
+// The recorded bytes at the recorded times must give the recorded flight, bit for bit.
 TEST(Replay, GivesTheSameFlightAgain) {
   RecordProperty("promise", "R6");
   FlightPlan plan = hover(3.0);
@@ -259,12 +259,12 @@ TEST(Replay, GivesTheSameFlightAgain) {
   EXPECT_EQ(again.ticks, recorded.ticks.size());
   EXPECT_EQ(again.ticks_unlike, 0U) << "first at tick " << again.first_unlike;
   EXPECT_EQ(again.digest, companion::replay(recorded, companion::Scalar::kDouble).digest);
-  // Other arithmetic, the same flight: millimetres.
+  // Other arithmetic gives the same flight within millimetres.
   EXPECT_LT(companion::replay(recorded, companion::Scalar::kFloat).largest_difference_m, 2e-3);
   EXPECT_LT(companion::replay(recorded, companion::Scalar::kFixed).largest_difference_m, 2e-3);
 }
 
-// A log of the baseline, whose limits bind: replayed as the MPC it would be another flight.
+// A log of the LQR baseline with active limits: replayed with the MPC, it would be another flight.
 TEST(Replay, KnowsWhichLawFlew) {
   FlightPlan plan = hover(4.0);
   plan.keep_log = true;
@@ -281,7 +281,7 @@ TEST(Replay, KnowsWhichLawFlew) {
   EXPECT_GT(companion::replay(recorded, companion::Scalar::kDouble).ticks_unlike, 0U);
 }
 
-/// A change of what a tick's log holds.
+/// A damage to the recorded data of a tick.
 struct Damage {
   const char* what;
   std::vector<std::byte>* (*stream)(companion::RecordedFlight::Tick&);
@@ -292,8 +292,8 @@ constexpr std::array kDamages{
     Damage{"pose's bytes", [](companion::RecordedFlight::Tick& tick) { return &tick.pose_in; }},
     Damage{"questions for the time", [](companion::RecordedFlight::Tick& tick) { return &tick.pose_out; }}};
 
-// Would catch a field, a stream or a tick that the comparison leaves out: every byte of a record, and a bit of each
-// stream, in the first tick that has it behind the middle of the flight.
+// Catches a field, a stream or a tick that the comparison omits: changes every byte of a record, and a bit of each
+// stream in the first tick after the middle of the flight that has data in it.
 TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
   RecordProperty("promise", "R6");
   FlightPlan plan = hover(1.0);
@@ -319,13 +319,14 @@ TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
     damage.stream(damaged.ticks[tick])->back() ^= std::byte{4};
     const std::size_t unlike = first_unlike(damaged);
     EXPECT_GE(unlike, tick) << damage.what;
-    EXPECT_LT(unlike, tick + 20) << damage.what << ": a damaged frame is missed when the next one comes at the latest";
+    EXPECT_LT(unlike, tick + 20) << damage.what
+                                 << ": a damaged frame must be noticed at the latest when the next one arrives";
     damaged = sound;
   }
   // All bytes of the record in one replay: byte i of the record of tick i.
-  constexpr std::size_t kTime = sizeof(log::TickRecord::timestamp);  // is what the tick is replayed at
+  constexpr std::size_t kTime = sizeof(log::TickRecord::timestamp);  // the time at which the tick is replayed
   std::vector<std::size_t> spoilt;
-  constexpr std::size_t kOrders = offsetof(log::TickRecord, orders);  // and those are obeyed
+  constexpr std::size_t kOrders = offsetof(log::TickRecord, orders);  // the replay obeys these orders
   ASSERT_LT(kOrders, sound.ticks.size());
   for (std::size_t i = kTime; i < kOrders; ++i) {
     reinterpret_cast<unsigned char*>(&damaged.ticks[i].record)[i] ^= 1U;

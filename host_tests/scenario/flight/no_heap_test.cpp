@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// R1 on the host: a counting allocator must not move during a tick, from start-up through flight to release.
+// R1 on the host: the count of allocations must not change during a tick, from start-up through flight to release.
 #include <gtest/gtest.h>
 #include <cstdlib>
 #include <memory>
@@ -17,8 +17,8 @@ namespace {
 std::size_t allocations = 0;
 }  // namespace
 
-// Deviation: replacing the allocator is the point of this program. operator new of the library ends in malloc; Eigen
-// asks malloc itself. The sanitizers have an allocator of their own: there, operator new alone is counted.
+// Deviation: this program replaces the allocator on purpose. The library's operator new calls malloc, and so does
+// Eigen. The sanitizers have their own allocator: with them, only operator new is counted.
 #ifdef M100_SANITIZED
 void* operator new(std::size_t size) {
   ++allocations;
@@ -52,7 +52,7 @@ void* realloc(void* memory, std::size_t size) {
 namespace m100::app {
 namespace {
 
-// Otherwise a counter that counts nothing would prove everything.
+// Checks the counter itself: one that counts nothing would pass every test.
 TEST(NoHeap, IsCounted) {
   std::size_t before = allocations;
   const auto by_new = std::make_unique<std::vector<int>>(1000);

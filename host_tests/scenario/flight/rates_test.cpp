@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a command rate costs in tracking error: the law that the table of experiments/README.md shows.
+// Tracking error at each command rate, as in the table of experiments/README.md.
 #include <gtest/gtest.h>
 
 #include "firmware/mpc/generated/gain_table.h"
@@ -8,7 +8,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-// Catches a rate that never reaches the wire (all rows alike), and one that costs more than its delay explains.
+// Catches a rate that never reaches the wire (all rows equal), and one that costs more than its delay explains.
 TEST(CommandRates, AFasterRateNeverTracksWorseOnItsChannelAndNoRateIsLost) {
   SuiteOptions options;
   options.plant = sim::measured_plant();

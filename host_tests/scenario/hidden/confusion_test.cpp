@@ -8,7 +8,7 @@
 namespace m100::lab::hidden {
 namespace {
 
-/// Promise R13 on logs whose makers share no code with the analysis.
+/// Promise R13 on logs of simulators that share no code with the analysis.
 class Translation : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Translation, NamesAHiddenEffectOfMediumSize) {
@@ -49,7 +49,7 @@ TEST(TranslationAlone, FindsNothingWhereNothingIsHidden) {
   }
 }
 
-// A force with a cause that no candidate has must not get the name of one.
+// A force whose cause is not among the candidates must not get the name of one.
 TEST(TranslationAlone, GivesNoNameToASlungLoad) {
   RecordProperty("promise", "R13");
   for (const std::uint64_t seed : {21U, 22U, 23U}) {
@@ -64,7 +64,7 @@ TEST(TranslationAlone, GivesNoNameToASlungLoad) {
   }
 }
 
-// At constant heading wind, bias and trim are one and the same: whichever is named, the others are named with it.
+// At constant heading, wind, bias and trim cannot be distinguished: if one is named, the others must be named with it.
 TEST(TranslationAlone, SaysThatWindAndBiasAreOneAtConstantHeading) {
   Case asked;
   asked.plan.axis = "translation";

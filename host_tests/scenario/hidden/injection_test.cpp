@@ -61,7 +61,7 @@ double delay_in(const IdentifyResult& result) {
   return 0.0;
 }
 
-/// The 98 % quantile of a size: what a limit must be below to act.
+/// The 98 % quantile of the absolute values; a limit acts only if it is smaller.
 double usual_largest(std::vector<double> values) {
   for (double& value : values) {
     value = std::abs(value);
@@ -70,8 +70,8 @@ double usual_largest(std::vector<double> values) {
   return values[values.size() * 98 / 100];
 }
 
-// The finding: with a lead zero declared beside, the fit without the trim ended at the edge (a zero of 1 s, a dead zone
-// of 55 counts), the fit with it began there, and 40 counts of trim were "unexplained".
+// Regression test: with a lead zero declared, the fit without the trim ended at the edge of the range (a zero of 1 s, a
+// dead zone of 55 counts), the fit with the trim started there, and 40 counts of trim stayed "unexplained".
 TEST(Injection, AFitThatEndedAtAnEdgeIsNoStartForWhatIsMissing) {
   M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");
   const logs::FlightLog flight = measured_flight(csv.string());
@@ -87,7 +87,7 @@ struct Case {
   Names allowed;
 };
 
-/// Each effect at medium size on this axis of the flight.
+/// All effects at medium size, for this axis of the flight.
 std::vector<Case> medium_effects(const logs::FlightLog& flight, const std::string& axis) {
   const auto& y = flight.of(axis == "roll" ? logs::Signal::kAttitudeRoll : logs::Signal::kAttitudePitch);
   std::vector<double> rate(y.size(), 0.0);
@@ -106,13 +106,13 @@ std::vector<Case> medium_effects(const logs::FlightLog& flight, const std::strin
           {{{"cross_axis", 0.17}}, {"cross_axis"}}};
 }
 
-/// Is what was added named, in `result`, and seen in its number where the flight has some of it already?
+/// Whether `result` names the added effect and, if the flight already has some of it, the parameter shows the addition.
 bool is_named(const Case& added, const IdentifyResult& plain, const IdentifyResult& result) {
   const Names found = found_in(result);
   if (std::none_of(added.allowed.begin(), added.allowed.end(), [&](const auto& name) { return has(found, name); })) {
     return false;
   }
-  // The flight has a lead zero with a delay of its own; what was added must be seen in the number.
+  // The flight has its own delay with a lead zero; the parameter must show the added delay.
   return added.hidden.count("transport_delay") == 0 ||
          delay_in(result) > delay_in(plain) + 0.6 * added.hidden.at("transport_delay");
 }
@@ -125,7 +125,7 @@ std::string in_one_line(const Names& names) {
   return line;
 }
 
-// Effects added to the measured residual of the real flight, air and autopilot included. Goal: 90 % at medium size.
+// Adds effects to the real flight and keeps its measured residual, with air and autopilot. Goal: 90 % at medium size.
 TEST(Injection, IntoTheMeasuredFlightIsNamed) {
   RecordProperty("promise", "R13");
   M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");

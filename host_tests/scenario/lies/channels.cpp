@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How each channel is told wrongly, and what a flight with it comes to.
+// How each channel is falsified, and the effect on a flight.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -19,7 +19,7 @@ using protocol::Telemetry;
 using protocol::TelemetryItem;
 
 constexpr auto kWave = Channel::Kind::kWave;
-// Sizes: from what noise hides to what nobody could overlook, in the channel's unit.
+// Sizes in the channel's unit: from hidden in the noise to obvious.
 constexpr std::array kChannels{
     Channel{"pose.position", "m", kWave, {0.005, 3.0, 3}}, Channel{"pose.heading", "rad", kWave, {0.01, 3.0, 1}},
     Channel{"attitude", "rad", kWave, {0.002, 0.5, 3}},    Channel{"rates", "rad/s", kWave, {0.01, 3.0, 3}},
@@ -33,11 +33,11 @@ std::array<float, 3> floats_of(const Value& value) {
   return {static_cast<float>(value[0]), static_cast<float>(value[1]), static_cast<float>(value[2])};
 }
 
-/// A channel of telemetry that is a number or three: read, and written.
+/// A channel of telemetry with one or three numbers: how it is read and written.
 struct Numbers {
   std::string_view channel;
   TelemetryItem item;
-  bool anchored;  ///< what gain and sign change is the difference from the beginning
+  bool anchored;  ///< gain and sign act on the difference from the beginning
   Value (*read)(const Telemetry&);
   void (*write)(Telemetry&, const Value&);
 };
@@ -107,7 +107,7 @@ std::function<void(sim::PoseSample&)> pose_lie(const Channel& channel, const Wav
   };
 }
 
-/// What telemetry says wrongly at this moment about who has control.
+/// Makes telemetry report a wrong controlling device or mode, as the happenings say for this time.
 void say_wrongly(const Happenings& happenings, double t_s, Telemetry& telemetry) {
   for (const Happening& one : happenings) {
     if (t_s < one.at_s || t_s > one.at_s + one.value) {
@@ -134,7 +134,7 @@ void happen(const Happening& one, sim::N1Autopilot& autopilot) {
   }
 }
 
-/// Gives what happens at its time, each once.
+/// Gives each happening once, at its time.
 class Script {
  public:
   explicit Script(Happenings happenings) : happenings_(std::move(happenings)) {
@@ -201,7 +201,7 @@ FlightPlan plan_of(const std::string& task_name, std::uint64_t seed) {
   return plan;
 }
 
-/// Each flight without a fault is flown once for all.
+/// The flight without a fault; each is flown once for all faults.
 const FlightResult& honestly_flown(const std::string& task, std::uint64_t seed) {
   static std::map<std::pair<std::string, std::uint64_t>, FlightResult> kept;
   const auto key = std::make_pair(task, seed);
@@ -229,7 +229,7 @@ const Channel& channel_of(std::string_view name) {
   const auto* const found =
       std::find_if(kChannels.begin(), kChannels.end(), [&](const Channel& channel) { return channel.name == name; });
   if (found == kChannels.end()) {
-    throw std::invalid_argument("no channel " + std::string(name));
+    throw std::invalid_argument("unknown channel " + std::string(name));
   }
   return *found;
 }

@@ -58,7 +58,7 @@ Happenings happenings_of(const std::string& text) {
     words >> word >> one.at_s >> one.value;
     const auto* const found = std::find(kWords.begin(), kWords.end(), word);
     if (words.fail() || found == kWords.end()) {
-      throw std::invalid_argument("nothing that happens: " + part);
+      throw std::invalid_argument("unknown happening: " + part);
     }
     one.word = static_cast<Word>(found - kWords.begin());
     happenings.push_back(one);

@@ -11,34 +11,34 @@
 
 namespace m100::scenario {
 
-/// What may happen at a moment, in the channels that carry words instead of numbers.
+/// Events that may happen in the channels that carry orders and answers instead of numbers.
 enum class Word : std::uint8_t {
   kEngage,      ///< the operator orders to fly
   kRelease,     ///< the operator orders to stop
-  kLoseAcks,    ///< the next so many answers of the autopilot are lost
-  kDoubleAcks,  ///< the next so many are sent twice
-  kDelayAcks,   ///< answers are late by so many seconds from now on
-  kSaysOurs,    ///< for so many seconds telemetry says that we have control
-  kSaysPilots,  ///< for so many seconds telemetry says that the transmitter has it
-  kSaysMode,    ///< for so many seconds telemetry says that the mode switch is not at F
+  kLoseAcks,    ///< the next `value` answers of the autopilot are lost
+  kDoubleAcks,  ///< the next `value` answers are sent twice
+  kDelayAcks,   ///< answers are late by `value` seconds from then
+  kSaysOurs,    ///< for `value` seconds telemetry says that we have control
+  kSaysPilots,  ///< for `value` seconds telemetry says that the transmitter has it
+  kSaysMode,    ///< for `value` seconds telemetry says that the mode switch is not at F
 };
 inline constexpr std::array<std::string_view, 8> kWords{"engage",     "release",   "lose_acks",   "double_acks",
                                                         "delay_acks", "says_ours", "says_pilots", "says_mode"};
-/// The first of them are the operator's, the others the autopilot's.
+/// The first kOperatorWords words are the operator's, the others the autopilot's.
 inline constexpr std::size_t kOperatorWords = 2;
 
 struct Happening {
   Word word = Word::kEngage;
   double at_s = 0.0;   ///< from the beginning of the course
-  double value = 0.0;  ///< as the word has it
+  double value = 0.0;  ///< a count or seconds, depending on the word
 };
 using Happenings = std::vector<Happening>;
 
-/// "release 3.2 0; engage 3.9 0". Errors of the text: std::invalid_argument.
+/// Text form: "release 3.2 0; engage 3.9 0". @throws std::invalid_argument for a malformed text.
 std::string to_text(const Happenings& happenings);
 Happenings happenings_of(const std::string& text);
 
-/// One to six happenings of the operator or of the autopilot.
+/// Draws one to six happenings of the operator or of the autopilot.
 Happenings drawn_happenings(bool operators, double within_s, sim::Random& random);
 Happenings neighbour_of(const Happenings& happenings, bool operators, double within_s, sim::Random& random);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a calm hover can tell about its pose at all: the bound behind the lies that THREATS.md calls unseen.
+// The information about the pose in a calm hover: the bound behind the lies that THREATS.md lists as unseen.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kTick_s = 0.01;
 constexpr double kSettled_s = 8.0;
-/// As est::MotionCheck asks for before it contradicts a pose.
+/// Log-likelihood ratio that est::MotionCheck requires before it contradicts a pose.
 constexpr double kNats = 16.0;
 
-/// Mean square of the path of an honest hover, high-passed by s^3 / (s + a)^3, m^2, both axes together.
+/// Mean square of an honest hover's path, high-passed by s^3 / (s + a)^3, m^2, both axes together.
 double moved_m2(const lab::experiments::Trace& trace, double a_per_s) {
   std::array<std::array<double, 3>, 2> slow_m{};
   double sum_m2 = 0.0;
@@ -34,16 +34,16 @@ double moved_m2(const lab::experiments::Trace& trace, double a_per_s) {
   return sum_m2 / count;
 }
 
-/// Noise of the path that the specific force makes, m, one axis: the rotors' 0.1 m/s^2 at 100 Hz, a third of a tenth of
-/// a degree that the attitude may wander by in seconds, and 0.7 mm of the observer's place.
+/// Noise of the path computed from the specific force, m, one axis: the rotors' 0.1 m/s^2 at 100 Hz, a slow attitude
+/// error of 0.02/3 m/s^2, and 0.7 mm of the observer's position.
 double noise_m(double a_per_s) {
   const double rotors_m = 0.1 * std::sqrt(kTick_s / (16.0 * a_per_s * a_per_s * a_per_s));
   const double attitude_m = 0.27 / (a_per_s * a_per_s) * 0.02 / 3.0;
   return std::sqrt(rotors_m * rotors_m + attitude_m * attitude_m + 0.0007 * 0.0007);
 }
 
-/// What who knows the lie in advance learns in a second, in the best scale of high-pass. @param share of the path that
-/// is wrong.
+/// Information per second for a detector that knows the lie in advance, at the best high-pass frequency. @param share
+/// of the path that is false.
 double nats_per_s(double share) {
   double best = 0.0;
   for (const double a_per_s : {0.75, 1.5, 3.0}) {
@@ -69,17 +69,16 @@ TEST(CalmHover, TellsTooLittleOfAFrameThatIsTurnedByTwentyDegrees) {
   static_cast<void>(std::snprintf(text, sizeof text, "%.1f nats/s | %.1f s", standing, kNats / standing));
   RecordProperty("figure.information.standing", text);
   std::printf("standing | %s\n", text);
-  EXPECT_GT(kNats / turned, 3.0) << "then the promise of 3 s can be held, and must be";
+  EXPECT_GT(kNats / turned, 3.0) << "enough information for a promise of 3 s, which must then be given";
 }
 
-/// What the attitude may be wrong by for seconds, as an acceleration, and for how many: measured logs
-/// (est::MotionCheck).
+/// Slow error of the attitude as an acceleration, and its duration, from measured logs (est::MotionCheck).
 constexpr double kAttitude_m_s2 = 0.02, kAttitudeLasts_s = 2.0;
 constexpr double kRotors_m_s2 = 0.1;
 
-/// The speed to which a drift of the pose may grow within so long, at a constant rate, before who knows it in advance,
-/// and its beginning, and the force's offset, has learned enough: energy of the false acceleration over the noise's
-/// density, E / 2 S = nats (matched filter).
+/// Speed to which a drift of the pose can grow in this time, at a constant rate, before a detector has enough
+/// information that knows the drift, its beginning and the force's offset in advance. Matched filter: the energy of the
+/// false acceleration over the noise density gives E / 2 S = nats.
 double unseen_drift_m_s(double grows_for_s) {
   const double density =
       2.0 * kAttitudeLasts_s * kAttitude_m_s2 * kAttitude_m_s2 + kTick_s * kRotors_m_s2 * kRotors_m_s2;
@@ -93,7 +92,8 @@ TEST(CalmHover, TellsTooLittleOfADriftThatFadesIn) {
                                   unseen_drift_m_s(4.0), unseen_drift_m_s(10.0)));
   RecordProperty("figure.information.drift", text);
   std::printf("drift | %s\n", text);
-  EXPECT_GT(unseen_drift_m_s(4.0), 0.3) << "then the promise of 2 m for 0.3 m/s can be held, and must be";
+  EXPECT_GT(unseen_drift_m_s(4.0), 0.3)
+      << "enough information for a promise of 2 m at 0.3 m/s, which must then be given";
 }
 
 }  // namespace

@@ -11,14 +11,13 @@
 
 namespace m100::scenario {
 
-/// The worst fault that was found in a channel, and how far it may take the aircraft.
+/// The worst fault that the search found in a channel, and how far it may move the aircraft.
 struct Kept {
   Fault fault;
-  double limit_m =
-      0.0;  ///< of score_of(), over the seeds of the test: what was measured, and the margin said in the file
+  double limit_m = 0.0;  ///< of score_of() over the test's seeds: the measured value plus the margin stated in the file
 };
 
-/// Reads worst.txt: `channel | limit in m | task | fault` a line; `#` begins a remark. Errors: std::invalid_argument.
+/// Reads worst.txt: lines `channel | limit in m | task | fault`, comment lines with `#`. @throws std::invalid_argument
 inline std::map<std::string, Kept, std::less<>> kept_faults(const std::filesystem::path& file) {
   std::map<std::string, Kept, std::less<>> kept;
   std::ifstream in(file);
@@ -29,7 +28,7 @@ inline std::map<std::string, Kept, std::less<>> kept_faults(const std::filesyste
     const std::size_t first = line.find(" | ");
     const std::size_t second = line.find(" | ", first + 3);
     if (first == std::string::npos || second == std::string::npos) {
-      throw std::invalid_argument("no kept fault: " + line);
+      throw std::invalid_argument("malformed line of kept faults: " + line);
     }
     const std::string name = line.substr(0, first);
     kept[name] = {.fault = fault_of(channel_of(name), line.substr(second + 3)),

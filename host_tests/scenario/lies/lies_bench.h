@@ -16,14 +16,14 @@
 namespace m100::scenario {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr double kStruckAt_s = 10.0;  ///< two seconds into the tasks' first step
+constexpr double kStruckAt_s = 10.0;  ///< two seconds after the tasks' first step
 constexpr double kFromStart = -1.0;
-constexpr double kShort_s = 10.0;  ///< a flight whose channel lies from the start
+constexpr double kShort_s = 10.0;  ///< duration of a flight whose channel lies from the start
 
 enum class Air { kCalm, kWind };
 
-/// The measured plant, and with wind a room that is less kind: 5 m/s with gusts of 30 % and turbulence of 15 % at the
-/// drag of an aircraft that is wholly in it, and poses whose way takes up to 10 ms more than the least.
+/// The measured plant; with wind, in worse conditions: wind of 5 m/s with gusts of 30 % and turbulence of 15 %, the
+/// drag of an aircraft fully exposed to it, and poses with up to 10 ms of jitter.
 inline sim::Plant plant_in(Air air) {
   sim::Plant plant = sim::measured_plant();
   if (air == Air::kWind) {
@@ -36,7 +36,7 @@ inline sim::Plant plant_in(Air air) {
   return plant;
 }
 
-/// One flight of a task in which a lie is told, or none (null).
+/// One flight of a task with a lie, or with none (null).
 struct LyingFlight {
   const sim::Lie* lie = nullptr;
   double size = 0.0;
@@ -72,7 +72,7 @@ inline lab::experiments::FlightResult flown(const LyingFlight& flight, int seed)
   return lab::experiments::fly(plan);
 }
 
-/// Each honest flight is flown once for all lies.
+/// The flight without a lie; each is flown once for all lies.
 inline const lab::experiments::FlightResult& honestly_flown(const LyingFlight& flight, int seed) {
   static std::map<std::tuple<std::string, bool, Air, int>, lab::experiments::FlightResult> kept;
   const auto key = std::make_tuple(std::string(flight.task), flight.from_s < 0.0, flight.air, seed);
@@ -86,10 +86,10 @@ inline const lab::experiments::FlightResult& honestly_flown(const LyingFlight& f
 }
 
 struct Noticed {
-  double after_s = kNever;  ///< of the lie; 0 where control was not taken at all
-  double away_m = 0.0;      ///< from where the honest flight was then, or at its end
-  double farthest_m = 0.0;  ///< until the sticks were the pilot's
-  double speed_m_s = 0.0;   ///< horizontal, when they were
+  double after_s = kNever;  ///< after the lie began; 0 if control was not taken at all
+  double away_m = 0.0;      ///< distance from the honest flight at that time, or at its end
+  double farthest_m = 0.0;  ///< until the pilot had the sticks
+  double speed_m_s = 0.0;   ///< horizontal, at that time
   bool refused = false;     ///< control was not taken
 };
 
@@ -140,7 +140,7 @@ struct Worst {
       of.speed_m_s = std::max(of.speed_m_s, found.speed_m_s);
     }
   }
-  /// One cell of a table: after how long and how far away it was noticed, and (how far until the pilot had it).
+  /// One cell of a table: time and distance of the notice, and in brackets the distance until the pilot had control.
   std::string cell() const {
     if (refused == seeds) {
       return "not taken";
@@ -167,7 +167,7 @@ struct Worst {
   }
 };
 
-/// A lie whose smallest size is searched between these two that is noticed with every seed.
+/// A lie, and the range in which the smallest size is searched that is noticed with every seed.
 struct SizedLie {
   const char* name;
   const char* lie;
@@ -176,7 +176,7 @@ struct SizedLie {
   double large;
 };
 
-/// @returns columns of a table; "none": not even the largest is noticed with every seed.
+/// @returns columns of a table; "none" if not even the largest size is noticed with every seed.
 inline std::string smallest(const SizedLie& sized, int seeds) {
   const sim::Lie* const lie = sim::lie_of(sized.lie);
   const auto worst_of = [&](double size) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Channels that lie smoothly, in flights of the whole controller against the emulated autopilot: after how long and how
-// far from an honest flight the lie is noticed, how far the aircraft is until the sticks are the pilot's, and how fast
-// it then is (promise R14).
+// Channels that lie without a jump, in flights of the whole controller against the emulated autopilot (promise R14).
+// Measures when and how far from an honest flight the lie is noticed, how far the aircraft is when the pilot gets the
+// sticks, and its speed at that time.
 #include <gtest/gtest.h>
 
 #include "host_tests/scenario/lies/lies_bench.h"
@@ -15,12 +15,12 @@ struct SmoothLieCase {
   const char* name;
   const char* lie;
   const char* task;
-  double within_s;  ///< of all seeds; infinity: it is not always noticed
+  double within_s;  ///< for all seeds; infinity: not always noticed
   double within_m;
-  double until_the_pilot_m;  ///< how far the aircraft may come before the sticks are the pilot's
+  double until_the_pilot_m;  ///< largest distance before the pilot has the sticks
   double from_s = kStruckAt_s;
-  double size = 0.0;      ///< 0: the usual one
-  double most_m_s = 1.0;  ///< when the pilot has it; the ladder hands over below 0.9 by what it knows
+  double size = 0.0;      ///< 0: the default size
+  double most_m_s = 1.0;  ///< speed at the handover; the ladder hands over below an estimated 0.9
 };
 
 LyingFlight flight_of(const SmoothLieCase& told, Air air = Air::kCalm) {
@@ -67,7 +67,7 @@ const SmoothLieCase kLies[] = {
     {"tilt_rates_turned180.start", "tilt_rates_turned", "hover", 3.0, 1.0, 2.0, kFromStart, 180.0},
     {"roll_inverted.hover", "roll_inverted", "hover", 3.0, 1.0, 1.5},
     {"roll_rate_inverted.hover", "roll_rate_inverted", "hover", 3.0, 1.0, 1.5},
-    // Catches an attitude that is believed because force and observer go with it: 8.8 m with one seed of four.
+    // Catches an attitude that is believed because force and observer follow it: 8.8 m with one seed of four.
     {"roll_rate_inverted.start", "roll_rate_inverted", "hover", 2.5, 0.6, 2.5, kFromStart},
     {"rates_stuck.hover", "rates_stuck", "hover", 3.0, 1.0, 1.5},
     {"rates_times.hover", "rates_times", "hover", 3.0, 1.0, 1.5},
@@ -115,7 +115,7 @@ class SmallestLie : public ::testing::TestWithParam<SizedLie> {};
 TEST_P(SmallestLie, ThatIsNoticedWithEverySeed) {
   RecordProperty("promise", "R14");
   const std::string found = smallest(GetParam(), kSeeds);
-  EXPECT_NE(found, "none") << "not even the largest one";
+  EXPECT_NE(found, "none") << "not even the largest size is noticed";
   RecordProperty("figure.smallest." + std::string(GetParam().name), found);
   std::printf("smallest %s | %s\n", GetParam().name, found.c_str());
 }

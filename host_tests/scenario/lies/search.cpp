@@ -47,7 +47,7 @@ std::string to_text(const Fault& fault) {
 Fault fault_of(const Channel& channel, const std::string& text) {
   const std::size_t bar = text.find(" | ");
   if (bar == std::string::npos) {
-    throw std::invalid_argument("no task before a fault: " + text);
+    throw std::invalid_argument("a fault without a task: " + text);
   }
   Fault fault{.task = text.substr(0, bar), .wave = {}, .happenings = {}};
   if (channel.kind == Channel::Kind::kWave) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Searches, channel by channel, for the fault that takes the aircraft farthest before anyone notices.
+// Searches, channel by channel, for the fault that moves the aircraft farthest before it is noticed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
@@ -9,15 +9,15 @@
 namespace m100::scenario {
 namespace {
 
-/// @returns whether nothing worse was found than what is kept.
+/// @returns whether no worse fault was found than the kept one.
 bool search_one(const Channel& channel, int flights, std::uint64_t seed, const Kept& kept) {
   const Found found = searched(channel, flights, seed, kept.fault);
   const double score_m = score_of(channel, found.harm);
   const bool kept_is_worst = score_m <= kept.limit_m;
-  std::printf("%s%s | %.2f | %s\n    noticed after %.1f s, %.2f m away; %.2f m until the pilot has it, then %.2f m/s\n",
-              kept_is_worst ? "" : "WORSE THAN KEPT ", std::string(channel.name).c_str(), score_m,
-              to_text(found.fault).c_str(), found.harm.after_s, found.harm.away_m, found.harm.farthest_m,
-              found.harm.speed_m_s);
+  std::printf(
+      "%s%s | %.2f | %s\n    noticed after %.1f s, %.2f m away; %.2f m when the pilot has control, at %.2f m/s\n",
+      kept_is_worst ? "" : "WORSE THAN KEPT ", std::string(channel.name).c_str(), score_m, to_text(found.fault).c_str(),
+      found.harm.after_s, found.harm.away_m, found.harm.farthest_m, found.harm.speed_m_s);
   static_cast<void>(std::fflush(stdout));
   return kept_is_worst;
 }
@@ -27,12 +27,12 @@ int run(int argc, char** argv) {
   int flights = 300;
   std::uint64_t seed = 15;
   CLI::App app(
-      "Searches for the fault of one channel that takes the aircraft farthest before anyone notices. Exit code "
-      "1: one was found that is worse than what is kept.");
+      "Searches for the fault of one channel that moves the aircraft farthest before it is noticed. Exit code "
+      "1: a fault was found that is worse than the kept one.");
   app.add_option("--channel", only, "Only this channel (default: all)");
   app.add_option("--flights", flights, "Flights for each channel")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--seed", seed, "Of the search")->capture_default_str();
-  app.add_option("--kept", kept_file, "File of the worst found so far; the search begins with them")
+  app.add_option("--seed", seed, "Seed of the search")->capture_default_str();
+  app.add_option("--kept", kept_file, "File of the worst faults found so far; the search starts from them")
       ->check(CLI::ExistingFile);
   CLI11_PARSE(app, argc, argv);
   const auto kept = kept_file.empty() ? std::map<std::string, Kept, std::less<>>() : kept_faults(kept_file);

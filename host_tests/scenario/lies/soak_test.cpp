@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every lie of every channel by its name, in calm air and in wind, in a hover and before control is taken: what becomes
-// of it. For the nightly run.
+// Every lie of every channel, in calm air and in wind, in a hover and before control is taken. For the nightly run.
 #include <gtest/gtest.h>
 
 #include "host_tests/scenario/lies/lies_bench.h"
@@ -9,8 +8,8 @@ namespace m100::scenario {
 namespace {
 
 constexpr int kSeeds = 5;
-/// The farthest that a lie was seen to take the aircraft is 4.4 m: a drift from before the first pose, which nothing
-/// can see, until the course ends.
+/// Limit of the distance. The largest observed one is 4.4 m, by a drift that begins before the first pose and cannot be
+/// observed until the course ends.
 constexpr double kRoom_m = 6.0;
 
 class EveryLie : public ::testing::TestWithParam<sim::Lie> {};

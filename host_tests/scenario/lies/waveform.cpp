@@ -13,14 +13,14 @@ namespace {
 constexpr double kRemembered_s = 2.0;
 constexpr double kShortestPeriod_s = 0.1;
 constexpr std::size_t kMostPieces = 3;
-constexpr double kToTheEnd_s = 30.0;  // longer than a flight is watched
+constexpr double kToTheEnd_s = 30.0;  // longer than the watched time of a flight
 
-/// 0 before the piece has begun, 1 once it has faded in.
+/// Weight of a piece: 0 before it begins, 1 after it has faded in.
 double share_of(const Piece& piece, double t_s) {
   return piece.fade_s <= 0.0 ? 1.0 : std::min(1.0, (t_s - piece.from_s) / piece.fade_s);
 }
 
-/// Logarithmically even between two positive numbers.
+/// Draws logarithmically uniform between two positive numbers.
 double between(double low, double high, sim::Random& random) { return low * std::pow(high / low, random.uniform()); }
 
 double drawn_size(Wrong wrong, const Sizes& sizes, sim::Random& random) {
@@ -28,7 +28,7 @@ double drawn_size(Wrong wrong, const Sizes& sizes, sim::Random& random) {
     case Wrong::kDelay:
       return between(0.02, 1.5, random);  // seconds
     case Wrong::kGain:
-      return -2.0 + 5.0 * random.uniform();  // mirrored to four times
+      return -2.0 + 5.0 * random.uniform();  // factor -1 to 4
     default:
       return between(sizes.least, sizes.most, random);
   }
@@ -53,7 +53,7 @@ Piece drawn_piece(const Sizes& sizes, double earliest_s, double within_s, sim::R
   return piece;
 }
 
-/// One member of the piece, a little different.
+/// Changes one member of the piece slightly.
 void nudge(Piece& piece, const Sizes& sizes, double earliest_s, double within_s, sim::Random& random) {
   switch (random.next() % 5) {
     case 0:
@@ -100,7 +100,7 @@ Waveform waveform_of(const std::string& text) {
     words >> word >> p.from_s >> p.for_s >> p.fade_s >> p.size >> p.direction.x() >> p.direction.y() >> p.direction.z();
     const auto* const found = std::find(kWrongWords.begin(), kWrongWords.end(), word);
     if (words.fail() || found == kWrongWords.end()) {
-      throw std::invalid_argument("no piece of a waveform: " + one);
+      throw std::invalid_argument("malformed piece of a waveform: " + one);
     }
     p.wrong = static_cast<Wrong>(found - kWrongWords.begin());
     wave.push_back(p);

@@ -14,24 +14,24 @@
 
 namespace m100::scenario {
 
-/// One channel's value: up to three numbers, in the channel's unit; what a channel does not have is zero.
+/// One channel's value: up to three numbers, in the channel's unit; unused ones are zero.
 using Value = core::Vector<double, 3>;
 
-/// What one piece of a waveform does to a value. `size` is in the channel's unit unless it is said otherwise.
+/// What one piece of a waveform does to a value. `size` is in the channel's unit unless stated otherwise.
 enum class Wrong : std::uint8_t {
   kBias,     ///< adds the size along the direction
-  kDrift,    ///< adds the size times the time (unit/s), and keeps what it has added when it ends
-  kSwing,    ///< adds a sine of this size; its period is the piece's fade
+  kDrift,    ///< adds the size times the time (unit/s); the offset remains when the piece ends
+  kSwing,    ///< adds a sine of this amplitude, whose period is fade_s
   kDelay,    ///< the value as it was `size` seconds ago
-  kGain,     ///< multiplies what has changed since the piece began by 1 + size (no unit)
+  kGain,     ///< multiplies the change since the piece began by 1 + size (no unit)
   kNoise,    ///< adds white noise of this standard deviation, along the direction
   kDropout,  ///< no value
-  kSign,     ///< mirrors what has changed since the piece began, along the direction
+  kSign,     ///< mirrors the change since the piece began, along the direction
 };
 inline constexpr std::array<std::string_view, 8> kWrongWords{"bias", "drift", "swing",   "delay",
                                                              "gain", "noise", "dropout", "sign"};
 
-/// One fault in a channel, for a time. It fades in over `fade_s`, so that it may begin without a jump.
+/// One fault in a channel for a limited time. It fades in over `fade_s`, so that it can begin without a jump.
 struct Piece {
   Wrong wrong = Wrong::kBias;
   double from_s = 0.0;  ///< from the beginning of the course
@@ -42,16 +42,16 @@ struct Piece {
 };
 using Waveform = std::vector<Piece>;
 
-/// "drift 2 20 0.5 0.3 1 0 0; ...": a piece's members in their order. Errors of the text: std::invalid_argument.
+/// Text form: "drift 2 20 0.5 0.3 1 0 0; ...", a piece's members in order. @throws std::invalid_argument if malformed.
 std::string to_text(const Waveform& wave);
 Waveform waveform_of(const std::string& text);
 
-/// Tells a channel's values as a waveform has them. Values have to come in the order of their time.
+/// Falsifies a channel's values according to a waveform. Values must come in the order of time.
 class Teller {
  public:
   Teller(Waveform wave, std::uint64_t seed);
-  /// @param anchored gain and sign count from the value at which the piece began; else from zero.
-  /// @returns nothing: no value is told.
+  /// @param anchored gain and sign refer to the value at which the piece began, otherwise to zero.
+  /// @returns the false value; empty for a dropout.
   std::optional<Value> tell(double t_s, const Value& truth, bool anchored);
 
  private:
@@ -63,21 +63,21 @@ class Teller {
     Value truth;
   };
   Waveform wave_;
-  std::vector<std::optional<Value>> anchors_;  ///< of each piece
-  std::deque<Heard> heard_;                    ///< of the last two seconds
+  std::vector<std::optional<Value>> anchors_;  ///< the true value at which each piece began
+  std::deque<Heard> heard_;                    ///< true values of the last two seconds
   sim::Random noise_;
 };
 
-/// How large the pieces of a channel may be.
+/// Range of the sizes of a channel's pieces.
 struct Sizes {
-  double least = 0.0;  ///< of bias, swing, noise, and of drift in a second
+  double least = 0.0;  ///< of bias, swing and noise, and of drift per second
   double most = 0.0;
   int width = 3;  ///< how many of the three numbers the channel has
 };
 
-/// A waveform of one to three pieces, within `within_s` of the course's beginning.
+/// Draws a waveform of one to three pieces that begin within `within_s` of the course's beginning.
 Waveform drawn_wave(const Sizes& sizes, double earliest_s, double within_s, sim::Random& random);
-/// A neighbour: one piece changed a little or drawn anew, added or left out.
+/// Draws a neighbour of a waveform: one piece is changed slightly, drawn again, added or removed.
 Waveform neighbour_of(const Waveform& wave, const Sizes& sizes, double earliest_s, double within_s,
                       sim::Random& random);
 

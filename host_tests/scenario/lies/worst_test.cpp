@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The worst fault that the search has found in each channel, flown again (promise R14), and the search itself.
+// Flies the worst fault that the search has found in each channel (promise R14), and tests the search itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ TEST_P(WorstFault, TakesTheAircraftNoFartherThanItDid) {
   RecordProperty("promise", "R14");
   const auto kept = kept_faults(M100_WORST_FAULTS);
   const Channel& channel = channel_of(GetParam());
-  ASSERT_TRUE(kept.contains(channel.name)) << "no fault of this channel is kept";
+  ASSERT_TRUE(kept.contains(channel.name)) << "worst.txt has no fault of this channel";
   const Kept& worst = kept.find(channel.name)->second;
   Harm most{.after_s = 0.0};
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
@@ -53,8 +53,8 @@ INSTANTIATE_TEST_SUITE_P(Channels, WorstFault, ::testing::ValuesIn(all_names()),
   return name;
 });
 
-// Would catch a channel that the search changes and the program never hears. Not here: nothing of the height is used in
-// flight, and rates that are gross are left out without a word; that they are heard is shown by the worst of them.
+// Catches a channel whose faults never reach the program. Two channels are missing: the height is not used in flight,
+// and gross rates are rejected without a message; the worst fault of the rates shows that they reach the program.
 TEST(Fault, ThatIsGrossIsNoticed) {
   const std::pair<const char*, const char*> gross[] = {{"pose.position", "hover | bias 2 30 0 2 1 0 0"},
                                                        {"pose.heading", "hover | bias 2 30 0 2 1 0 0"},
@@ -78,9 +78,9 @@ Value told_at(const std::string& text, double t_s, const Value& truth) {
   return last.value_or(Value::Constant(-1.0));
 }
 
-// Would catch a search of which half the kinds do nothing.
+// Catches kinds of pieces that have no effect.
 TEST(Waveform, ChangesTheValueAsItSays) {
-  const Value ramp(1.0, 0.0, 2.0);  // the truth is this much a second
+  const Value ramp(1.0, 0.0, 2.0);  // true value per second of time
   const auto expect = [&](const std::string& text, double t_s, const Value& wanted) {
     EXPECT_NEAR((told_at(text, t_s, ramp) - wanted).norm(), 0.0, 1e-9) << text << " at " << t_s;
   };
@@ -89,10 +89,10 @@ TEST(Waveform, ChangesTheValueAsItSays) {
   expect("bias 1 2 2 0.5 1 0 0", 2.0, {2.25, 0.0, 4.0});  // half faded in
   expect("bias 1 2 0 0.5 1 0 0", 4.0, {4.0, 0.0, 8.0});
   expect("drift 1 2 0 0.5 0 1 0", 2.0, {2.0, 0.5, 4.0});
-  expect("drift 1 2 0 0.5 0 1 0", 5.0, {5.0, 1.0, 10.0});  // keeps what it has
-  expect("swing 1 9 4 0.5 0 1 0", 2.0, {2.0, 0.5, 4.0});   // a quarter of its period
+  expect("drift 1 2 0 0.5 0 1 0", 5.0, {5.0, 1.0, 10.0});  // the offset remains
+  expect("swing 1 9 4 0.5 0 1 0", 2.0, {2.0, 0.5, 4.0});   // at a quarter of its period
   expect("delay 1 9 0 0.5 1 0 0", 3.0, {2.5, 0.0, 5.0});
-  expect("gain 1 9 0 1 1 0 0", 3.0, {5.0, 0.0, 10.0});  // from 1 and 2 on, twice the way
+  expect("gain 1 9 0 1 1 0 0", 3.0, {5.0, 0.0, 10.0});  // beginning at 1 and 2, twice the change
   expect("sign 1 9 0 0 1 0 0", 3.0, {-1.0, 0.0, 6.0});  // x mirrored at 1
   expect("dropout 1 9 0 0 1 0 0", 3.0, Value::Constant(-1.0));
   EXPECT_GT((told_at("noise 1 9 0 0.5 0 1 0", 3.0, ramp) - Value(3.0, 0.0, 6.0)).norm(), 0.0);
@@ -108,7 +108,7 @@ TEST(Fault, IsReadAsItWasWritten) {
   EXPECT_THROW(static_cast<void>(channel_of("weather")), std::invalid_argument);
 }
 
-// A search that found something else every time could not be kept.
+// The search must be reproducible, so that its result can be kept.
 TEST(Search, FindsTheSameAgain) {
   const Channel& channel = channel_of("height");
   EXPECT_EQ(to_text(searched(channel, 3, 7, {}).fault), to_text(searched(channel, 3, 7, {}).fault));

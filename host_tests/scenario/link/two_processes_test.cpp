@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The two programs as a user starts them, joined by a pseudo-terminal: m100 on one side, m100-lab autopilot on the
-// other, in real time.
+// The two programs as a user starts them, m100 and m100-lab autopilot, connected by a pseudo-terminal, in real time.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -53,7 +52,7 @@ struct TwoProcesses : ::testing::Test {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Process(M100_PROGRAM, arguments).wait(std::chrono::seconds(60));
   }
-  /// Where the machine keeps pace, each time in an empty folder: see real_time.h.
+  /// Repeats the flight while the machine stalls, each time in an empty folder: see real_time.h.
   void in_real_time(const std::function<void()>& flight) {
     const auto begin_again = [this] {
       TearDown();
@@ -62,7 +61,7 @@ struct TwoProcesses : ::testing::Test {
     scenario::judge_in_real_time(begin_again, flight);
   }
   json flown() const { return json::parse(std::ifstream(result)); }
-  /// What the autopilot noted down; ends it.
+  /// Ends the autopilot. @returns its summary.
   json examined(Process& autopilot) const {
     autopilot.interrupt();
     EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
@@ -92,14 +91,13 @@ INSTANTIATE_TEST_SUITE_P(TwoProcesses, StartUpToRelease,
                                            Line{"MovementAt921600Losing1Percent", "921600", "movement", "0.01", "3"}),
                          [](const auto& tested) { return tested.param.name; });
 
-/// A machine that lets the programs stand still for this long in all may end control, as it must: telemetry is silent
-/// for the client, or Virtual RC data for the autopilot.
+/// If the machine stalls the programs for this long in total, control may end rightly: the client misses telemetry, or
+/// the autopilot misses Virtual RC data.
 constexpr double kStall_s = 0.4;
 
-// The verdict does not depend on the machine. What may never happen is judged in each run; rates by the ticks that the
-// programs had, by their own clocks: a busy machine takes ticks away, and what leaves must be what those ticks allow,
-// no more and no less. Only a run in which the programs say that they stood still for kStall_s is not asked whether it
-// held control for three seconds; it says so.
+// The verdict does not depend on the load of the machine. Forbidden events are judged in each run. Rates are judged by
+// the ticks that the programs report: a busy machine removes ticks, and the number of commands must match the remaining
+// ones. Only the three seconds of control are not required, with a message, if the programs report a stall of kStall_s.
 TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   RecordProperty("promise", "R4");
   const Line& line = GetParam();
@@ -115,11 +113,11 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
     EXPECT_GE(program["control_s"].get<double>(), 3.0);
   } else {
     std::cout << "The machine stalled the programs for " << stood_still_s
-              << " s: the length of control is not judged.\n";
+              << " s: the duration of control is not judged.\n";
     RecordProperty("stalled", std::to_string(stood_still_s));
   }
   EXPECT_LE(examiner["obtain_requests"], 3);
-  // Two seconds between requests, less what the line and the steps of both programs add or take: 20 ms.
+  // Two seconds between requests; tolerance 20 ms for the line and the steps of both programs.
   const double lag_s = examiner["longest_lag_s"];
   if (examiner["obtain_requests"] > 1) {
     EXPECT_GE(examiner["least_obtain_spacing_s"].get<double>(), 1.98 - lag_s);
@@ -132,22 +130,22 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   const double ticks = program["ticks_in_control"];
   const double sent = program["health"]["commands_sent"];
   const double taken = sticks ? examiner["virtual_rc_taken"] : examiner["movement_taken"];
-  // Each fourth (or second) of its ticks is due. A tick that comes late shifts the grid, and at 50 Hz the next may then
-  // come just too early: in the worst pattern of late ticks every third is used.
+  // A command is due in each fourth (or second) tick. A late tick shifts the grid, and at 50 Hz the next tick may then
+  // be just too early: in the worst pattern of late ticks every third one is used.
   const bool punctual = program["longest_tick_s"].get<double>() < 0.015;
   EXPECT_GE(sent, (punctual ? 0.95 : 2.0 / 3.0) * ticks * rate_hz / 100.0 - 1.0) << program;
   EXPECT_LE(sent, rate_hz * std::ceil(held_s)) << "DJI's window";
   EXPECT_LE(taken, sent);
   const bool loses = std::string(line.loss) != "0";
   EXPECT_GE(taken, loses ? 0.94 * sent - 1.0 : sent - 1.0) << "one may still be on the line";
-  if (ticks >= 95.0 * held_s) {  // the machine gave it its ticks
+  if (ticks >= 95.0 * held_s) {  // no ticks were lost
     EXPECT_GE(taken, 2.0 / 3.0 * rate_hz * held_s);
   }
   EXPECT_LE(examiner["most_commands_per_s"].get<double>(), rate_hz * (1.0 + lag_s) + 1.0)
-      << "as the late autopilot sees it";
+      << "as seen by the late autopilot";
 }
 
-// Catches a program that keeps sending, or asks again, when the pilot has taken the aircraft back.
+// Catches a program that keeps sending, or requests control again, after the pilot has taken the aircraft back.
 TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
   RecordProperty("promise", "R4");
   in_real_time([&] {
@@ -160,7 +158,7 @@ TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
     const json examiner = examined(*autopilot);
     EXPECT_EQ(examiner["losses"], 1);
     EXPECT_LE(examiner["latest_after_loss_s"].get<double>(), 0.040 + examiner["longest_lag_s"].get<double>())
-        << "one period of Virtual RC";
+        << "limit: one period of Virtual RC";
     EXPECT_EQ(examiner["obtain_requests"], 2);
   });
 }
@@ -185,8 +183,8 @@ TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
     EXPECT_EQ(flown()["verdict"], "autopilot");
     EXPECT_EQ(flown()["baud"], 230400);
     EXPECT_EQ(flown()["firmware"], "M100, firmware 3.1");
-    EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"], 50.0, 10.0) << "as the assistant sets it";
-    EXPECT_EQ(examined(*autopilot)["frames"], 0) << "not one byte was sent";
+    EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"], 50.0, 10.0) << "the rate that the assistant sets";
+    EXPECT_EQ(examined(*autopilot)["frames"], 0) << "the program sent frames";
   });
 }
 

@@ -15,8 +15,8 @@ namespace m100::lab::loop {
 /// A plant that only the simulator knows: a mix of two or three effects.
 struct Hidden {
   const char* name;
-  void (*tilt)(model::StickAxis&);                 ///< what roll and pitch have
-  void (*rest)(sim::Plant&) = [](sim::Plant&) {};  ///< what the rest of the plant has
+  void (*tilt)(model::StickAxis&);                 ///< changes roll and pitch
+  void (*rest)(sim::Plant&) = [](sim::Plant&) {};  ///< changes the rest of the plant
 };
 
 inline constexpr std::array kHiddenPlants{
@@ -84,7 +84,7 @@ inline constexpr std::array kHiddenPlants{
            [](sim::Plant& plant) { plant.payload = {.mass_kg = 0.4, .slung_length_m = 1.2}; }},
 };
 
-/// What the loop finds with the project's vehicle file, without the tables before and after.
+/// What the loop finds, by default with the project's vehicle file, without tables before and after.
 inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed,
                            const companion::VehicleFile& vehicle = companion::as_file(mpc::generated::kVehicle)) {
   LoopOptions options;
@@ -95,7 +95,7 @@ inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed,
   return close_loop(options);
 }
 
-/// Nothing is found where the vehicle file itself is the plant: no name, no number that matters, nothing taken over.
+/// If the vehicle file itself is the plant, the loop must find nothing: no effect, no significant number, no change.
 inline void expect_nothing_found(std::uint64_t seed) {
   const LoopResult result = found_on(sim::plant_of_options("", M100_VEHICLE_FILE), seed);
   EXPECT_TRUE(result.taken_over.empty()) << "seed " << seed << ": " << ::testing::PrintToString(result.taken_over);
@@ -106,7 +106,7 @@ inline void expect_nothing_found(std::uint64_t seed) {
     for (const identify::Refitted& one : rows) {
       EXPECT_FALSE(one.matters) << "seed " << seed << ": " << channel << " " << one.parameter << " " << one.believed
                                 << " -> " << one.found.value;
-      // The sticks of yaw jump over their dead zone: its width is nowhere to be seen, and must not be called nought.
+      // The yaw sticks jump over their dead zone, so its width is not observable, and must not be reported as zero.
       if (channel == "yaw_rate" && one.parameter == "dead_zone_counts") {
         EXPECT_LE(one.found.low, one.believed) << "seed " << seed;
         EXPECT_GE(one.found.high, one.believed) << "seed " << seed;
@@ -115,7 +115,7 @@ inline void expect_nothing_found(std::uint64_t seed) {
   }
 }
 
-/// Channels that are refused their clean bill where this vehicle file itself is the plant, with what is said of them.
+/// Channels that get no clean bill although this vehicle file itself is the plant, with the reasons given.
 inline std::string without_a_clean_bill(std::uint64_t seed, const std::string& vehicle_file) {
   const LoopResult result =
       found_on(sim::plant_of_options("", vehicle_file), seed, companion::load_vehicle(vehicle_file));
@@ -128,7 +128,7 @@ inline std::string without_a_clean_bill(std::uint64_t seed, const std::string& v
   return out;
 }
 
-/// Pose RMS of the trajectory task, calm and windy together; what never flew is a kilometre away.
+/// Pose RMS of the trajectory task, calm and windy together; a flight that never began counts as 1 km.
 inline double trajectory_error_m(const std::vector<experiments::TaskResult>& results) {
   double sum_m2 = 0.0;
   double count = 0.0;
@@ -156,7 +156,7 @@ inline sim::Plant plant_of(const Hidden& hidden) {
   return plant;
 }
 
-/// The loop on one hidden plant, with the trajectory flown before and after.
+/// Runs the loop on one hidden plant, with the trajectory flown before and after.
 inline LoopResult closed_on(const Hidden& hidden) {
   LoopOptions options;
   options.plant = plant_of(hidden);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In flight, with fixed memory: the supervisor and the log learn which channel has left its model, and by how much.
+// The monitor in flight, with fixed memory: supervisor and log get the channel that has left its model, and the size.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,9 +18,9 @@ namespace {
 constexpr auto kNominal = static_cast<double>(safety::Rung::kNominal);
 
 struct Seen {
-  double share = 0.0;    ///< of the flown ticks in which the sign stood
-  double largest = 0.0;  ///< residual over what is expected, any channel
-  double flown_s = 0.0;  ///< in the nominal rung
+  double share = 0.0;    ///< of the flown ticks in which the sign was set
+  double largest = 0.0;  ///< largest ratio of residual to expected residual, any channel
+  double flown_s = 0.0;  ///< time in the nominal rung
 };
 
 Seen fly_with(const sim::Plant& plant, const std::string& course, safety::LadderSign sign, const std::string& name) {
@@ -60,7 +60,7 @@ sim::Plant as_the_vehicle_file() {
   return believed;
 }
 
-// Catches a monitor that is computed and told to nobody, and one that cries in every flight.
+// Catches a monitor with false alarms in healthy flights.
 TEST(LeftModel, SaysNothingInAHealthyFlight) {
   RecordProperty("promise", "R17");
   using safety::LadderSign;
@@ -69,12 +69,12 @@ TEST(LeftModel, SaysNothingInAHealthyFlight) {
                                 LadderSign::kClimbLeftModel}) {
     const Seen believed = fly_with(as_the_vehicle_file(), course, sign, "as_believed");
     EXPECT_EQ(believed.share, 0.0) << static_cast<std::uint32_t>(sign);
-    EXPECT_GT(believed.flown_s, 39.9) << "a healthy flight ended";
+    EXPECT_GT(believed.flown_s, 39.9) << "the healthy flight ended early";
     EXPECT_EQ(fly_with(sim::measured_plant(), course, sign, "measured").share, 0.0) << static_cast<std::uint32_t>(sign);
   }
 }
 
-// Each alone, as it must be noticed: by the axis that has it, and by no other.
+// Catches a monitor whose result is reported nowhere. Each change must be noticed on its own axis, and on no other.
 TEST(LeftModel, TheLogSaysWhichChannelAndHowMuch) {
   RecordProperty("promise", "R17");
   const std::string course = excitation(5, 40.0);
@@ -93,7 +93,7 @@ TEST(LeftModel, TheLogSaysWhichChannelAndHowMuch) {
   }
 }
 
-// The measured plant balances at 1080 and 998, the vehicle file says 1024: hover shows it, and only then.
+// The measured plant has its trims at 1080 and 998, the vehicle file at 1024; hover must show the difference.
 TEST(LeftModel, TheLogSaysThatTheTrimIsNotTheVehicleFiles) {
   EXPECT_GT(fly_with(sim::measured_plant(), "", safety::LadderSign::kTrimDrifted, "other_trim").share, 0.4);
   EXPECT_EQ(fly_with(as_the_vehicle_file(), "", safety::LadderSign::kTrimDrifted, "same_trim").share, 0.0);

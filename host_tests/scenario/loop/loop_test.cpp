@@ -10,9 +10,8 @@ namespace {
 
 TEST(Loop, IsThirtyPerCentBetterOnOneHiddenPlant) { EXPECT_LT(errors_on(kHiddenPlants.front()).change(), -0.3); }
 
-// The ladder ends every identification flight of a plant whose sticks are half as strong again. Catches a loop in which
-// the log of the first flight is lost while the others are flown: it learnt nothing, and said that signals were
-// missing.
+// The ladder ends every identification flight of a plant whose sticks have 1.5 times the gain. Catches a loop that
+// loses the first flight's log while it flies the others: it identified nothing and reported missing signals.
 TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
   const auto* const strong = std::find_if(kHiddenPlants.begin(), kHiddenPlants.end(), [](const Hidden& hidden) {
     return std::string_view(hidden.name) == "SluggishClimbStrongSticks";
@@ -22,14 +21,14 @@ TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
   EXPECT_GE(std::count_if(result.decisions.begin(), result.decisions.end(),
                           [](const std::string& said) { return said.find("longest of these") != std::string::npos; }),
             2)
-      << "the test asks nothing of a plant whose flights are kept to their end";
+      << "the test needs a plant whose flights end early";
   EXPECT_EQ(result.identified.size(), 5U);
   EXPECT_GT(result.taken_over.count("roll"), 0U);
 }
 
 TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlant) { expect_nothing_found(1); }
 
-// Seed 4 was refused a clean bill for roll and for pitch; all twenty are flown at night.
+// Regression test: seed 4 got no clean bill for roll and pitch. The nightly run flies all twenty seeds.
 TEST(Loop, GivesAFileThatWasIdentifiedItsCleanBill) { EXPECT_EQ(without_a_clean_bill(4, M100_IDENTIFIED_VEHICLE), ""); }
 
 }  // namespace

@@ -22,11 +22,11 @@ TEST(Loop, FindsNothingWhereTheVehicleFileIsThePlantInTwentySeeds) {
   }
 }
 
-// The finding: six of twenty-three seeds were refused a clean bill, most because blocks of the second flight began
-// where the stick had just jumped; the lead zero of this file makes such a start wrong by more. Asked for are twenty of
+// Regression test: six of twenty-three seeds got no clean bill, mostly because blocks of the second flight began just
+// after a jump of the stick; the lead zero of this file enlarges the error of such a start. The goal is twenty of
 // twenty.
 TEST(Loop, GivesAFileThatWasIdentifiedItsCleanBillInTwentySeeds) {
-  constexpr int kMostRefused = 2;  // of twenty
+  constexpr int kMostRefused = 2;  // of twenty seeds
   int refused = 0;
   std::string said;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -37,7 +37,7 @@ TEST(Loop, GivesAFileThatWasIdentifiedItsCleanBillInTwentySeeds) {
   EXPECT_LE(refused, kMostRefused) << said;
 }
 
-// The measured plant balances at 1080 and 998, and its climb has a dead zone; the vehicle file says 1024 and none.
+// The measured plant has trims of 1080 and 998 and a dead zone in climb; the vehicle file has 1024 and no dead zone.
 TEST(Loop, FindsTheTrimsAndTheDeadZoneOfTheMeasuredPlant) {
   const LoopResult result = found_on(sim::measured_plant(), 1);
   const auto found = [&](const char* channel, const std::string& parameter) {
@@ -60,8 +60,8 @@ TEST(Loop, FindsTheTrimsAndTheDeadZoneOfTheMeasuredPlant) {
   EXPECT_TRUE(predicted_worse(result).empty()) << predicted_worse(result).front();
 }
 
-// A roll that is 120 ms late is found as a lead zero that cancels a pole: no controller can be made of it. Catches a
-// loop that ends there with nothing written.
+// A roll axis with 120 ms of delay is identified as a lead zero that cancels a pole, for which no controller exists.
+// Catches a loop that ends there without writing a result.
 TEST(Loop, GoesOnWithoutWhatCannotBeControlled) {
   sim::Plant plant = sim::measured_plant();
   plant.roll.transport_delay_s = 0.12;
@@ -70,12 +70,12 @@ TEST(Loop, GoesOnWithoutWhatCannotBeControlled) {
   EXPECT_EQ(result.identified.count("pitch"), 1U);
 }
 
-// What the loop did on one of the hidden plants.
+// Result of the loop on one of the hidden plants.
 struct Judged {
   Errors errors;
-  /// Change of the error 1 s ahead, of each axis that differs from the vehicle file.
+  /// Change of the prediction error 1 s ahead, for each axis that differs from the vehicle file.
   std::vector<std::pair<const char*, double>> predictions{};
-  std::string wrong_names{};  ///< effects that are named and that the plant does not have
+  std::string wrong_names{};  ///< named effects that the plant does not have
 };
 
 const std::array<std::pair<const char*, std::pair<model::StickAxis sim::Plant::*, model::StickAxis model::Vehicle::*>>,
@@ -91,8 +91,8 @@ bool differ(const model::AxisEffect& effect, const model::StickAxis& plant, cons
   });
 }
 
-// A delay that is named as the lead zero that it looks like, or the other way round, is right; so is a limit of the
-// tilt.
+// A delay that is named as a lead zero, which looks alike, counts as right, and vice versa; so do saturation and a
+// limit of the tilt.
 bool allowed(const std::string& name, const model::StickAxis& plant, const model::StickAxis& file) {
   for (const auto& same : {std::array{"transport_delay", "lead_zero"}, std::array{"saturation", "tilt_limit"}}) {
     for (const char* one : same) {
@@ -155,8 +155,8 @@ std::string in_words(double change) {
   return std::to_string(std::lround(100.0 * std::abs(change))) + (change > 0.0 ? " % larger" : " % smaller");
 }
 
-// Goals: 1 s ahead, the axes that differ are foretold at least 40 % better in the median; the trajectory is not worse
-// in the median, and on no plant by 3 %; nothing is named that the plant does not have.
+// Goals: the prediction error 1 s ahead of the differing axes falls by at least 40 % in the median; the trajectory
+// error does not grow in the median, and on no plant by more than 3 %; no effect is named that the plant does not have.
 TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
   std::vector<double> flown;
   std::vector<double> foretold;
@@ -172,7 +172,7 @@ TEST(Loop, FindsWhatTwelveHiddenPlantsHave) {
     for (const auto& [channel, change] : plant.predictions) {
       here.push_back(change);
     }
-    EXPECT_LT(median(here), -0.1) << hidden.name << ": nothing was learnt";
+    EXPECT_LT(median(here), -0.1) << hidden.name << ": the prediction did not improve";
     foretold.insert(foretold.end(), here.begin(), here.end());
     wrong_names += plant.wrong_names;
   }

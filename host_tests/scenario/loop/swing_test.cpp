@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An aircraft that swings by itself: noticed within 3 s, flown by the calm law from then on, handed over where that
-// does not help. And one that does not: no word of it.
+// An aircraft with a limit cycle: it must be noticed within 3 s and flown by the calm law from then, and handed over if
+// that does not help. Without a limit cycle there must be no alarm.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using lab::experiments::FlightPlan;
 using lab::experiments::FlightResult;
 using lab::experiments::TracePoint;
 
-/// The measured plant with more gain and delay on both tilt axes than anybody told the controller.
+/// The measured plant with additional gain and delay on both tilt axes, which the controller does not know.
 FlightPlan plan_with(double gain, double delay_s) {
   FlightPlan plan;
   plan.plant = sim::measured_plant();
@@ -35,7 +35,7 @@ FlightPlan plan_with(double gain, double delay_s) {
 
 double tilt_rad(const TracePoint& point) { return std::max(std::abs(point.roll_rad), std::abs(point.pitch_rad)); }
 
-/// Since when, before a time, the aircraft has tilted to and fro by 0.2 rad and more within each second.
+/// Start of the swing before `before_s`: since then the tilt has varied by at least 0.2 rad in each second.
 double begins_s(const FlightResult& flight, double before_s) {
   constexpr std::size_t kSecond = 100;
   double out = 0.0;
@@ -73,8 +73,9 @@ TEST_P(LateAndStrong, IsNoticedWithinThreeSecondsAndFlownByTheCalmLaw) {
     ASSERT_TRUE(flight.flew);
     ASSERT_GE(flight.swing_noticed_s, 0.0) << seed;
     EXPECT_LT(flight.swing_noticed_s, begins_s(flight, flight.swing_noticed_s) + 3.0) << seed;
-    EXPECT_LT(largest_tilt_rad(flight, flight.swing_noticed_s + 6.0), 0.1) << "it has faded, seed " << seed;
-    EXPECT_EQ(flight.descent, "given_back") << "nothing worse than that happens to the flight";
+    EXPECT_LT(largest_tilt_rad(flight, flight.swing_noticed_s + 6.0), 0.1)
+        << "the swing has not decayed, seed " << seed;
+    EXPECT_EQ(flight.descent, "given_back") << "the flight must end normally";
     EXPECT_LT(std::abs(flight.trace.back().position_m[0] - flight.trace.back().reference_m[0]), 0.3);
     EXPECT_LT(std::abs(flight.trace.back().position_m[1] - flight.trace.back().reference_m[1]), 0.3);
   }
@@ -84,8 +85,8 @@ INSTANTIATE_TEST_SUITE_P(Swing, LateAndStrong, ::testing::Values(link::Channel::
                            return tested.param == link::Channel::kMovement ? "Movement" : "VirtualRc";
                          });
 
-// Under the calm law the aircraft becomes twice as strong and a fifth of a second later: what must hold a place does
-// not stand that for long. Level does.
+// Under the calm law the aircraft gets twice the gain and 0.2 s more delay. Position control cannot cope with
+// that for long, but level can.
 TEST(Swing, ThatGoesOnUnderTheCalmLawIsLevelledAndHandedOver) {
   RecordProperty("promise", "R12");
   FlightPlan plan = plan_with(1.4, 0.1);
@@ -113,7 +114,7 @@ TEST(Swing, ThatGoesOnUnderTheCalmLawIsLevelledAndHandedOver) {
   }
 }
 
-// A course goes on under the calm law.
+// The course must continue under the calm law.
 TEST(Swing, TheCourseGoesOnUnderTheCalmLaw) {
   FlightPlan plan = plan_with(1.4, 0.1);
   plan.course = "step 0 0 0 0 10\nstep 2 0 0 0 30\n";
@@ -124,7 +125,7 @@ TEST(Swing, TheCourseGoesOnUnderTheCalmLaw) {
   EXPECT_NEAR(flight.trace.back().position_m[0] - flight.trace.front().reference_m[0], 2.0, 0.3);
 }
 
-// Catches a watch that takes turbulence, a step or a course for a swing. Thousands: soak.campaign_healthy.
+// Catches a detector that takes turbulence, a step or a course for a swing. soak.campaign_healthy flies thousands.
 TEST(Swing, IsNotSeenInAHealthyFlightInWind) {
   RecordProperty("promise", "R17");
   for (const char* const course : {"step 0 0 0 0 60\n", "step 3 0 0 0 4\nstep 0 3 0 0 4\nstep 0 0 0 0 30\n"}) {

@@ -13,11 +13,11 @@
 
 namespace m100::lab::experiments {
 
-/// What lies between the tick and the attitude loop of the simulated autopilot: one cycle of 100 Hz, and the line.
+/// Time on the line. The attitude loop of the simulated autopilot comes one cycle of 100 Hz later (command_delay_s).
 inline constexpr double kLine_s = 0.001;
 
-/// A vehicle near the measured one: frequency, damping, stick scale and delay drawn; dead zone as believed, so that the
-/// loop is linear.
+/// A vehicle near the measured one, with drawn frequency, damping, stick scale and delay. The dead zone is the one of
+/// the vehicle file, so that the loop is linear.
 inline sim::Plant drawn_plant(unsigned number) {
   std::mt19937 random(7000 + number);
   const auto between = [&random](double low, double high) {
@@ -47,7 +47,7 @@ inline model::Vehicle as_vehicle(const sim::Plant& plant) {
   return out;
 }
 
-/// Tilt of an axis in the last ten of forty seconds of hover, about its mean, degrees rms.
+/// Tilt of an axis about its mean in the last ten of forty seconds of hover, degrees rms.
 inline double hover_tilt_deg(sim::Plant plant, gains::Axis axis, link::Channel channel, double extra_delay_s) {
   plant.link.command_delay_s += extra_delay_s;
   FlightPlan plan;
@@ -69,17 +69,16 @@ inline double hover_tilt_deg(sim::Plant plant, gains::Axis axis, link::Channel c
       count += 1.0;
     }
   }
-  EXPECT_GT(count, 900.0) << "it did not fly";
+  EXPECT_GT(count, 900.0) << "the aircraft did not fly";
   const double mean = sum / count;
   return std::sqrt(std::max(0.0, squares / count - mean * mean)) * 180.0 / std::numbers::pi;
 }
 
-/// Between the two bounds of a campaign (2 degrees in hover, 3 anywhere): a healthy hover leans by half a degree, a
-/// limit cycle ends at ten and more.
+/// Limit of a limit cycle, between the two bounds of a campaign (2 degrees in hover, 3 in general): a healthy hover has
+/// half a degree, a limit cycle reaches ten and more.
 inline constexpr double kSwings_deg = 2.5;
 
-/// The weaker axis of the drawn vehicle holds still with nine tenths of the delay that the margin promises, and swings
-/// with eleven.
+/// The axis with the smaller margin must not swing with 0.9 times the delay margin, and must swing with 1.1 times.
 inline void expect_onset_where_predicted(unsigned number, link::Channel channel) {
   const sim::Plant plant = drawn_plant(number);
   const gains::Way& way = channel == link::Channel::kMovement ? gains::kMovementWay : gains::kVirtualRcWay;

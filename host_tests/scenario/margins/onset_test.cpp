@@ -4,7 +4,7 @@
 namespace m100::lab::experiments {
 namespace {
 
-// The whole program in simulated flight knows nothing of linear algebra: where it begins to swing, the margin says so.
+// Compares the linear margins with the whole program in simulated flight: it must begin to swing at the delay margin.
 TEST(Margins, TheFlightSwingsWhereTheyEndOnVirtualRc) {
   for (const unsigned vehicle : {1U, 2U}) {
     expect_onset_where_predicted(vehicle, link::Channel::kVirtualRc);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Wrong use and bad input: exit code 2 and one line on stderr that names the file, and the line or key where there is
-// one. `m100 check`, whose answer may be no.
+// Wrong use and bad input: exit code 2 and one line on stderr that names the file and, if possible, the line or key.
+// Also tests `m100 check`, whose answer may be no.
 #include <algorithm>
 
 #include "host_tests/scenario/program/program_fixture.h"
@@ -9,7 +9,7 @@ namespace m100::scenario {
 namespace {
 
 struct BadInput : ProgramTest {
-  /// One line, exit code 2, and what it must name.
+  /// Expects exit code 2 and one line that contains `named`.
   void expect_refused(const std::vector<std::string>& arguments, const std::string& named) {
     EXPECT_EQ(run(arguments), 2) << arguments.back();
     const std::string said = error();
@@ -45,15 +45,15 @@ TEST_F(BadInput, OfTheCommandLineIsNamed) {
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "26"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--rate", "nan"}, "--rate");
   expect_refused({"fly", "--dry-run", "--port", "x", "--nonsense"}, "--nonsense");
-  expect_refused({"fly", "--port", "x", "--live", "localhost:9870"}, "--live");  // before the port is looked for
+  expect_refused({"fly", "--port", "x", "--live", "localhost:9870"}, "--live");  // before the port is opened
   expect_refused({"doctor", "--pose-rate", "nan"}, "--pose-rate");
   expect_refused({"doctor", "--pose-port", "x", "--pose-baud", "nan"}, "--pose-baud");
   expect_refused({"doctor", "--frames", "--port", "x", "--pose-port", "y", "--hold", "nan"}, "--hold");
   expect_refused({"replay", "x", "--scalar", "half"}, "--scalar");
 }
 
-// What a shell makes of a variable that it does not know: without the course the aircraft would hover, without the key
-// file fly unencrypted, and `check` would find a flight file good that it was not given.
+// A shell replaces an unset variable by an empty word. Ignoring it would be dangerous: without the course the aircraft
+// would hover, without the key file it would fly unencrypted, and `check` would not read the flight file at all.
 TEST_F(BadInput, AnEmptyWordIsNoName) {
   expect_refused({"check", "--vehicle", vehicle.string(), "--gains", table.string(), "--flight", ""}, "--flight");
   expect_refused({"check", "--vehicle", "", "--gains", table.string()}, "--vehicle");
@@ -78,7 +78,7 @@ TEST_F(BadInput, OfAPortSaysWhetherItIsMissingOrNoPort) {
   }
 }
 
-// A key that others can read by another name of its file, one that is none, and one where everybody can see it.
+// A key that others can read through a link, a malformed key, and a key on the command line, where everybody sees it.
 TEST_F(BadInput, OfAKeyFileIsRefusedWithTheRemedy) {
   RecordProperty("promise", "R14");
   const std::string digits(64, 'a');
@@ -87,7 +87,7 @@ TEST_F(BadInput, OfAKeyFileIsRefusedWithTheRemedy) {
   const auto handshake = [](const std::string& path) {
     return std::vector<std::string>{"handshake", "--port", "/dev/null", "--key-file", path};
   };
-  expect_refused(handshake(link.string()), "/dev/null");  // the key is in order, whatever it is called
+  expect_refused(handshake(link.string()), "/dev/null");  // the key is valid under any name; only the port is refused
   fs::permissions(key, fs::perms::owner_read | fs::perms::group_read);
   expect_refused(handshake(link.string()), "link: holds a key that others can read: chmod 600");
   expect_refused(handshake(folder.string()), "is a folder");
@@ -97,8 +97,8 @@ TEST_F(BadInput, OfAKeyFileIsRefusedWithTheRemedy) {
   expect_refused(handshake(key_file(std::string(2U << 20U, 'a')).string()), "is larger than 1 MiB");
   for (const std::vector<std::string>& words :
        {handshake(digits), {"handshake", "--port", "/dev/null", "--key", digits}}) {
-    expect_refused(words, "a key belongs into a file");
-    EXPECT_EQ(error().find(digits), std::string::npos) << "the journal would keep it";
+    expect_refused(words, "a key belongs in a file");
+    EXPECT_EQ(error().find(digits), std::string::npos) << "the message must not contain the key";
   }
 }
 
@@ -123,7 +123,7 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   std::string bytes = text_of(table);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
   expect_refused(check(vehicle, file("flipped.bin", bytes)), "flipped.bin: damaged");
-  // The file has a table for each mode, and the one that does not fly must be whole as well.
+  // The file has a table for each mode; the table of the other mode must be intact, too.
   const std::string both = text_of(table);
   const std::size_t second = both.find(both.substr(0, 8), 8);
   ASSERT_NE(second, std::string::npos);
@@ -139,7 +139,7 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   in_calm.insert(in_calm.end(), {"--flight", calm.string()});
   EXPECT_EQ(run(in_calm), 0) << error();
   in_calm = check(vehicle, file("field.bin", both.substr(0, second)));
-  EXPECT_EQ(run(in_calm), 0) << "a table of the one mode that flies: " << error();
+  EXPECT_EQ(run(in_calm), 0) << "a file with only the table of the flown mode: " << error();
   in_calm.insert(in_calm.end(), {"--flight", calm.string()});
   expect_refused(in_calm, "field.bin: has no table of mode calm_room");
   expect_refused(check(vehicle, file("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
@@ -151,13 +151,13 @@ TEST_F(BadInput, OfAFlightFileIsNamedByLineAndKey) {
     arguments.insert(arguments.end(), {"--flight", path.string()});
     return arguments;
   };
-  EXPECT_EQ(run(check_flight(flight_file)), 0) << "the example that ships: " << error();
+  EXPECT_EQ(run(check_flight(flight_file)), 0) << "the shipped example: " << error();
   expect_refused(check_flight(folder / "none.toml"), "none.toml: cannot be read");
   expect_refused(check_flight(file("f.toml", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\n")), "f.toml:1: 'fence.z_m'");
   expect_refused(check_flight(file("f.toml", "mode = \"storm\"\n")), "f.toml:1: 'mode'");
 }
 
-// What `fly` would refuse beside the aircraft, `check` refuses at the desk, by the same words.
+// `check` at the desk refuses the same courses as `fly` at the aircraft, with the same message.
 TEST_F(BadInput, OfACourseIsFoundAtTheDesk) {
   const fs::path box = file("box.toml", "[fence]\nx_m = [-2, 2]\ny_m = [-2, 2]\nz_m = [0.5, 3.5]\n");
   const auto check_course = [&](const fs::path& course) {
@@ -191,25 +191,25 @@ TEST_F(BadInput, OfALogNamesTheFileAndTheByte) {
   expect_refused({"replay", table.string(), "--key-file", "none"}, "none");
 }
 
-// Would read for ever: a device has no end.
+// Catches a program that reads a device for ever.
 TEST_F(BadInput, ADeviceIsNotReadToItsEnd) {
   const std::string zero = "/dev/zero";
-  expect_refused({"replay", zero}, zero + ": is no regular file");
-  expect_refused(check(zero, table), zero + ": is no regular file");
-  expect_refused(check(vehicle, zero), zero + ": is no regular file");
+  expect_refused({"replay", zero}, zero + ": is not a regular file");
+  expect_refused(check(zero, table), zero + ": is not a regular file");
+  expect_refused(check(vehicle, zero), zero + ": is not a regular file");
   std::vector<std::string> arguments = check(vehicle, table);
   arguments.insert(arguments.end(), {"--flight", zero});
-  expect_refused(arguments, zero + ": is no regular file");
+  expect_refused(arguments, zero + ": is not a regular file");
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"gains", "--vehicle", zero, "--table", (folder / "t.bin").string()},
         std::vector<std::string>{"mpc", "solve", zero},
         std::vector<std::string>{"autopilot", "--pty", port.string(), "--script", zero}}) {
     EXPECT_EQ(run_lab(words), 2) << words.front();
-    EXPECT_NE(error().find(zero + ": is no regular file"), std::string::npos) << error();
+    EXPECT_NE(error().find(zero + ": is not a regular file"), std::string::npos) << error();
   }
 }
 
-// An answer on a disk that is full was once lost without a word.
+// Regression test: an answer that could not be written to a full disk was lost without a message.
 TEST_F(BadInput, AnAnswerThatCannotBeWrittenIsNotDone) {
   const std::string asked[] = {
       std::string(M100_PROGRAM) + " check --vehicle " + vehicle.string() + " --gains " + table.string(),
@@ -221,7 +221,7 @@ TEST_F(BadInput, AnAnswerThatCannotBeWrittenIsNotDone) {
   }
 }
 
-// The tables take minutes on a small machine: what is wrong with their place is said before.
+// The tables take minutes on a small machine, so an unwritable output must be reported before.
 TEST_F(BadInput, OfGainsAreTheOutputsFirst) {
   const fs::path copy = file("copy.toml", text_of(vehicle));
   fs::create_symlink(copy, folder / "link.toml");
@@ -263,7 +263,7 @@ TEST_F(BadInput, OfAFlightIsFoundBeforeTheFlight) {
   expect_refused(fly_with("--json", folder / "no" / "x.json"), "x.json: cannot be written");
   expect_refused({"fly", "--port", port.string(), "--pose-port", port.string(), "--vehicle", vehicle.string(),
                   "--gains", table.string(), "--flight", flight_file.string()},
-                 "port: no right to open it, or another program holds it");
+                 "port: no permission to open it, or another program holds it");
   EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
 }
 
@@ -287,7 +287,7 @@ TEST_F(BadInput, OfTheEmulatedAutopilotIsNamed) {
 
 TEST_F(BadInput, CheckSaysYesToWhatBelongsTogetherAndNoToWhatIsUnsafe) {
   EXPECT_EQ(run(check(vehicle, table)), 0);
-  // A vehicle whose trim leaves no room for the stick: a file in order, a table made from it, and yet the answer is no.
+  // A vehicle whose trim leaves no room for the stick: the file is valid and the table fits it, but the answer is no.
   std::string text = text_of(vehicle);
   const std::size_t at = text.find("trim_counts = ");
   ASSERT_NE(at, std::string::npos);
@@ -296,7 +296,7 @@ TEST_F(BadInput, CheckSaysYesToWhatBelongsTogetherAndNoToWhatIsUnsafe) {
   const fs::path far = file("far.toml", text);
   ASSERT_EQ(run_lab({"gains", "--vehicle", far.string(), "--table", (folder / "far.bin").string()}), 0) << error();
   EXPECT_EQ(run(check(far, folder / "far.bin")), 1);
-  // What the desk calls wrong does not fly, unless it is named; the port is looked at afterwards.
+  // `fly` refuses what `check` rejects, unless it is overridden by name; the port is checked after that.
   std::vector<std::string> fly{"fly",       "--dry-run",  "--port",  "/dev/null",
                                "--vehicle", far.string(), "--gains", (folder / "far.bin").string()};
   const auto autopilot = start_autopilot();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A battery that becomes low in flight, with both programs in simulated time: said, brought home inside the fence,
-// then the pilot's. The emulated battery loses a percent in 8.4 s.
+// A battery that becomes low in flight, with both programs in simulated time: the operator is told, the aircraft
+// returns inside the fence, and the pilot gets control. The emulated battery loses one percent in 8.4 s.
 #include <cmath>
 
 #include "firmware/companion/files/recorded_flight.h"
@@ -20,8 +20,8 @@ class BatteryLow : public WorldTest {
   int fly_away(const std::string& plant, const std::string& hold_s) {
     return fly_in_world(plant, {"--course", (folder / "away").string(), "--hold", hold_s});
   }
-  /// How far it was from where it hovered 4 s after the beginning, while control was asked for, so many seconds before
-  /// the end.
+  /// Distance, this many seconds before the end, from the position 4 s after the beginning, where it hovered while
+  /// control was requested.
   double away_m(double before_end_s) const {
     const auto ticks = companion::read_flight(log.string()).ticks;
     const auto back = static_cast<std::size_t>(100.0 * before_end_s);
@@ -33,19 +33,19 @@ class BatteryLow : public WorldTest {
 };
 
 TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
-  EXPECT_EQ(fly_away(kTired, "60"), 1) << "the flight was not flown as ordered";
-  EXPECT_NE(all_said().find("battery low: 20 %, and 20 % is the limit; the aircraft flies to where the flight began"),
+  EXPECT_EQ(fly_away(kTired, "60"), 1) << "exit code for a flight that was not flown as ordered";
+  EXPECT_NE(all_said().find("battery low: 20 %, the limit is 20 %; the aircraft flies to where the flight began"),
             std::string::npos)
       << all_said();
   EXPECT_NE(all_said().find("control goes back to the transmitter"), std::string::npos) << all_said();
   EXPECT_EQ(all_said().find("coast"), std::string::npos) << all_said();
-  EXPECT_GT(away_m(8.0), 1.5) << "it was where its course led";
+  EXPECT_GT(away_m(8.0), 1.5) << "the aircraft did not follow its course before";
   EXPECT_LT(away_m(0.0), 0.5);
   Process replay(M100_PROGRAM, {"replay", log.string()}, errors);
-  EXPECT_EQ(replay.wait(kPatience), 0) << "a replay does the same, tick by tick: " << error();
+  EXPECT_EQ(replay.wait(kPatience), 0) << "the replay differs: " << error();
 }
 
-// Nought was once taken for a charge that nobody told, in the middle of a flight as well.
+// Regression test: a charge of zero counted as not reported, even in the middle of a flight.
 TEST_F(BatteryLow, IsNoticedWhereTheChargeFallsToNoughtAtOnce) {
   RecordProperty("promise", "R14");
   std::ofstream(folder / "script.txt") << "18 lie battery 0\n";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Linked into the build of m100 that counts its lines (host_tests/coverage). Counts are written where a process ends by
-// exit(); the second process, which gives control back, ends by _exit(), so that they are written before that.
+// Linked into the build of m100 that counts its lines (host_tests/coverage). A process that ends by exit() writes its
+// counts there; the second process, which gives control back, ends by _exit(), so they are written before that.
 extern "C" {
-#include <gcov.h>  // of C alone
+#include <gcov.h>  // a header for C only
 
 [[noreturn]] void __real__exit(int code);   // NOLINT: the linker's names
 [[noreturn]] void __wrap__exit(int code) {  // NOLINT

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pictures of the guide's courses are what the program draws, and a course that cannot be flown is said and drawn.
+"""Checks that the pictures of the guide's courses equal what the program draws, and that it reports unflyable ones.
 
 Usage: course_pictures.py M100_LAB             compares; one line per offence, exit code 1 if there is any
-       course_pictures.py M100_LAB --write     writes the pictures anew
+       course_pictures.py M100_LAB --write     writes the pictures again
 """
 import json
 import pathlib
@@ -36,22 +36,22 @@ def stale_pictures(lab, folder):
     for course in shipped():
         picture = course.with_suffix(".svg")
         if not picture.is_file() or picture.read_bytes() != (folder / picture.name).read_bytes():
-            yield f"{picture.relative_to(ROOT)} is not what is drawn; course_pictures.py --write"
+            yield f"{picture.relative_to(ROOT)} differs from what m100-lab course draws; course_pictures.py --write updates it"
         if f"({course.name})" not in page or f"({picture.name})" not in page:
-            yield f"{course.name} or its picture does not stand in the page"
+            yield f"{course.name} or its picture is missing on the page"
 
 
 def hostile(lab, folder):
-    """A limit of tilt means degrees; what is refused is said with its place and drawn; what cannot be read is neither."""
+    """A tilt limit is in degrees. A refused course is reported with the place and drawn; an unreadable one is not."""
     (folder / "tilt.txt").write_text("limits tilt_deg 9 acceleration_m_s2 50 speed_m_s 50\nthrough 4 0 0 0\nthrough 4 3 0 0\n")
     (folder / "outside.txt").write_text("circle 4 1 1\n")
     (folder / "fast.txt").write_text("quintic 3 0 0 0 1\n")
     done, answer = draw(lab, [folder / name for name in ("tilt.txt", "outside.txt", "fast.txt")], folder)
     if done.returncode != 1 or [one["flyable"] for one in answer] != [True, False, False]:
-        yield f"one course can be flown of three: exit {done.returncode}, {answer}, {done.stderr}"
+        yield f"exactly one of three courses should be flyable: exit {done.returncode}, {answer}, {done.stderr}"
         return
     if not 8.8 < answer[0]["tilt_deg"] < 9.1:
-        yield f"a way as fast as 9 degrees allow asks for {answer[0]['tilt_deg']} degrees"
+        yield f"a course limited to 9 degrees of tilt reaches {answer[0]['tilt_deg']} degrees"
     for one, words in ((answer[1], "outside the fence, y_m"), (answer[2], "the tilt is ")):
         if words not in one["why_not"] or "m from the start" not in one["why_not"]:
             yield f"{one['course']}: {one['why_not']}"

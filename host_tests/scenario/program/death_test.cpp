@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The flying program dies or hangs in flight, as a real process on a pseudo-terminal: the second process gives control
-// back. Judged by what the autopilot noted down.
+// The flying program, a real process on a pseudo-terminal, dies or hangs in flight: the second process must give
+// control back. Judged by the autopilot's events.
 #include <sys/prctl.h>
 
 #include <chrono>
@@ -37,7 +37,7 @@ struct DeathInFlight : ProgramTest, ::testing::WithParamInterface<Case> {
     return start_autopilot(GetParam().encrypted ? std::vector<std::string>{"--key-file", key_file(kKey).string()}
                                                 : std::vector<std::string>{});
   }
-  /// From now until the transmitter has control, watched at the autopilot's notes; nothing: it never had.
+  /// Time from `since` until the autopilot's events show the release; empty if it never happens.
   std::optional<double> seconds_until_released(Clock::time_point since) const {
     if (!wait_for("\"released\"")) {
       return std::nullopt;
@@ -71,19 +71,19 @@ TEST_P(DeathInFlight, GivesThePilotHisSticks) {
     const Clock::time_point died = Clock::now();
     program.send(GetParam().signal);
     const std::optional<double> taken_s = seconds_until_released(died);
-    ASSERT_TRUE(taken_s) << "control was kept; " << error();
+    ASSERT_TRUE(taken_s) << "control was not given back; " << error();
     RecordProperty("seconds_until_the_transmitter_had_control", std::to_string(*taken_s));
     const double stall_s = machine.longest_s();
     RecordProperty("stall_of_the_machine_s", std::to_string(stall_s));
-    EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * stall_s) << "each of the processes on the way may have waited";
-    EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator can read it: " << error();
+    EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * stall_s) << "tolerance: each of the five processes may have waited";
+    EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator is not told: " << error();
     const json examiner = examined(*autopilot);
     EXPECT_FALSE(examiner["client_in_control"]);
     EXPECT_EQ(examiner["bad_commands"], 0) << examiner;
   });
 }
 
-// The stopped program comes back to find control gone. It must not send one more command, nor ask for control.
+// The stopped program resumes after control is gone. It must not send another command, nor request control.
 TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
   RecordProperty("promise", "R15");
   in_real_time([&] {
@@ -97,15 +97,15 @@ TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
     program.send(SIGCONT);
     std::this_thread::sleep_for(std::chrono::seconds(3));
     program.interrupt();
-    EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "it ends by itself";
-    EXPECT_EQ(noted("\"obtained\""), 1U) << "it asked for control again by itself; requests before: " << asked;
+    EXPECT_GE(program.wait(std::chrono::seconds(10)), 0) << "the program does not end by itself";
+    EXPECT_EQ(noted("\"obtained\""), 1U) << "it requested control again by itself; requests before: " << asked;
     const json examiner = examined(*autopilot);
     EXPECT_FALSE(examiner["client_in_control"]);
     EXPECT_EQ(examiner["control_after_loss"], 0);
   });
 }
 
-// The keeper lets go of the port with its last word.
+// The keeper closes the port after its last release.
 TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
   RecordProperty("promise", "R15");
   in_real_time([&] {
@@ -115,7 +115,7 @@ TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
     program.send(SIGKILL);
     ASSERT_TRUE(wait_for("\"released\""));
     int code = 2;
-    for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its words
+    for (int attempt = 0; attempt < 20 && code == 2; ++attempt) {  // refused while the keeper repeats its releases
       std::this_thread::sleep_for(milliseconds(500));
       code = run(flight({"--hold", "1"}));
     }
@@ -124,22 +124,22 @@ TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
   });
 }
 
-// Ctrl-C reaches the whole group of processes: the program ends as it should, and the second one with it.
+// Ctrl-C reaches the whole process group: the program must end normally, and the second process with it.
 TEST_F(ProgramTest, AnInterruptOfTheGroupEndsBothAndLeavesNobody) {
   RecordProperty("promise", "R15");
   in_real_time([&] {
-    ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0) << "whoever is left behind becomes our child";
+    ASSERT_EQ(prctl(PR_SET_CHILD_SUBREAPER, 1), 0) << "needed so that a remaining process becomes our child";
     const auto autopilot = start_autopilot();
     std::vector<std::string> arguments = flight({"--hold", "60"});
     arguments.insert(arguments.begin(), M100_PROGRAM);
-    Process program("/usr/bin/setsid", arguments, errors);  // a group of its own, with the program's id
+    Process program("/usr/bin/setsid", arguments, errors);  // its own process group, with the program's id
     ASSERT_TRUE(wait_for_control());
     std::this_thread::sleep_for(std::chrono::seconds(1));
     ASSERT_EQ(kill(-program.id(), SIGINT), 0);
     EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0) << error();
-    EXPECT_TRUE(error().empty()) << "nobody died without a word: " << error();
+    EXPECT_TRUE(error().empty()) << "unexpected messages: " << error();
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
-    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process was left behind";
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process remained";
   });
 }
 

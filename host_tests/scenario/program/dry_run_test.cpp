@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 fly --dry-run: everything of a flight but its voice. m100 replay says whether a log is the flight that was
-// flown.
+// m100 fly --dry-run does everything of a flight except sending. m100 replay tells whether a log reproduces the flight.
 #include "firmware/companion/files/recorded_flight.h"
 #include "host_tests/scenario/program/program_fixture.h"
 
@@ -8,7 +7,7 @@ namespace m100::scenario {
 namespace {
 
 struct DryRun : ProgramTest {
-  /// Stdout of a run. @param code the exit code that it must end with.
+  /// @returns stdout of a run. @param code the expected exit code.
   std::string output(const std::vector<std::string>& arguments, int code) {
     std::string line = M100_PROGRAM;
     for (const std::string& word : arguments) {
@@ -20,7 +19,7 @@ struct DryRun : ProgramTest {
   }
 };
 
-// Every option of a flight is taken, every file is read, the log is written; the autopilot hears not one byte.
+// Every option of a flight is accepted, every file is read, the log is written; the autopilot must not get a byte.
 TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   RecordProperty("promise", "R4");
   const auto autopilot = start_autopilot();
@@ -31,7 +30,7 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
              0);
   EXPECT_NE(said.find("dry run: nothing is sent"), std::string::npos) << said;
   EXPECT_NE(said.find("switch:    at F"), std::string::npos) << said;
-  EXPECT_NE(said.find(" 0 session failures"), std::string::npos) << "what was not asked did not fail\n" << said;
+  EXPECT_NE(said.find(" 0 session failures"), std::string::npos) << "an unsent request counts as failed\n" << said;
   EXPECT_NE(said.find("telemetry comes"), std::string::npos) << said;
   EXPECT_NE(said.find("the estimate is healthy"), std::string::npos) << said;
   const json flown = json::parse(std::ifstream(result));
@@ -40,7 +39,7 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   EXPECT_EQ(flown["obtained"], false);
   const json examiner = examined(*autopilot);
   EXPECT_EQ(examiner["frames"], 0);
-  EXPECT_EQ(examiner["bytes_dropped"], 0) << "not even bytes that are no frame";
+  EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
   const companion::RecordedFlight recorded = companion::read_flight(log.string());
   ASSERT_GT(recorded.ticks.size(), 100U);
   for (const companion::RecordedFlight::Tick& tick : recorded.ticks) {
@@ -49,7 +48,7 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   EXPECT_EQ(recorded.notes.at("m100_mode"), "calm_room");
   const std::string& flew = recorded.notes.at("m100_vehicle");
   EXPECT_TRUE(flew.starts_with("# calm_room of the vehicle file with SHA-256 ")) << flew.substr(0, 80);
-  EXPECT_EQ(run({"replay", log.string()}), 0) << "and the log replays: " << error();
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log does not replay: " << error();
 }
 
 TEST_F(DryRun, NeedsNothingButAPort) {
@@ -76,14 +75,14 @@ TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
   EXPECT_NE(error().find("--log"), std::string::npos) << error();
 }
 
-// A log in which one bit of what arrived is another one is not the flight that was flown.
+// A log with one changed bit in the received bytes must not replay as the same flight.
 TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
   RecordProperty("promise", "R6");
   const auto autopilot = start_autopilot();
   ASSERT_EQ(run(flight({"--dry-run", "--hold", "2", "--log", log.string()})), 0) << error();
   (void)examined(*autopilot);
   std::string bytes = text_of(log);
-  // The last record's position: the last tick differs, and no other.
+  // Changes the last record's position: only the last tick may differ.
   const companion::RecordedFlight recorded = companion::read_flight(log.string());
   const auto& last = recorded.ticks.back().record;
   const std::string record(reinterpret_cast<const char*>(&last), sizeof last);
@@ -97,7 +96,7 @@ TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
   EXPECT_NE(error().find("tick " + std::to_string(recorded.ticks.size() - 1) + " (1 in all"), std::string::npos)
       << error();
   EXPECT_EQ(run({"replay", log.string(), "--hash"}), 0) << error();
-  EXPECT_EQ(run({"replay", log.string(), "--scalar", "float", "--hash"}), 0) << "other arithmetic is not judged";
+  EXPECT_EQ(run({"replay", log.string(), "--scalar", "float", "--hash"}), 0) << "another arithmetic must not be judged";
 }
 
 TEST_F(DryRun, HelpShowsTheDefaults) {

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The guide's excitation in the guide's room, made by m100-lab excite and flown by m100 to its end: 24 aircraft.
+"""Flies the guide's excitation in the guide's room with 24 aircraft: m100-lab excite makes it, m100 flies it.
 
 Usage: excite_room.py M100 LAB SOURCE
 
-Each has wind of 0 to 3 m/s from anywhere at the measured drag or at 0.3 1/s, trims that are 20 counts off the vehicle
-file's, and an attitude loop that answers 130 to 180 ms late, which the vehicle file knows. A flight that is broken off,
-or that goes farther than the 3 m that it was made for, fails.
+Each aircraft has wind of 0 to 3 m/s from any direction, the measured drag or 0.3 1/s, trims 20 counts off the vehicle
+file's, and an attitude loop with a transport delay of 130 to 180 ms, which the vehicle file contains. A flight that is
+aborted, or that moves farther than the 3 m of its design, fails.
 """
 import json
 import math
@@ -26,7 +26,7 @@ SEEDS = range(1, 25)
 
 
 def with_delay(vehicle, delay_s):
-    """@returns the vehicle file with that delay of both tilt axes, and their trims by name."""
+    """@returns the vehicle file with this transport delay on both tilt axes, and their trims by axis."""
     lines, trims, section = [], {}, ""
     for line in vehicle.splitlines():
         section = line.strip() if line.startswith("[") else section
@@ -57,7 +57,7 @@ class Room:
         self.flight = str(source / "firmware/companion/files/example/flight.toml")
 
     def make(self, delay_s):
-        """Tables and sticks of one vehicle file, made once. @returns their folder and the file's trims."""
+        """Makes table and sticks for one vehicle file, once. @returns their folder and the file's trims."""
         folder = self.work / f"vehicle_{delay_s}"
         text, trims = with_delay(self.vehicle, delay_s)
         if not folder.exists():
@@ -70,7 +70,7 @@ class Room:
         return folder, trims
 
     def fly(self, seed):
-        """@returns what is wrong with the flight; empty: nothing."""
+        """@returns what is wrong with the flight; empty if nothing is."""
         delay_s = DELAYS_S[seed % len(DELAYS_S)]
         made, trims = self.make(delay_s)
         folder = self.work / f"flight_{seed}"
@@ -90,16 +90,16 @@ class Room:
             finally:
                 autopilot.terminate()
         if run.returncode != 0:
-            return f"ended with {run.returncode}: {run.stdout[-900:]}{run.stderr}"
+            return f"m100 ended with {run.returncode}: {run.stdout[-900:]}{run.stderr}"
         farthest_m = 0.0
         for line in (folder / "events.json").read_text().splitlines():
             event = json.loads(line)
             if event.get("what") == "truth":
                 farthest_m = max(farthest_m, abs(event["x_m"]), abs(event["y_m"]))
         flown = json.loads((folder / "flight.json").read_text())["excitation"]
-        print(f"seed {seed}, {1000 * delay_s:.0f} ms: {flown['flown']} of {flown['pieces']} pieces, {farthest_m:.2f} m from "
-              "the start at most", flush=True)
-        return "" if flown["over"] and farthest_m < FENCE_M else f"{farthest_m:.2f} m from its start: {flown}"
+        print(f"seed {seed}, {1000 * delay_s:.0f} ms: {flown['flown']} of {flown['pieces']} pieces, at most {farthest_m:.2f} m from "
+              "the start", flush=True)
+        return "" if flown["over"] and farthest_m < FENCE_M else f"was {farthest_m:.2f} m from its start: {flown}"
 
 
 def main():

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100-lab excite, m100 fly --excite against m100-lab autopilot in simulated time, and m100-lab identify on the log.
+// m100-lab excite, m100 fly --excite with m100-lab autopilot in simulated time, and m100-lab identify on the log.
 #include <cmath>
 
 #include "host_tests/scenario/program/world_fixture.h"
@@ -22,7 +22,7 @@ class Excite : public WorldTest {
     std::ofstream(flight_file, std::ios::trunc) << "[fence]\nx_m = [-" << half_m << ", " << half_m << "]\ny_m = [-"
                                                 << half_m << ", " << half_m << "]\nz_m = [0.3, 6.0]\n";
   }
-  /// Flies the sticks. @returns the exit code; result and said are written.
+  /// Flies the sticks. @returns the exit code; writes `result` and `said`.
   int fly(const std::string& script = "", const std::string& plant = "") {
     std::vector<std::string> of_autopilot;
     if (!script.empty()) {
@@ -32,7 +32,7 @@ class Excite : public WorldTest {
     return fly_in_world(plant, {"--excite", sticks.string(), "--hold", "5"}, of_autopilot);
   }
   json flown() const { return json::parse(std::ifstream(result))["excitation"]; }
-  /// How far the aircraft really was from where it began, along x and y [m].
+  /// Largest true distance from the start along x or y [m].
   double farthest_m() const {
     std::ifstream file(events);
     double farthest = 0.0;
@@ -80,26 +80,26 @@ TEST_F(Excite, IsAbortedBeforeTheFenceAndTheLawHoldsThePlace) {
   RecordProperty("promise", "R16");
   make("roll", {"--duration", "40", "--amplitude", "300", "--fence", "30"});
   fence("3");
-  EXPECT_EQ(fly(), 2) << "made for a larger room";
-  EXPECT_NE(error().find("its roll may go 30 m from the start, and"), std::string::npos) << error();
+  EXPECT_EQ(fly(), 2) << "sticks made for a larger room are accepted";
+  EXPECT_NE(error().find("its roll may take the aircraft 30 m from the start, but"), std::string::npos) << error();
   EXPECT_NE(error().find("fence ends after 3 m"), std::string::npos) << error();
-  std::string by_hand = text_of(sticks);  // a file that promises more than it keeps
+  std::string by_hand = text_of(sticks);  // a file whose movement exceeds its promise
   const std::string limit = "distance 30 braking 2";
   ASSERT_NE(by_hand.find(limit), std::string::npos) << by_hand.substr(0, 400);
   by_hand.replace(by_hand.find(limit), limit.size(), "distance 3 braking 900");
   std::ofstream(sticks, std::ios::trunc) << by_hand;
-  EXPECT_EQ(fly(), 1) << "an excitation that was not flown to its end";
+  EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
   const json excitation = flown();
   EXPECT_TRUE(excitation["aborted"]);
   EXPECT_EQ(excitation["abort"]["why"], "fence");
-  EXPECT_NE(text_of(said).find("the way to stop would end beyond the fence"), std::string::npos) << text_of(said);
+  EXPECT_NE(text_of(said).find("the aircraft would stop beyond the fence"), std::string::npos) << text_of(said);
   EXPECT_LT(farthest_m(), 3.0);
   const json whole = json::parse(std::ifstream(result));
   EXPECT_TRUE(whole["released"]);
-  EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "five seconds later it is at its place";
+  EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
 }
 
-// The limits that the file carries for its own stick, one after the other far below what its movement needs.
+// The limits that the file states for its own stick, one after the other set far below what its movement needs.
 TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
   RecordProperty("promise", "R16");
   make("roll", {"--duration", "40", "--amplitude", "150"});
@@ -114,19 +114,19 @@ TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
     std::ofstream(sticks) << made.substr(0, begin) + "limits roll " + narrow + made.substr(made.find('\n', begin));
     fs::remove(log);
     fs::remove(world);
-    EXPECT_EQ(fly(), 1) << "an excitation that was not flown to its end";
+    EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
     const json excitation = flown();
     EXPECT_EQ(excitation["abort"]["why"], why);
     EXPECT_LT(farthest_m(), 2.5);
     const json whole = json::parse(std::ifstream(result));
     EXPECT_TRUE(whole["released"]);
-    EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "five seconds later it is at its place";
+    EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
   }
 }
 
-// The guide's room and its command, with wind, wrong trims and drag. Catches sticks that swing about the vehicle file's
-// balancing points, and movements that leave no room for what nobody foresees: both ended this flight at its third
-// piece. soak.excite_room has the many seeds and the long delays.
+// The guide's room and its command, with wind, wrong trims and drag. Catches sticks centred on the vehicle file's
+// trims, and movements without a reserve for disturbances: both ended this flight at its third piece. soak.excite_room
+// covers many seeds and long delays.
 TEST_F(Excite, IsFlownToItsEndInTheGuidesRoom) {
   make("roll,pitch", {"--duration", "40", "--amplitude", "150", "--fence", "3"});
   fs::copy_file(M100_FLIGHT_FILE, flight_file, fs::copy_options::overwrite_existing);
@@ -146,7 +146,7 @@ TEST_F(Excite, EndsWithThePilotsSwitch) {
   EXPECT_EQ(fly("12 mode P\n"), 1);
   const json excitation = flown();
   EXPECT_EQ(excitation["abort"]["why"], "ladder");
-  EXPECT_NE(text_of(said).find("on roll: control is gone"), std::string::npos) << text_of(said);
+  EXPECT_NE(text_of(said).find("on roll: control is lost"), std::string::npos) << text_of(said);
 }
 
 TEST_F(Excite, RefusesWhatItCannotFly) {
@@ -158,7 +158,7 @@ TEST_F(Excite, RefusesWhatItCannotFly) {
   EXPECT_NE(error().find("bad.csv:1: needs the columns t_s, piece"), std::string::npos) << error();
   EXPECT_EQ(run(flight({"--excite", sticks.string(), "--channel", "movement"})), 2);
   EXPECT_NE(error().find("needs --channel virtual_rc"), std::string::npos) << error();
-  EXPECT_EQ(fly(), 2) << "2 m down from 1.5 m leaves the fence";
+  EXPECT_EQ(fly(), 2) << "2 m down from 1.5 m would leave the fence";
   EXPECT_NE(error().find("leaves"), std::string::npos) << error();
 }
 

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""No command of either program overwrites what it reads, loses one output under another, begins its work before it
-knows that its inputs can be read and its outputs written, or waits for a device or a pipe to end.
+"""Checks the use of files by every command of both programs. None may overwrite its inputs, write two outputs to one
+file, begin its work before it has checked that it can read its inputs and write its outputs, or wait for the end of a
+device or a pipe.
 
-Usage: file_use.py M100 LAB. Every option that takes a text, of every subcommand, must stand in the table below as an
-input, an output, a folder, or as no file at all: a new option without a row fails. Prints one line per offence.
+Usage: file_use.py M100 LAB. Every text option of every subcommand must be in the table below as an input, an output, a
+folder, or as no file; a new option that is not there is an offence. Prints one line per offence.
 """
 import itertools
 import os
@@ -14,10 +15,11 @@ import subprocess
 import sys
 import tempfile
 
-PATIENCE_S = 300  # of a busy machine; what is checked ends at once
+PATIENCE_S = 300  # for a busy machine; the commands themselves end at once
 
-# command: the words that it needs beside, inputs, outputs (links: not opened, but made), folders, those of them that it
-# cannot do without, and the texts that are no files; kept: an output that brings an input up to date, under its own name
+# command: words: further arguments that it needs; inputs; outputs; links: outputs that are created, not opened;
+# folders; needed: required ones of these; other: texts that are no files; kept: (output, input) pairs that may be the
+# same file
 TABLE = {
     "m100 fly": dict(words="--port /nope/port --pose-port /nope/pose",
                      inputs=["--key-file", "--mavlink-key", "--vehicle", "--gains", "--flight", "--course", "--excite"],
@@ -28,7 +30,7 @@ TABLE = {
     "m100 record": dict(words="--port /nope/port --pose-port /nope/pose", inputs=["--key-file", "--mavlink-key"],
                         needed=["--log"], outputs=["--log", "--json"], other=["--port", "--pose-port"]),
     "m100 probe": dict(words="--port /nope/port", outputs=["--json"], other=["--port"]),
-    "m100 doctor": dict(words="--port /nope/port", outputs=["--json"],  # what is wrong with the key is an answer of its
+    "m100 doctor": dict(words="--port /nope/port", outputs=["--json"],  # doctor reports a bad key as its result
                         other=["--port", "--pose-port", "--mavlink-key", "--folder", "--pose-message"]),
     "m100 check": dict(inputs=["--vehicle", "--gains", "--flight", "--course"], needed=["--vehicle", "--gains"],
                        outputs=["--json"]),
@@ -72,14 +74,14 @@ TABLE = {
     "m100-lab report": dict(inputs=["pages", "--lead", "--identified", "--experiments", "--loop", "--margins"],
                             needed=["pages", "--out"], outputs=["--out"],
                             other=["--title", "--note", "--asked", "--source"]),
-    # An aircraft's folder, whose files are its own; the board's names are not opened here.
+    # Uses the files of an aircraft's folder; the other names belong to the board and are not opened here.
     "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--key-file", "--m100"]),
     "m100-lab bridge": dict(words="--listen udp:9763 --to 127.0.0.1:9764 --duration 0.01", inputs=["--mavlink-key"],
                             needed=["--mavlink-key"], outputs=["--json"],
                             other=["--listen", "--from", "--vrpn", "--to", "--axes", "--stamp"]),
     "m100-lab reference": dict(),
 }
-SWITCHES = {"--board", "--merge"}  # in a name of the table: an option that makes another command of it
+SWITCHES = {"--board", "--merge"}  # options in a name of the table that change the command's meaning
 
 
 class Bench:
@@ -91,7 +93,7 @@ class Bench:
         self.folders, self.links = row.get("folders", []), row.get("links", [])
 
     def fresh(self):
-        """A name per option; the inputs are there, with a text of their own that only their owner can read."""
+        """-> a path for each option; the inputs exist, each with a different text, readable only by their owner."""
         paths = {}
         for option in self.inputs + self.outputs + self.folders:
             paths[option] = self.folder / ("x" + option.strip("-"))
@@ -143,7 +145,7 @@ class Bench:
             if output not in self.links:
                 yield from self.expect_refused(paths, [output], "/nope/x: cannot be written")
             paths = self.fresh()
-            os.mkfifo(paths[output])  # nobody reads it
+            os.mkfifo(paths[output])  # no process reads it
             says = "exists already" if output == "--log" else "is a named pipe"
             if output not in self.links:
                 yield from self.expect_refused(paths, [output], says)
@@ -157,7 +159,7 @@ class Bench:
             for kind in ("device", "pipe", "folder", "missing"):
                 paths = self.fresh()
                 paths[taken].unlink()
-                says = "no regular file"
+                says = "not a regular file"
                 if kind == "device":
                     paths[taken] = "/dev/zero"
                 elif kind == "pipe":
@@ -181,7 +183,7 @@ def options_of(programs, command):
 
 
 def subcommands(program, words=()):
-    """Every path of words that is a command of its own."""
+    """-> the words of every subcommand."""
     run = subprocess.run([program, *words, "--help"], capture_output=True, text=True, check=True)
     names = re.findall(r"^  (\S+) ", run.stdout.split("Subcommands:")[1], re.M) if "Subcommands:" in run.stdout else []
     if not names:
@@ -199,10 +201,10 @@ def main():
             rows = [row for title, row in TABLE.items()
                     if " ".join(word for word in title.split() if word not in SWITCHES) == command]
             if not rows:
-                found.append(f"{command}: has no row in the table")
+                found.append(f"{command} has no row in the table")
             known = {option for row in rows for part in ("inputs", "outputs", "folders", "other")
                      for option in row.get(part, [])}
-            found += [f"{command}: {option} is in no row of the table" for option in options_of(programs, command)
+            found += [f"{command}: the table lacks {option}" for option in options_of(programs, command)
                       if option not in known]
     with tempfile.TemporaryDirectory() as folder:
         for name, row in TABLE.items():

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 fly against m100-lab autopilot, as two programs: what it leaves behind, and how it ends.
+// m100 fly with m100-lab autopilot, as two programs: the files that it writes, and how it ends.
 #include <fcntl.h>
 #include <stdlib.h>
 #include <termios.h>
@@ -41,13 +41,13 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
     std::vector<std::string> options{"--hold", "3", "--log", log.string()};
     options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
     options.insert(options.end(), keys.begin(), keys.end());
-    (void)run(flight(options));  // a busy machine may end the flight early: what was flown is replayed all the same
+    (void)run(flight(options));  // a busy machine may end the flight early; the log must replay nevertheless
     (void)examined(*autopilot);
 
     const companion::RecordedFlight flown = companion::read_flight(log.string());
     ASSERT_GT(flown.ticks.size(), 200U);
     ASSERT_EQ(flown.ticks.back().record.dropped_messages, 0U);
-    const std::string file = text_of(log);  // a line a second of what the link was like
+    const std::string file = text_of(log);  // one line per second about the link
     std::size_t lines = 0;
     for (std::size_t at = file.find("link_health {"); at != std::string::npos;
          at = file.find("link_health {", at + 1)) {
@@ -63,7 +63,7 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
     const std::string replay = std::string(M100_PROGRAM) + " replay " + log.string() +
                                (keys.empty() ? "" : " --key-file " + keys[1]) + " > " + said.string();
     ASSERT_EQ(Process("/bin/sh", {"-c", replay}).wait(std::chrono::seconds(60)), 0);
-    EXPECT_NE(text_of(said).find(", 0 unlike the record"), std::string::npos) << text_of(said);
+    EXPECT_NE(text_of(said).find(", 0 differ from the log"), std::string::npos) << text_of(said);
     if (!keys.empty()) {
       EXPECT_EQ(run({"replay", log.string()}), 2);
       EXPECT_NE(error().find("--key-file"), std::string::npos) << error();
@@ -88,7 +88,7 @@ TEST_P(EndedBySignal, GivesControlBackInFlight) {
   });
 }
 
-// The answer that grants control may be on its way when the operator changes his mind.
+// The answer that grants control may already be on its way when the operator interrupts the program.
 TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
@@ -102,13 +102,13 @@ TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
       program.interrupt();
       const int code = program.wait(std::chrono::seconds(10));
       const bool flew = json::parse(std::ifstream(result))["obtained"];
-      EXPECT_EQ(code, flew ? 0 : 1) << "a flight that never was is no success";
+      EXPECT_EQ(code, flew ? 0 : 1) << "exit code 0 only if it flew";
     }
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
 
-// `m100 fly | head -1`: the reader leaves, the flight goes on to its end.
+// `m100 fly | head -1`: the reader closes the pipe, and the flight must continue to its end.
 TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
@@ -126,7 +126,8 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
   });
 }
 
-// Nothing that is printed may leave by the autopilot's port, and its telemetry is no key of the operator.
+// With closed standard streams, the port may get their descriptors: output must not go to the autopilot, and its
+// telemetry must not be read as the operator's keys.
 TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
@@ -138,11 +139,11 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
     EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
     const json examiner = examined(*autopilot);
     EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
-    EXPECT_EQ(examiner["bytes_dropped"], 0) << "only frames came";
+    EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
   });
 }
 
-/// A terminal of our own: what programs write on its screen waits until somebody reads it at its other end.
+/// A pseudo-terminal of the test: output of programs waits until it is read at the other end.
 class Terminal {
  public:
   Terminal() : other_end_(posix_openpt(O_RDWR | O_NOCTTY)) {
@@ -158,7 +159,7 @@ class Terminal {
   Terminal& operator=(const Terminal&) = delete;
 
   int screen() const { return screen_; }
-  /// Writes so much on the screen, or what it takes. @returns how much that was.
+  /// Writes this many bytes to the screen, or as many as it takes. @returns their number.
   std::size_t fill(std::size_t bytes) const {
     const int own = open(ptsname(other_end_), O_WRONLY | O_NOCTTY | O_NONBLOCK);
     const std::string text(64, '.');
@@ -175,7 +176,7 @@ class Terminal {
   int other_end_, screen_ = -1;
 };
 
-// Ctrl-S in the terminal: its output stands still, the tick does not.
+// Ctrl-S in the terminal stops its output, but must not stop the tick.
 TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
   RecordProperty("promise", "R9");
   in_real_time([&] {
@@ -184,16 +185,16 @@ TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
     Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string()}), errors, terminal.screen());
     ASSERT_TRUE(wait_for_control());
     ASSERT_EQ(tcflow(terminal.screen(), TCOOFF), 0);
-    EXPECT_TRUE(wait_for("\"released\"")) << "control went back although nobody can read about it";
+    EXPECT_TRUE(wait_for("\"released\"")) << "control did not go back";
     EXPECT_EQ(tcflow(terminal.screen(), TCOON), 0);
     EXPECT_EQ(program.wait(std::chrono::seconds(10)), 0);
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
 
-constexpr std::size_t kFewLines = 1500;  ///< bytes: some of what is said before control and in three seconds of it
+constexpr std::size_t kFewLines = 1500;  ///< bytes: part of the output before control and in three seconds of it
 
-// A session over the network that broke off: nobody reads the terminal any more, and there is room for part of a line.
+// A network session that broke off: nobody reads the terminal any more, and only a part of a line fits into it.
 TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
   RecordProperty("promise", "R9");
   in_real_time([&] {
@@ -225,11 +226,11 @@ TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
     const json examiner = examined(*autopilot);
     EXPECT_FALSE(examiner["client_in_control"]);
     EXPECT_GT(examiner["virtual_rc_taken"], 60);
-    EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "what was written can be read";
+    EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "the part that was written cannot be read";
   });
 }
 
-// The answer to "was it flown" is not the disk's to give.
+// A full disk must not change the exit code, which says whether the flight was flown.
 TEST_F(ProgramTest, AResultThatCannotBeWrittenAfterwardsIsSaidAndChangesNoExitCode) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
@@ -246,10 +247,10 @@ TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
     Process program(M100_PROGRAM, flight({"--once", "--hold", "60", "--json", result.string()}), errors);
     ASSERT_TRUE(wait_for_control());
     std::this_thread::sleep_for(std::chrono::seconds(1));
-    fs::remove(port);  // as udev does; the number behind it soon is somebody else's terminal
+    fs::remove(port);  // as udev does; another terminal may soon have the same number
     fs::remove(pose);
     autopilot->send(SIGKILL);
-    autopilot.reset();  // its pseudo-terminals are gone
+    autopilot.reset();  // closes its pseudo-terminals
     EXPECT_EQ(program.wait(std::chrono::seconds(10)), 1);
     EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
   });
@@ -262,12 +263,12 @@ TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
     ASSERT_TRUE(wait_for_control());
     EXPECT_EQ(run(flight()), 2);
     EXPECT_NE(error().find("another program"), std::string::npos) << error();
-    EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "and the first is not disturbed";
+    EXPECT_EQ(first.wait(std::chrono::seconds(20)), 0) << "the first program was disturbed";
     EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
   });
 }
 
-// Catches an emulated autopilot that can only be killed while nobody has come: time stands still then, and it sleeps.
+// Catches an emulated autopilot that can only be killed before a client takes part: simulated time then stands still.
 TEST_F(ProgramTest, AnAutopilotInSimulatedTimeEndsByASignalThoughNobodyCame) {
   for (const int signal : {SIGTERM, SIGINT}) {
     const fs::path world = folder / ("world" + std::to_string(signal));
@@ -277,8 +278,8 @@ TEST_F(ProgramTest, AnAutopilotInSimulatedTimeEndsByASignalThoughNobodyCame) {
     }
     autopilot.send(signal);
     EXPECT_EQ(autopilot.wait(kPatience), 0) << "signal " << signal;
-    EXPECT_NE(text_of(events).find("client_in_control"), std::string::npos) << "it sums up";
-    EXPECT_FALSE(fs::exists(world)) << "it takes its sockets along";
+    EXPECT_NE(text_of(events).find("client_in_control"), std::string::npos) << "the summary is missing";
+    EXPECT_FALSE(fs::exists(world)) << "its sockets are not removed";
     fs::remove(events);
   }
 }

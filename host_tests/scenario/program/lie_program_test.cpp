@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lies as the two programs that ship fly them, in simulated time: what the operator reads, and how far the aircraft is
-// taken until the pilot has it.
+// Lies with the two shipped programs in simulated time: the messages to the operator, and the distance of the aircraft
+// until the pilot has control.
 #include <algorithm>
 #include <cmath>
 
@@ -13,9 +13,9 @@ constexpr double kStruckAt_s = 18.0;
 
 struct LieFlown {
   const char* name;
-  const char* script;  ///< of the autopilot
-  const char* said;    ///< to the operator, among other things
-  double within_m;     ///< of where it began, until the transmitter has the aircraft: THREATS.md and half as much again
+  const char* script;  ///< script of the autopilot
+  const char* said;    ///< a message to the operator
+  double within_m;     ///< distance from the start until the transmitter has control: the value of THREATS.md plus 50 %
 };
 
 class Lies : public WorldTest, public ::testing::WithParamInterface<LieFlown> {};
@@ -43,7 +43,7 @@ TEST_P(Lies, AreSaidByNameAndEndWithThePilot) {
     struck = true;
     farthest_m = std::max(farthest_m, std::hypot(x_m - from_m[0], y_m - from_m[1]));
   }
-  EXPECT_TRUE(struck) << "the program commanded when the lie began";
+  EXPECT_TRUE(struck) << "the program did not command when the lie began";
   EXPECT_LE(farthest_m, lie.within_m);
   EXPECT_FALSE(summary["client_in_control"].get<bool>());
   EXPECT_EQ(summary["control_after_loss"], 0);

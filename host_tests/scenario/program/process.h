@@ -18,8 +18,8 @@ extern char** environ;  // NOLINT: the name is POSIX
 
 namespace m100::scenario {
 
-/// The program that a test starts: `program`, or for the one that ships what the environment names instead. So whole
-/// tests fly the build of it that counts its allocations.
+/// The program that a test starts: `program`, but for the shipped program the one that M100_INSTEAD names, if it is
+/// set. In this way whole tests run the build that counts allocations.
 inline std::string started(const std::string& program) {
 #ifdef M100_PROGRAM
   const char* const instead = std::getenv("M100_INSTEAD");
@@ -29,11 +29,11 @@ inline std::string started(const std::string& program) {
 #endif
 }
 
-/// A program as a user starts it; killed at the end of the test if it still runs.
+/// A program as a user starts it; it is killed at the end of the test if it still runs.
 class Process {
  public:
-  /// @param errors where stderr goes; empty: to the test's own.
-  /// @param output what becomes its stdout; -1: the test's own.
+  /// @param errors file for stderr; empty: the test's own stderr.
+  /// @param output descriptor for stdout; -1: the test's own stdout.
   Process(const std::string& program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
           int output = -1) {
     arguments.insert(arguments.begin(), started(program));
@@ -66,7 +66,7 @@ class Process {
   pid_t id() const { return id_; }
   void send(int signal) const { kill(id_, signal); }
   void interrupt() const { send(SIGINT); }
-  /// The exit code; -1: did not end in time, or not by itself. Zero seconds: has it ended by now?
+  /// @returns the exit code; -1 if it did not end in time or not by itself. Zero seconds only ask whether it has ended.
   int wait(std::chrono::seconds at_most) {
     for (auto left = at_most / std::chrono::milliseconds(10); left >= 0; --left) {
       int status = 0;

@@ -20,14 +20,14 @@ namespace m100::scenario {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::chrono::seconds kPatience{300};  ///< with a program on a busy machine; no verdict depends on it
+constexpr std::chrono::seconds kPatience{300};  ///< for a program on a busy machine; no verdict depends on it
 
 inline std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-/// `m100` and `m100-lab autopilot` with a pose beside it, in a folder of their own, with the default vehicle.
+/// `m100` and `m100-lab autopilot` with a pose port, in their own folder, with the default vehicle.
 struct ProgramTest : ::testing::Test {
   const fs::path folder = fs::temp_directory_path() / ("m100_program_" + std::to_string(getpid()));
   const fs::path port = folder / "port";
@@ -59,7 +59,7 @@ struct ProgramTest : ::testing::Test {
     EXPECT_TRUE(fs::exists(port));
     return process;
   }
-  /// Flies where the machine keeps pace, each time in an empty folder: see real_time.h.
+  /// Repeats the flight while the machine stalls, each time in an empty folder: see real_time.h.
   void in_real_time(const std::function<void()>& flight_of_test) {
     judge_in_real_time(
         [this] {
@@ -68,21 +68,21 @@ struct ProgramTest : ::testing::Test {
         },
         flight_of_test);
   }
-  /// A key in a file that only its owner can read.
+  /// Writes a key into a file that only its owner can read.
   fs::path key_file(const std::string& hex) const {
     fs::path path = folder / "key";
     std::ofstream(path, std::ios::trunc) << hex << "\n";
     fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
     return path;
   }
-  /// m100 fly on the line of the autopilot and on that of the pose of `room`, with the key of both.
+  /// Arguments of m100 fly on the autopilot's line and the pose port of `room`, with the key.
   template <typename Room>
   std::vector<std::string> fly_words(const Room& room, const std::string& key) const {
     return {"fly",           "--port",   room.port(),          "--pose-port",    room.pose_port(),
             "--mavlink-key", key,        "--vehicle",          vehicle.string(), "--gains",
             table.string(),  "--flight", flight_file.string(), "--json",         result.string()};
   }
-  /// What a flight needs, with control taken as soon as all is ready.
+  /// Arguments of a flight that takes control as soon as everything is ready.
   std::vector<std::string> flight(std::vector<std::string> more = {}) const {
     std::vector<std::string> arguments{"fly",          "--port",    port.string(),        "--pose-port",
                                        pose.string(),  "--vehicle", vehicle.string(),     "--gains",
@@ -98,7 +98,7 @@ struct ProgramTest : ::testing::Test {
     return Process(M100_LAB_PROGRAM, arguments, errors).wait(kPatience);
   }
   std::string error() const { return text_of(errors); }
-  /// Ends the autopilot. @returns what it noted down.
+  /// Ends the autopilot. @returns its summary.
   json examined(Process& autopilot) const {
     autopilot.interrupt();
     EXPECT_EQ(autopilot.wait(std::chrono::seconds(10)), 0);
@@ -109,7 +109,7 @@ struct ProgramTest : ::testing::Test {
     }
     return json::parse(last);
   }
-  /// How often the autopilot noted this down.
+  /// Number of occurrences of this text in the autopilot's events.
   std::size_t noted(const std::string& what) const {
     const std::string all = text_of(events);
     std::size_t count = 0;
@@ -118,7 +118,7 @@ struct ProgramTest : ::testing::Test {
     }
     return count;
   }
-  /// Waits until the autopilot notes it down more often than that. @returns false: it never did.
+  /// Waits until the text occurs more often than that in the events. @returns false if it never did.
   bool wait_for(const std::string& what, std::size_t more_than = 0) const {
     for (int i = 0; i < 3000 && noted(what) <= more_than; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));

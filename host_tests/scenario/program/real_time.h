@@ -10,16 +10,15 @@
 
 namespace m100::scenario {
 
-/// Telemetry is dead after 0.5 s (safety::Limits), and four processes stand in line on its way into a test: autopilot,
-/// program, keeper and the test itself. A machine that keeps each waiting for a quarter of it may end a flight, as it
-/// must.
+/// Telemetry is dead after 0.5 s (safety::Limits), and four processes take part in a test one after the other:
+/// autopilot, program, keeper and the test itself. If the machine keeps each waiting for a quarter of that time, the
+/// flight may end rightly.
 constexpr double kStall_s = 0.5 / 4.0;
 constexpr int kAttempts = 5;
 
-/// Programs in real time. What a flight shows on a machine that stalled says nothing about the programs: a failure
-/// counts only where no wait reached kStall_s, else `begin_again` clears up and `flight` is flown anew. Where the
-/// machine stalled in all attempts the test is skipped, and says so; the same promises are held in simulated time too
-/// (scenario.sticks).
+/// Judges programs in real time. A failure on a machine that stalled says nothing about the programs: it counts only if
+/// no wait reached kStall_s; otherwise `begin_again` clears up and `flight` is repeated. If the machine stalled in all
+/// attempts, the test is skipped with a message. The same promises are also tested in simulated time (scenario.sticks).
 template <typename Meter = StallMeter>
 void judge_in_real_time(const std::function<void()>& begin_again, const std::function<void()>& flight) {
   double stalled_s = 0.0;
@@ -45,7 +44,7 @@ void judge_in_real_time(const std::function<void()>& begin_again, const std::fun
     }
     begin_again();
   }
-  GTEST_SKIP() << "in each of " << kAttempts << " attempts the machine stalled, in the last for " << stalled_s << " s";
+  GTEST_SKIP() << "the machine stalled in each of " << kAttempts << " attempts, in the last for " << stalled_s << " s";
 }
 
 }  // namespace m100::scenario

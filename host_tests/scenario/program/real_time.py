@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Programs in real time, judged as real_time.h judges them: a failure counts only where the machine kept pace."""
+"""Judges programs in real time, as real_time.h does: a failure counts only if the machine did not stall."""
 import threading
 import time
 
 LOOK_S = 0.005
-STALL_S = 0.5 / 4.0  # telemetry is dead after 0.5 s, and four processes stand in line on its way
+STALL_S = 0.5 / 4.0  # telemetry is dead after 0.5 s, and passes through four processes
 ATTEMPTS = 5
 SKIPPED = 77  # ctest's SKIP_RETURN_CODE of these tests
 
 
 class StallMeter:
-    """How long the machine keeps a process waiting that wants to run."""
+    """Measures the longest time for which the machine keeps a runnable process waiting."""
 
     def __init__(self):
         self.longest_s = 0.0
@@ -35,8 +35,8 @@ class StallMeter:
 
 
 def judge_in_real_time(flight, meter=StallMeter):
-    """Flies until a flight counts. `flight` raises SystemExit with the reason where it fails, and begins in a place of its
-    own each time. @returns the exit code: 0, or SKIPPED where the machine stalled in every flight that failed."""
+    """Repeats a flight until one counts. `flight` raises SystemExit with the reason when it fails, and uses its own
+    folder each time. @returns the exit code: 0, or SKIPPED if the machine stalled in each of the failed flights."""
     for _ in range(ATTEMPTS):
         with meter() as machine:
             try:
@@ -46,13 +46,13 @@ def judge_in_real_time(flight, meter=StallMeter):
                 reason = failure
         if machine.longest_s < STALL_S:
             raise reason
-        print(f"{reason}; but the machine stalled for {machine.longest_s:.2f} s: flown again")
+        print(f"{reason}; the machine stalled for {machine.longest_s:.2f} s, so the flight is repeated")
     print(f"skipped: the machine stalled in each of {ATTEMPTS} flights")
     return SKIPPED
 
 
 def self_test():
-    """A failure on a machine that kept pace fails at once; one in a stall does not count, and hides none behind it."""
+    """A failure without a stall counts at once; one with a stall does not count, and does not hide a later failure."""
     class Stalling:
         left = 0
 

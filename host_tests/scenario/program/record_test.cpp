@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 record against m100-lab autopilot, and against a bare pseudo-terminal: it sends nothing, and what it writes is
-// what m100-lab identify needs.
+// m100 record with m100-lab autopilot, and with a plain pseudo-terminal: it must send nothing, and its log must have
+// everything that m100-lab identify needs.
 #include <fcntl.h>
 #include <stdlib.h>
 #include <termios.h>
@@ -16,12 +16,12 @@
 namespace m100::scenario {
 namespace {
 
-/// The far end of a line, held by the test.
+/// The far end of a line, used by the test.
 class FarEnd {
  public:
   FarEnd() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
     EXPECT_TRUE(descriptor_ >= 0 && grantpt(descriptor_) == 0 && unlockpt(descriptor_) == 0);
-    near_ = open(ptsname(descriptor_), O_RDWR | O_NOCTTY);  // raw before anybody else opens it: no echo
+    near_ = open(ptsname(descriptor_), O_RDWR | O_NOCTTY);  // sets raw mode before anyone else opens it: no echo
     termios raw{};
     tcgetattr(near_, &raw);
     cfmakeraw(&raw);
@@ -65,7 +65,7 @@ void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) 
 class Record : public ProgramTest {
  protected:
   /// Feeds telemetry until the program ends. @returns its exit code.
-  /// @param enough size of the log at which the program is interrupted; 0: it ends by itself.
+  /// @param enough size of the log at which the test interrupts the program; 0: it ends by itself.
   int record(std::vector<std::string> more, const FarEnd& line, const FarEnd& pose_line, bool with_sticks = true,
              std::uintmax_t enough = 0) {
     std::vector<std::string> arguments{"record",     "--port", line.name(),    "--log",
@@ -88,9 +88,9 @@ class Record : public ProgramTest {
   std::size_t heard_ = 0;
 };
 
-// Catches a program that asks for its rates, activates, or answers the source of pose. What is waited for is the log
-// and no time: its head and a hundred packages of some 300 bytes. That rates are those of the autopilot's clock is held
-// in simulated time (unit.recorder).
+// Catches a program that requests rates, activates, or answers the pose source. The test waits for the size of the log,
+// not for a time: its header and a hundred packages of some 300 bytes. unit.recorder tests in simulated time that the
+// rates are those of the autopilot's clock.
 TEST_F(Record, SendsNotOneByte) {
   const FarEnd line, pose_line;
   EXPECT_EQ(record({}, line, pose_line, true, 32768), 0) << error();
@@ -140,10 +140,10 @@ TEST_F(Record, AFullDiskEndsTheRecordingWithOneLine) {
   EXPECT_NE(error().find(log.string() + ": the file size limit is reached (ulimit -f); the recording ends here"),
             std::string::npos)
       << error();
-  EXPECT_EQ(run_lab({"logs", log.string()}), 0) << "what was written can be read: " << error();
+  EXPECT_EQ(run_lab({"logs", log.string()}), 0) << "the part that was written cannot be read: " << error();
 }
 
-// The paper's method: the pilot moves one stick after the other by hand, nothing of ours sends.
+// The paper's method: the pilot moves one stick after the other by hand, and the program sends nothing.
 TEST_F(Record, AHandFlownLogIsIdentifiedWithTheShippedMap) {
   const fs::path script = folder / "pilot.txt";
   std::ofstream words(script);

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the programs write for others to read, against the words that the pages fix: the events of the emulated
-autopilot, the column map that is proposed for a recording, the findings of identify, the answer of replay, and the
-place that an error names.
+"""Checks the programs' machine-readable output against the names on the pages: the events of the emulated autopilot,
+the column map proposed for a recording, the findings of identify, the answer of replay, and the place in errors.
 
 Usage: results_test.py M100 LAB VEHICLE TABLE. Prints one line per offence.
 """
@@ -49,10 +48,10 @@ def event_offences(lab, folder):
     lines = [json.loads(line) for line in events.read_text().splitlines()] if code == 0 else []
     words = {line["what"] for line in lines}
     if not words <= {"received", "answered", "did", "ignored", "truth", "summary"}:
-        yield f"events: exit code {code}, 'what' is one of {words}, {err}"
+        yield f"events: exit code {code}, unexpected 'what' in {words}, {err}"
     did = [line["name"] for line in lines if line["what"] == "did" and not line["name"].startswith("transmitter_")]
     if did != DID:
-        yield f"events: the script leaves {did}"
+        yield f"events: the script causes {did}"
 
 
 def wait_for(path):
@@ -63,7 +62,7 @@ def wait_for(path):
 
 
 def recording_offences(programs, folder, vehicle, table):
-    """A recording and a dry run of one emulated autopilot."""
+    """A recording and a dry run with the same emulated autopilot."""
     m100, lab = programs["m100"], programs["m100-lab"]
     pty, pose = folder / "n1", folder / "pose"
     autopilot = subprocess.Popen([lab, "autopilot", "--pty", pty, "--pose-pty", pose, "--duration", "60"],
@@ -93,12 +92,12 @@ def recording_offences(programs, folder, vehicle, table):
                            answer)
         maps[name] = (folder / f"{name}.csv").read_text() if code == 0 else err
     if maps["proposed"] != maps["shipped"]:
-        yield f"the proposed map reads a recording otherwise than the one that ships: {maps['proposed'][:200]}"
+        yield f"the proposed map reads a recording differently from the shipped map: {maps['proposed'][:200]}"
     yield from replay_offences(m100, folder, flown)
 
 
 def refusal_offences(programs, folder, vehicle, table):
-    """A flight that ends by itself must not advise a word to a program that is gone."""
+    """The message of a flight that ends by itself must not ask the operator for an input to the ended program."""
     world = folder / "world"
     autopilot = subprocess.Popen([programs["m100-lab"], "autopilot", "--sim", world, "--rc-mode", "P"],
                                  stdout=subprocess.DEVNULL)
@@ -125,12 +124,12 @@ def replay_offences(m100, folder, flown):
 
 
 def plant_offences(lab, folder):
-    """Every command that reads a plant refuses at once what has no end, and errors name what is written."""
+    """Every command that reads a plant refuses endless files at once, and its errors name line and key."""
     for words in (["autopilot", "--pty", folder / "p", "--duration", "0.01"], ["experiments", "--only", "hover"],
                   ["loop", "--out", folder / "o.toml"]):
         for device in ("/dev/zero", "/"):
             yield from one_line(lab, [*words, "--plant", device], f"{device}: is ")
-    yield from one_line(lab, ["campaign", "/dev/zero"], "/dev/zero: is no regular file")
+    yield from one_line(lab, ["campaign", "/dev/zero"], "/dev/zero: is not a regular file")
     for text, says in (('[sensors]\npose_noise_m = "text"\n', ":2: 'sensors.pose_noise_m'"),
                        ("[axis.roll]\ndamping_ratio = 0\n", ":2: 'axis.roll.damping_ratio'"),
                        ("[axis.yaw_rate]\ndamping_ratio = 0.3\n", ":2: 'axis.yaw_rate.damping_ratio'"),
@@ -161,7 +160,7 @@ def mpc_offences(lab, folder):
 
 
 def identify_offences(lab, folder):
-    """Each finding says from when to when it holds, notes too."""
+    """Each finding, notes included, has a start and an end time."""
     rows, roll = ["t_s,rc_roll,roll"], 0.0
     for k in range(6000):
         stick = 200 * math.sin(0.02 * k) * math.cos(0.0031 * k)
@@ -175,10 +174,10 @@ def identify_offences(lab, folder):
                        "--train", "2:30", "--validate", "30:58", "--draws", "0", "--json", answer)
     read = json.loads(answer.read_text()) if code == 0 else {"findings": []}
     if not read["findings"]:
-        yield f"identify: exit code {code}, no finding to look at: {err}"
+        yield f"identify: exit code {code}, no finding: {err}"
     for finding in read["findings"]:
         if not 2.0 <= finding.get("from_s", -1) < finding.get("to_s", -1) <= 58.0:
-            yield f"identify: a finding without its time: {finding}"
+            yield f"identify: a finding without a valid time: {finding}"
 
 
 def main():

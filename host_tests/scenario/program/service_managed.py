@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a person does with the installed service, under systemd; service_manager.sh starts it there.
+"""Uses the installed service under systemd as a person does; service_manager.sh starts this script there.
 
 Usage: service_managed.py LAB FILE.deb
 
-The package is installed, its examples become the service's files as its README says, and the emulated autopilot takes
-the places of the two adapters, with the rights that the udev rules give. Held: `systemctl enable --now` returns when the
-service flies its ticks, without control; control comes by SIGUSR1 alone; a hang is ended by the watchdog, a kill is
-noticed, control goes back each time, and the service that is started again asks for nothing; `systemctl stop` gives
-control back and ends; every start has a log of its own.
+Installs the package, copies its examples as the package's README says, and lets the emulated autopilot stand in for the
+two adapters, with the access rights of the udev rules. Checks: `systemctl enable --now` returns when the service runs
+its ticks, without control; only SIGUSR1 takes control; the watchdog ends a hang and systemd notices a kill; control
+goes back in both cases, and the restarted service requests nothing; `systemctl stop` gives control back and ends the
+service; every start writes its own log.
 """
 import os
 import pathlib
@@ -41,7 +41,7 @@ def installed(package):
 
 
 def autopilot_with_adapters(lab):
-    """The links and the rights of 60-m100.rules: group dialout may read and write, nobody else."""
+    """Makes the links with the rights of 60-m100.rules: only group dialout may read and write."""
     autopilot = Autopilot(lab, pathlib.Path("/dev"), "m100-autopilot", "m100-pose")
     for link in (autopilot.port, autopilot.pose):
         line = link.resolve()
@@ -51,7 +51,7 @@ def autopilot_with_adapters(lab):
 
 
 def lives_for(seconds):
-    """No verdict in it: a main process that did not tell the manager that it lives would be another one afterwards."""
+    """Only waits. The caller then compares the main process: systemd replaces one that sends no heartbeat."""
     time.sleep(seconds)
 
 
@@ -62,45 +62,45 @@ def takes_control(autopilot):
             if autopilot.is_ours():
                 return
             time.sleep(0.02)
-    expect(False, "control is taken by the operator's word")
+    expect(False, "SIGUSR1 takes control")
 
 
 def comes_back(autopilot, before, how):
-    """After an end in flight: control with the pilot, then another main process, which asks for nothing."""
+    """After an end in flight, control is with the pilot; then a new main process runs, which requests nothing."""
     wait_for(lambda: not autopilot.is_ours(), f"control goes back after {how}")
     asked = autopilot.asked()
-    wait_for(lambda: property_of("ActiveState") == "active" and main_is() not in (0, before), f"a new start after {how}")
+    wait_for(lambda: property_of("ActiveState") == "active" and main_is() not in (0, before), f"systemd restarts the service after {how}")
     lives_for(3.0)
-    expect(autopilot.asked() == asked, f"what starts after {how} has no authority and asks for none")
+    expect(autopilot.asked() == asked, f"the service restarted after {how} does not request control")
     expect(not autopilot.is_ours(), f"after {how} the pilot keeps control")
 
 
 def used(autopilot):
     run("systemctl", "enable", "--now", "m100")
-    expect(property_of("ActiveState") == "active", "ready, for the manager as well")
+    expect(property_of("ActiveState") == "active", "systemd regards the service as active")
     first = main_is()
     lives_for(4.0)
-    expect(main_is() == first and property_of("NRestarts") == "0", "it tells the watchdog that it lives")
-    expect(autopilot.asked() == 0, "it asks for nothing by itself")
-    expect(os.stat(f"/proc/{first}").st_uid != 0, "it does not run as root")
-    print("started by `systemctl enable --now m100`: ready, alive for four times its watchdog, without control, not root")
+    expect(main_is() == first and property_of("NRestarts") == "0", "the service sends its heartbeat to the watchdog")
+    expect(autopilot.asked() == 0, "the service does not request control by itself")
+    expect(os.stat(f"/proc/{first}").st_uid != 0, "the service does not run as root")
+    print("started by `systemctl enable --now m100`: ready, alive for four times its watchdog time, without control, not root")
 
     takes_control(autopilot)
     os.kill(first, 19)  # SIGSTOP: a hang
     comes_back(autopilot, first, "a hang")
-    expect(int(property_of("NRestarts")) >= 1, "the manager has started it again")
-    print("hang in flight: ended by the watchdog, control back with the pilot, started again without authority")
+    expect(int(property_of("NRestarts")) >= 1, "systemd has restarted the service")
+    print("hang in flight: ended by the watchdog, control back with the pilot, restarted without authority")
 
     takes_control(autopilot)
     second = main_is()
     os.kill(second, 9)
     comes_back(autopilot, second, "a kill")
-    print("killed in flight: control back with the pilot, started again without authority")
+    print("killed in flight: control back with the pilot, restarted without authority")
 
     takes_control(autopilot)
     run("systemctl", "stop", "m100")
     wait_for(lambda: not autopilot.is_ours(), "systemctl stop gives control back")
-    expect(property_of("ActiveState") in ("inactive", "failed"), "and the service has ended")  # failed: a busy machine
+    expect(property_of("ActiveState") in ("inactive", "failed"), "the service has ended")  # failed: on a busy machine
     print(f"stopped in flight: control back with the pilot, ended as {property_of('ActiveState')}")
 
 
@@ -111,7 +111,7 @@ def main():
     try:
         used(autopilot)
         logs = list(pathlib.Path("/var/lib/private/m100").glob("*.ulg"))
-        expect(len(logs) >= 3, f"every start has a log of its own: {logs}")
+        expect(len(logs) >= 3, f"every start writes its own log: {logs}")
         run("dpkg", "--purge", "--no-triggers", "m100")
         expect(not pathlib.Path("/usr/bin/m100").exists(), "the package is removed")
     except SystemExit:
@@ -121,7 +121,7 @@ def main():
         autopilot.process.terminate()
         autopilot.process.wait()
     print(f"{pathlib.Path('/proc/1/comm').read_text().strip()} {run('systemctl', '--version').split()[1]}: "
-          f"the service starts, lives, comes back without authority and stops; {len(logs)} logs")
+          f"the service starts, sends its heartbeat, restarts without authority and stops; {len(logs)} logs")
     return 0
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# The package's service under a real systemd, on a copy of this machine that nothing outside sees: systemd is process 1 of
-# namespaces of its own (mounts, processes, names, network, cgroups), above an overlay of / that lives in memory. There the
-# package is installed by dpkg, and service_managed.py enables, uses, hangs, kills and stops the service by systemctl.
+# Tests the package's service under a real systemd, on an isolated copy of this machine: systemd is process 1 of its own
+# namespaces (mounts, processes, names, network, cgroups), on an overlay of / in memory. There dpkg installs the
+# package, and service_managed.py enables, uses, hangs, kills and stops the service by systemctl.
 # Usage: service_manager.sh M100-LAB FILE.deb
-# Exit code 0: passed. 1: failed. 77: this machine or user cannot do it; the line says why.
+# Exit code 0: passed. 1: failed. 77: not possible on this machine or for this user; a message gives the reason.
 set -euo pipefail
 here=$(dirname "$(realpath "$0")")
-cannot() { echo "service manager: not tried here: $*"; exit 77; }
+cannot() { echo "service manager: test skipped: $*"; exit 77; }
 
 outside() {
   [ "$(id -u)" = 0 ] || cannot "it needs root"
@@ -20,9 +20,9 @@ outside() {
   unshare --mount --pid --fork --uts --ipc --net --cgroup true 2>/dev/null || cannot "namespaces are refused"
   work=$(mktemp -d)
   group=$unified$(sed -n 's/^0:://p' /proc/self/cgroup)/m100-service-manager.$$
-  mkdir "$group" 2>/dev/null || cannot "a cgroup of its own is refused"
+  mkdir "$group" 2>/dev/null || cannot "a new cgroup is refused"
   trap 'rmdir "$group" || true; rm -rf "$work"' EXIT
-  # In the new group before the namespace of groups begins: the group is the root of what is seen inside.
+  # The process joins the new cgroup before it makes its cgroup namespace, whose root is then this cgroup.
   bash -c 'echo $$ >"$0/cgroup.procs" && exec unshare --mount --pid --fork --kill-child --uts --ipc --net --cgroup "$@"' \
     "$group" "$0" --inside "$work" "$1" "$2" &
   code=0
@@ -33,7 +33,7 @@ outside() {
   exit "$code"
 }
 
-# Process 1 of its namespaces: lays out the machine, then becomes systemd.
+# Runs as process 1 of its namespaces: prepares the machine, then becomes systemd.
 inside() {
   work=$1 root=$1/root
   mount --make-rprivate /
@@ -44,7 +44,7 @@ inside() {
     cannot "an overlay of / is refused"
   mount -t proc proc "$root/proc"
   mount --bind "$root/proc/sys" "$root/proc/sys"
-  mount -o remount,bind,ro "$root/proc/sys"  # what is there belongs to the whole machine
+  mount -o remount,bind,ro "$root/proc/sys"  # these settings belong to the whole machine
   mount -t sysfs -o ro sysfs "$root/sys"
   mount -t cgroup2 cgroup2 "$root/sys/fs/cgroup" || cannot "cgroup v2 is refused"
   mount -t tmpfs tmpfs "$root/run"
@@ -62,7 +62,7 @@ inside() {
   cp "$2" "$root/opt/m100-test/m100-lab"
   cp "$3" "$root/opt/m100-test/m100.deb"
   cp "$here/service_managed.py" "$here/service_test.py" "$root/opt/m100-test/"
-  # Nothing of this machine's own services starts: of what every unit asks for, the journal alone is left.
+  # None of this machine's own services starts; of the default dependencies only the journal remains.
   rm -rf "$root"/{lib,etc}/systemd/system/*.{wants,requires} "$root"/etc/systemd/system/m100*
   for name in sysinit basic shutdown; do
     printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/etc/systemd/system/$name.target"

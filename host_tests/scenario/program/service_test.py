@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""The service that the package installs, run as its unit file says by a stand-in for the service manager.
+"""Runs the service of the package as its unit file says, with a stand-in for the service manager.
 
 Usage: service_test.py M100 LAB UNIT ENVIRONMENT VEHICLE TABLE FLIGHT
 
-The stand-in reads the unit, starts the command of ExecStart, hears what is told to $NOTIFY_SOCKET, and does what the
-manager does: it ends a main process that is silent for WatchdogSec, and starts it again. Held: the service is ready and
-says that it lives; it asks for control by SIGUSR1 alone; when it hangs in flight, control goes back though only the main
-process is ended; started again it asks for nothing; a stop gives control back. What is waited for are events, and a failure
-counts only where the machine kept pace (real_time.py).
+The stand-in reads the unit, starts the command of ExecStart, and listens on $NOTIFY_SOCKET. Like the real manager it
+ends a main process that is silent for WatchdogSec, and restarts it. Checks: the service reports that it is ready and
+sends its heartbeat; it requests control only on SIGUSR1; when it hangs in flight, control goes back although only the
+main process is ended; after a restart it requests nothing; a stop gives control back. The test waits for events, and a
+failure counts only if the machine did not stall (real_time.py).
 """
 import json
 import os
@@ -40,21 +40,21 @@ def wait_for(happened, what):
 
 
 class Autopilot:
-    """The emulated autopilot on a pseudo-terminal, and what it noted down."""
+    """The emulated autopilot on a pseudo-terminal, and its events."""
 
     def __init__(self, lab, work, port="port", pose="pose"):
         self.port, self.pose, self.events = work / port, work / pose, work / "events.json"
         self.process = subprocess.Popen([lab, "autopilot", "--pty", self.port, "--pose-pty", self.pose, "--events",
                                          self.events, "--duration", "36000"], stdout=subprocess.DEVNULL)
-        wait_for(lambda: self.port.exists() and self.pose.exists(), "the autopilot")
+        wait_for(lambda: self.port.exists() and self.pose.exists(), "the start of the autopilot")
 
     def count(self, name, what="did"):
-        """How often it noted this."""
+        """-> number of events with this name."""
         seen = 0
         for line in self.events.read_text().splitlines() if self.events.exists() else []:
             try:
                 event = json.loads(line)
-            except json.JSONDecodeError:  # it is still being written
+            except json.JSONDecodeError:  # the line is still being written
                 continue
             seen += event.get("name") == name and event.get("what") == what
         return seen
@@ -67,7 +67,7 @@ class Autopilot:
 
 
 class Manager:
-    """What the service manager does for one unit."""
+    """Does for one unit what the service manager does."""
 
     def __init__(self, unit, environment, m100, work):
         lines = unit.read_text().split("[Service]", 1)[1].splitlines()
@@ -80,7 +80,7 @@ class Manager:
         self.watchdog_s = float(self.unit["WatchdogSec"])
 
     def words(self, line):
-        """The command of a line: the manager's own escapes, its variables, and our program in the place of the installed."""
+        """-> the command of a line, with the manager's escapes and variables replaced, and with our program."""
         line = line.replace("%%", "%").replace("/usr/bin/m100", shlex.quote(self.m100))
         line = re.sub(r"\$\{(\w+)\}", lambda found: shlex.quote(self.environment[found[1]]), line)
         return [word.replace("$$", "$") for word in shlex.split(line)]
@@ -91,16 +91,16 @@ class Manager:
         expect(check.returncode == 0, f"ExecStartPre: {check.stderr}")
         end = time.monotonic() + PATIENCE_S
         said = ""
-        while not said and time.monotonic() < end:  # RestartSec: the port may still be another's
+        while not said and time.monotonic() < end:  # as RestartSec does: the port may still be in use
             self.main = subprocess.Popen(self.words(self.unit["ExecStart"]), env=self.environment, stdin=subprocess.DEVNULL,
                                          stdout=subprocess.DEVNULL)
             said = self.heard(PATIENCE_S, lambda: self.main.poll() is None)
             time.sleep(0.0 if said else 1.0)
-        expect("READY=1" in said, f"the service says that it is ready: {said}")
-        expect(f"WATCHDOG_USEC={int(self.watchdog_s * 1e6)}" in said, f"and names the unit's WatchdogSec: {said}")
+        expect("READY=1" in said, f"the service reports that it is ready: {said}")
+        expect(f"WATCHDOG_USEC={int(self.watchdog_s * 1e6)}" in said, f"the service reports the unit's WatchdogSec: {said}")
 
     def heard(self, within_s, as_long_as=lambda: True):
-        """What the service said next; empty: nothing in that time."""
+        """-> the next message of the service; empty if there is none in that time."""
         end = time.monotonic() + within_s
         while time.monotonic() < end and as_long_as():
             self.listener.settimeout(min(0.1, within_s))
@@ -112,20 +112,20 @@ class Manager:
 
     def lives(self, words):
         for _ in range(words):
-            expect(self.heard(PATIENCE_S) == "WATCHDOG=1", "the service says that it lives")
+            expect(self.heard(PATIENCE_S) == "WATCHDOG=1", "the service sends its heartbeat")
 
     def end_what_hangs(self):
         while self.heard(self.watchdog_s):
-            pass  # said before it hung
-        self.main.send_signal(signal.SIGABRT)  # of the main process alone: KillMode=process
+            pass  # messages from before the hang
+        self.main.send_signal(signal.SIGABRT)  # to the main process only: KillMode=process
         self.main.send_signal(signal.SIGCONT)
-        expect(self.main.wait(PATIENCE_S) != 0, "a hang is a failure: Restart=on-failure starts it again")
+        expect(self.main.wait(PATIENCE_S) != 0, "a hang ends as a failure, so that Restart=on-failure restarts the service")
 
 
 def flown(manager, autopilot):
     manager.start()
     manager.lives(20)
-    expect(autopilot.asked() == 0, "a service asks for nothing by itself")
+    expect(autopilot.asked() == 0, "the service does not request control by itself")
     take_control(manager, autopilot)
     manager.main.send_signal(signal.SIGSTOP)
     manager.end_what_hangs()
@@ -133,24 +133,24 @@ def flown(manager, autopilot):
     asked = autopilot.asked()
     manager.start()
     manager.lives(20)
-    expect(autopilot.asked() == asked, "a restart has no authority")
+    expect(autopilot.asked() == asked, "the restarted service does not request control")
     take_control(manager, autopilot)
     manager.main.terminate()
     wait_for(lambda: not autopilot.is_ours(), "systemctl stop gives control back")
     code = manager.main.wait(PATIENCE_S)
-    expect(code in (0, 1), f"and the service ends by itself, not with {code}")  # 1: a busy machine, it was handed over
+    expect(code in (0, 1), f"the service ends by itself with 0 or 1, not {code}")  # 1: handed over to the pilot, on a busy machine
 
 
 def take_control(manager, autopilot):
-    """SIGUSR1 is the operator's word; too early it is refused, so it is said again as a person would."""
+    """Sends the operator's order, SIGUSR1. The service refuses it if it comes too early, so it is repeated."""
     for _ in range(60):
         manager.main.send_signal(signal.SIGUSR1)
         for _ in range(250):
             if autopilot.is_ours():
                 return
-            expect(manager.main.poll() is None, "the service waits for the word")
+            expect(manager.main.poll() is None, "the service keeps running until the order")
             time.sleep(0.02)
-    expect(False, "control is taken by the word")
+    expect(False, "SIGUSR1 takes control")
 
 
 def in_a_place_of_its_own(m100, lab, unit, environment, vehicle, table, flight):
@@ -174,7 +174,7 @@ def in_a_place_of_its_own(m100, lab, unit, environment, vehicle, table, flight):
 def main():
     code = real_time.judge_in_real_time(lambda: in_a_place_of_its_own(*sys.argv[1:]))
     if code == 0:
-        print("the service: ready, alive, without authority when it starts again, ended by its watchdog")
+        print("the service: ready, sends its heartbeat, restarts without authority, is ended by its watchdog")
     return code
 
 

@@ -21,7 +21,7 @@ namespace m100::scenario {
 class RunDelays {
  public:
   using Waited_s = std::map<long, double>;  ///< by thread id
-  static constexpr long kDisk = 0;          ///< no thread's id: what waited for a disk
+  static constexpr long kDisk = 0;          ///< key for waits for a disk; no thread has this id
 
   /// As Linux counts it (the second number of /proc/ID/task/ID/schedstat); empty if it does not.
   static Waited_s now() {
@@ -46,11 +46,11 @@ class RunDelays {
   }
 
  private:
-  /// How long anything on this machine stood still for a disk (/proc/pressure/io, in microseconds): such a wait is not
-  /// among those of a thread that wants to run. Nothing where the kernel does not count it.
+  /// Adds the time for which any task of this machine waited for a disk (/proc/pressure/io, in microseconds). The
+  /// counts of runnable threads do not include such a wait. Adds nothing if the kernel does not count it.
   static void add_disk(Waited_s& waited) {
     const std::string pressure = text("/proc/pressure/io");
-    const std::size_t total = pressure.find("total=");  // the first line's: some task waited
+    const std::size_t total = pressure.find("total=");  // of the first line: at least one task waited
     if (total != std::string::npos) {
       waited[kDisk] = 1e-6 * std::strtod(pressure.c_str() + total + 6, nullptr);
     }
@@ -109,9 +109,8 @@ class StallMeter {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kLook{5};
-  static constexpr std::chrono::milliseconds kCount{
-      100};  ///< between two counts; short, because a program that ends takes its counts along
-  static constexpr std::size_t kWindow = 5;  ///< counts: telemetry is dead after 0.5 s (safety::Limits)
+  static constexpr std::chrono::milliseconds kCount{100};  ///< short: the counts of a program are lost when it ends
+  static constexpr std::size_t kWindow = 5;                ///< counts: telemetry is dead after 0.5 s (safety::Limits)
 
   void look(const std::stop_token& stop) {
     std::deque<RunDelays::Waited_s> counts{RunDelays::now()};

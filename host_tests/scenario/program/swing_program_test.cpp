@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An aircraft that swings by itself, with both programs in simulated time: what the operator reads, what stands in the
-// result and in the log, and how the flight goes on.
+// An aircraft with a limit cycle, with both programs in simulated time: the messages to the operator, the result, the
+// log, and the rest of the flight.
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/safety/ladder.h"
 #include "host_tests/scenario/program/world_fixture.h"
@@ -10,11 +10,11 @@ namespace {
 
 class Swinging : public WorldTest {
  protected:
-  /// A hover in the world of this plant file. @returns the exit code.
+  /// Hovers in the world of this plant file. @returns the exit code.
   int hover(const std::string& plant, const std::string& hold_s = "20") {
     return fly_in_world(plant, {"--hold", hold_s});
   }
-  /// Tick numbers with this sign in the log.
+  /// Number of ticks with this sign in the log.
   std::size_t ticks_with(safety::LadderSign sign) const {
     std::size_t count = 0;
     for (const auto& tick : companion::read_flight(log.string()).ticks) {
@@ -25,7 +25,7 @@ class Swinging : public WorldTest {
   std::string all_said() const { return text_of(said) + error(); }
 };
 
-// 40 % more gain and 100 ms more delay than the vehicle file knows.
+// 40 % more gain and 100 ms more delay than in the vehicle file.
 TEST_F(Swinging, IsSaidByNameAndFlownOnByTheCalmLaw) {
   RecordProperty("promise", "R17");
   ASSERT_EQ(hover("[axis.roll]\nscale_rad_per_count = 1.292e-3\ntransport_delay_s = 0.1104\n"
@@ -38,12 +38,12 @@ TEST_F(Swinging, IsSaidByNameAndFlownOnByTheCalmLaw) {
   ASSERT_TRUE(flown.contains("swinging")) << flown.dump(1);
   EXPECT_GT(flown["swinging"]["height_rad"].get<double>(), 0.1);
   EXPECT_NEAR(flown["swinging"]["frequency_hz"].get<double>(), 1.4, 0.6);
-  EXPECT_EQ(flown["ladder"].back()["cause"], "neutral_over") << "control went back because --hold was over";
+  EXPECT_EQ(flown["ladder"].back()["cause"], "neutral_over") << "control must go back because --hold was over";
   EXPECT_GT(ticks_with(safety::LadderSign::kSwings), 500U);
   EXPECT_EQ(ticks_with(safety::LadderSign::kSwingsOn), 0U);
 }
 
-// Under the calm law the aircraft becomes twice as strong and a fifth of a second later.
+// Under the calm law the aircraft gets twice the gain and 0.2 s more delay.
 TEST_F(Swinging, ThatGoesOnEndsTheFlightByName) {
   RecordProperty("promise", "R12");
   EXPECT_EQ(hover("[axis.roll]\nscale_rad_per_count = 1.292e-3\ntransport_delay_s = 0.1104\n"

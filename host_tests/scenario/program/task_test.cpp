@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Take-off and landing by the autopilot's own tasks, with both programs in simulated time: what leaves, what the
-// autopilot does, and who has the sticks behind it.
+// Take-off and landing by the autopilot's own tasks, with both programs in simulated time: the requests, the reactions
+// of the autopilot, and who has control afterwards.
 #include <cstdio>
 #include <limits>
 
@@ -34,7 +34,7 @@ class Tasks : public ProgramTest {
     }
     return line + " > " + said.string() + " 2> " + errors.string();
   }
-  /// @returns the exit code; events, result and said are written.
+  /// Flies. @returns the exit code; writes events, result and said.
   int fly(const std::vector<std::string>& options, const std::string& script = "", bool on_ground = true) {
     std::vector<std::string> more;
     if (on_ground) {
@@ -58,7 +58,7 @@ class Tasks : public ProgramTest {
     }
     return all;
   }
-  /// When the autopilot first noted it down, from a time on [s].
+  /// Time of the autopilot's first such event after `from_s` [s].
   double at(const std::string& name, const std::string& what = "did", double from_s = 0.0) const {
     for (const json& line : lines()) {
       if (line.value("name", "") == name && line["what"] == what && line["t_s"].get<double>() >= from_s) {
@@ -67,13 +67,13 @@ class Tasks : public ProgramTest {
     }
     return kNever_s;
   }
-  /// How often it was.
+  /// Number of such events.
   long times(const std::string& name, const std::string& what = "received") const {
     const std::vector<json> all = lines();
     return std::count_if(all.begin(), all.end(),
                          [&](const json& line) { return line.value("name", "") == name && line["what"] == what; });
   }
-  /// The truth's extremes of a coordinate between two times.
+  /// Extremes of a true coordinate between two times.
   std::pair<double, double> range(const std::string& key, double from_s, double to_s) const {
     std::pair<double, double> seen{kNever_s, -kNever_s};
     for (const json& line : lines()) {
@@ -94,14 +94,15 @@ TEST_F(Tasks, TakesOffFliesTheCourseLandsAndGivesControlBackOnTheGround) {
   const double down_s = at("landed");
   ASSERT_LT(off_s, kNever_s) << all();
   ASSERT_LT(down_s, kNever_s) << all();
-  EXPECT_EQ(range("z_m", 0.0, at("task_takeoff", "received")).second, 0.0) << "nothing lifts it before the order";
+  EXPECT_EQ(range("z_m", 0.0, at("task_takeoff", "received")).second, 0.0)
+      << "the aircraft left the ground before the order";
   const auto [low_m, high_m] = range("z_m", off_s + 2.0, off_s + 6.0);
-  EXPECT_NEAR(low_m, 1.2, 0.25) << "the course begins where the take-off ends";
+  EXPECT_NEAR(low_m, 1.2, 0.25) << "the course must begin where the take-off ends";
   EXPECT_NEAR(high_m, 1.2, 0.25);
   EXPECT_LT(range("x_m", 0.0, down_s).second, 0.5);
   EXPECT_LT(range("y_m", 0.0, down_s).second, 0.5);
   EXPECT_EQ(range("z_m", down_s + 0.2, kNever_s).second, 0.0);
-  EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0) << "seen by the flight status, 10 Hz, and R15";
+  EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0) << "limit: the flight status at 10 Hz, and R15";
   EXPECT_EQ(times("task_takeoff"), 1) << "asked once";
   EXPECT_EQ(times("task_land"), 1);
   EXPECT_EQ(flown()["took_off"], true);
@@ -110,7 +111,7 @@ TEST_F(Tasks, TakesOffFliesTheCourseLandsAndGivesControlBackOnTheGround) {
   EXPECT_EQ(run({"replay", log.string()}), 0) << error();
 }
 
-// Would catch a program that takes off because it has control, or because the aircraft stands on the ground.
+// Catches a program that takes off because it has control, or because the aircraft is on the ground.
 TEST_F(Tasks, NothingTakesOffWithoutTheWordForIt) {
   const auto autopilot = start_world({"--on-ground"});
   Process program(M100_PROGRAM,
@@ -135,10 +136,10 @@ TEST_F(Tasks, ThePilotsSwitchEndsATakeOffAtOnce) {
       << all();
   const double left_s = at("left_f");
   ASSERT_LT(left_s, kNever_s) << all();
-  EXPECT_LT(range("z_m", 0.0, left_s).second, 1.2) << "in the middle of it";
+  EXPECT_LT(range("z_m", 0.0, left_s).second, 1.2) << "the interrupt came after the take-off";
   EXPECT_LT(at("task_ended"), kNever_s);
   EXPECT_LE(at("transmitter_has_control", "did", left_s) - left_s, 0.1);
-  EXPECT_EQ(times("task_takeoff"), 1) << "and never again";
+  EXPECT_EQ(times("task_takeoff"), 1) << "the request was repeated";
   json last = lines().back();
   EXPECT_LE(last["latest_after_loss_s"], 0.04);
   EXPECT_EQ(flown()["took_off"], false);
@@ -166,18 +167,18 @@ TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
 TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks stuck\n"), 1) << all();
-  EXPECT_NE(all().find("take-off: the autopilot has accepted it and does not begin"), std::string::npos) << all();
+  EXPECT_NE(all().find("take-off: the autopilot accepted it but did not begin"), std::string::npos) << all();
   const double asked_s = at("task_takeoff", "received");
   EXPECT_LE(at("transmitter_has_control", "did", asked_s) - asked_s, 5.0 + 1.0);
   EXPECT_EQ(times("task_takeoff"), 1);
 }
 
-// Neither an answer nor a flight status: it waits a second, not the five seconds of a task that was accepted.
+// Without an answer and a flight status, the program waits one second, not the five seconds of an accepted task.
 TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   const std::string script = "0 tasks stuck\n0 lose_acks 1000 task\n";
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, script, false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot does not answer, and its flight status shows nothing of it"),
+  EXPECT_NE(all().find("landing: the autopilot does not answer, and its flight status does not show it"),
             std::string::npos)
       << all();
   const double asked_s = at("task_land", "received");
@@ -188,10 +189,10 @@ TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
 TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot does not come to its end"), std::string::npos) << all();
+  EXPECT_NE(all().find("landing: the autopilot did not finish it in time"), std::string::npos) << all();
   const double asked_s = at("task_land", "received");
   const double handed_s = at("transmitter_has_control", "did", asked_s) - asked_s;
-  EXPECT_GT(handed_s, 90.0) << "as long as a landing from any height of a room may last";
+  EXPECT_GT(handed_s, 90.0) << "limit: the longest landing from the height of a room";
   EXPECT_LE(handed_s, 90.0 + 1.0);
   EXPECT_EQ(times("task_land"), 1);
 }
@@ -199,12 +200,12 @@ TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
 TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "8 end_task\n", false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot has broken it off"), std::string::npos) << all();
-  EXPECT_LE(at("transmitter_has_control", "did", 8.0) - 8.0, 1.0 + 1.0 + 0.2) << "seen for 1 s, then R15";
-  EXPECT_GT(range("z_m", 0.0, kNever_s).first, 0.3) << "it hovers meanwhile";
+  EXPECT_NE(all().find("landing: the autopilot aborted it"), std::string::npos) << all();
+  EXPECT_LE(at("transmitter_has_control", "did", 8.0) - 8.0, 1.0 + 1.0 + 0.2) << "limit: seen for 1 s, then R15";
+  EXPECT_GT(range("z_m", 0.0, kNever_s).first, 0.3) << "the aircraft did not hover meanwhile";
 }
 
-// The task needs no pose: a landing that stopped where the pose is lost would leave the aircraft to a surprised pilot.
+// The task needs no pose: a landing that stopped when the pose is lost would hand the aircraft to an unprepared pilot.
 TEST_F(Tasks, ALandingGoesOnWithoutAPose) {
   RecordProperty("promise", "R15");
   (void)fly({"--take-control", "--land", "--hold", "2"}, "", false);
@@ -227,13 +228,13 @@ TEST_F(Tasks, ATakeOffWithoutAPoseBehindItGoesToThePilot) {
   const double off_s = at("taken_off");
   ASSERT_LT(off_s, kNever_s) << all();
   const double handed_s = at("transmitter_has_control", "did", off_s) - off_s;
-  EXPECT_GT(handed_s, 1.0) << "level waits for a pose";
-  EXPECT_LE(handed_s, 3.5) << "0.5 s until it is seen in the air, 1 s level, neutral, release";
+  EXPECT_GT(handed_s, 1.0) << "level must wait for a pose";
+  EXPECT_LE(handed_s, 3.5) << "limit: 0.5 s until the flight is noticed, 1 s level, neutral, release";
   EXPECT_NE(all().find("the transmitter has the aircraft"), std::string::npos) << all();
 }
 
-// Answers are lost on the line: the autopilot's flight status tells as well. One request is repeated with its own
-// number, so that the autopilot does it once.
+// Answers are lost on the line, but the autopilot's flight status shows the take-off, too. The request is repeated with
+// the same number, so that the autopilot executes it once.
 TEST_F(Tasks, ATakeOffWhoseAnswersAreLostIsFlownAllTheSame) {
   EXPECT_EQ(fly({"--take-control", "--take-off", "--land", "--hold", "2"}, "0 lose_acks 3 task\n"), 0) << all();
   EXPECT_EQ(times("task_takeoff"), 1);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""What both programs say about themselves and about wrong words: --version, an example in every --help, whose options
-there are, numbers and lists that are none, --json where something is reported, and one printable line where something is wrong.
+"""Checks the command lines of both programs: --version, an example with existing options in every --help, refusal of
+malformed numbers and lists, --json for every command that reports, and one printable line for every error.
 
 Usage: words_test.py M100 LAB VEHICLE TABLE FLIGHT. Prints one line per offence.
 """
@@ -42,13 +42,13 @@ def help_offences(name, program):
             continue
         unknown = {word.split("=")[0] for word in shlex.split(example[1]) if word.startswith("--")} - options
         if unknown:
-            yield f"{command} --help: its example has {unknown}, which it does not know"
+            yield f"{command} --help: the command does not know {unknown} of its example"
         if command not in NO_REPORT and "--json" not in options:
             yield f"{command}: reports something and has no --json"
 
 
 def one_line(program, words, says):
-    """Refused with one line without control characters that says so."""
+    """The command must be refused with one line, without control characters, that contains `says`."""
     code, out, err = run(program, *words)
     plain = all(c == "\n" or c.isprintable() for c in err)
     if code != 2 or err.count("\n") != 1 or not plain or says not in err:
@@ -63,7 +63,7 @@ def file_of(folder, name, text, mode=0o600):
 
 
 def escape_offences(m100, folder, vehicle, table):
-    """What comes from a file or a command line reaches no terminal as a control character."""
+    """Text from a file or a command line must not reach the terminal as a control character."""
     bad = "no\x1b[31mpe"
     spoilt = file_of(folder, "f.toml", '"a\\u001b[31mb" = 1\n')
     course = file_of(folder, "c.course", "st\x1bep 1\n")
@@ -89,7 +89,7 @@ def key_offences(programs, folder):
         yield from one_line(programs["m100-lab"], ["frames", "decode", empty, "--key-file", path], name + says)
     good_key = file_of(folder, "good.key", good + "\n")
     if run(programs["m100-lab"], "frames", "decode", empty, "--key-file", good_key)[0] != 0:
-        yield "a key alone in its file is refused"
+        yield "a file that holds only a key is refused"
     assert stat.S_IMODE(good_key.stat().st_mode) == 0o600
 
 
@@ -129,7 +129,7 @@ def option_offences(lab, m100, folder):
 
 
 def number_offences(program):
-    """Every option of every subcommand that takes a number refuses what is none, or another one than was meant."""
+    """Every numeric option of every subcommand refuses texts that are no number, or that could be misread."""
     odd = {"UINT": ["nan", "0x10", "010", "1e1", "99999999999999999999", "-1", "1.5"], "INT": ["0x10", "010", "1.5", "9" * 20],
            "FLOAT": ["nan", "inf", "-inf", "0x10", "1e400", " 5", "5s"]}
     for words in subcommands(program):
@@ -139,7 +139,7 @@ def number_offences(program):
 
 
 def list_offences(lab, folder):
-    """A list with an empty word in it: where a word was forgotten, or a shell did not know its variable."""
+    """A list with an empty word is refused: a word was forgotten, or a shell variable was not set."""
     log = file_of(folder, "e.csv", "t_s,rc_roll,roll\n" + "".join(f"{k / 100:.2f},1024,0\n" for k in range(600)))
     columns = file_of(folder, "e.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "roll"\n')
     world = file_of(folder, "v.toml", "# as measured\n")
@@ -166,11 +166,11 @@ def list_offences(lab, folder):
         code, out, _ = run(lab, *words)
         yield from one_line(lab, words, says)
         if out:
-            yield f"{words}: begins its work and then refuses (exit code {code}): {out[:60]!r}"
+            yield f"{words}: begins its work before it refuses (exit code {code}): {out[:60]!r}"
 
 
 def merge_offences(lab, folder):
-    """A part of a campaign with one value that is none names its file; a world's name reaches no terminal as an order."""
+    """A malformed value in a part of a campaign is refused with the file's name; a world's name is escaped."""
     world = file_of(folder, "wi\x1b[31mnd.toml", "# as measured\n")
     whole = folder / "whole.json"
     flown = ["campaign", world, "--flights", 1, "--tasks", "hover", "--json", whole]
@@ -179,7 +179,7 @@ def merge_offences(lab, folder):
         yield f"{flown}: exit code {code}, {out + err!r}"
     sound = json.loads(whole.read_text())
     if run(lab, "campaign", "--merge", whole)[0] != 0:
-        yield "m100-lab campaign --merge: refuses a whole one"
+        yield "m100-lab campaign --merge: refuses a complete campaign"
     flight = {"number", "world", "task", "seed", "stayed", "coasted", "released", "fence_breach", "oscillating",
               "worst_tilt_deg", "pose_rms_m", "tilt_rms_deg", "command_deg_s", "nees_sum", "nees_count", "at_s", "why"}
     places = [("flown", 0, key) for key in sorted(flight)]
@@ -200,8 +200,8 @@ def merge_offences(lab, folder):
 
 
 def json_file_offences(lab, folder):
-    """A result that is nested without end, has names without end, or a value of another kind is refused by its name, at
-    once: a library that copies what is nested ends on its stack, one that keeps the order of names looks through all."""
+    """A result that is nested too deep, has too many names, or has a value of a wrong type is refused at once, with its
+    name: copying deep nesting would overflow the stack, and a lookup in ordered names takes linear time."""
     page = file_of(folder, "p.html", "<html><body><h1>x</h1></body></html>")
     log = file_of(folder, "f.csv", "t_s,rc_roll,roll\n" + "".join(f"{k / 100:.2f},1024,0\n" for k in range(600)))
     columns = file_of(folder, "f.toml", 'time = "t_s"\n[signals]\nstick_roll = "rc_roll"\nattitude_roll = "roll"\n')
@@ -219,16 +219,16 @@ def json_file_offences(lab, folder):
             yield from one_line(lab, words, "spoilt.json")
     for option, text in kinds.items():
         spoilt = file_of(folder, "spoilt.json", text)
-        yield from one_line(lab, ["report", page, "--out", folder / "o.html", option, spoilt], "spoilt.json: is no result")
+        yield from one_line(lab, ["report", page, "--out", folder / "o.html", option, spoilt], "spoilt.json: is not a result")
     for text in ('{"axis":"roll","forecast":[{"effect":1}]}', '{"axis":"roll","forecast":[{"enough":null}]}',
                  '{"axis":[],"forecast":[]}', '{"axis":"roll","forecast":[1]}'):
         spoilt = file_of(folder, "spoilt.json", text)
         yield from one_line(lab, ["identify", "--log", log, "--columns", columns, "--axis", "roll", "--declare", "first_order",
-                                  "--split", "alternate:3", "--forecast", spoilt], "spoilt.json: is no forecast")
+                                  "--split", "alternate:3", "--forecast", spoilt], "spoilt.json: is not a forecast")
 
 
 def json_offences(m100, folder, vehicle, table, flight):
-    """Of what did not report as JSON before; the log that replay needs is of another test."""
+    """The JSON report of m100 check; results_test.py tests that of replay, which needs a log."""
     answer = folder / "check.json"
     code, out, err = run(m100, "check", "--vehicle", vehicle, "--gains", table, "--flight", flight, "--json", answer)
     read = json.loads(answer.read_text()) if code == 0 else {}

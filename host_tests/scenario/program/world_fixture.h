@@ -10,8 +10,8 @@ struct WorldTest : ProgramTest {
   const fs::path world = folder / "world";
   const fs::path said = folder / "said.txt";
 
-  /// Flies once. @param plant text of a plant file. @returns the exit code of `m100 fly`; what it said, its errors, the
-  /// result and the log are in their files.
+  /// Flies once. @param plant text of a plant file. @returns the exit code of `m100 fly`; its output, errors, result
+  /// and log are in their files.
   int fly_in_world(const std::string& plant, const std::vector<std::string>& of_flight,
                    const std::vector<std::string>& of_autopilot = {}) {
     std::ofstream(folder / "plant.toml", std::ios::trunc) << "# Differences from the measured plant.\n" << plant;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 doctor at the pose's port: a key that is missing, poses that come over the bridge, axes that are wrong; and the
-// live values of a flight.
+// m100 doctor at the pose port: a missing key, poses over the bridge, wrong axes; and the live values of a flight.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -35,7 +34,7 @@ struct Doctor : scenario::ProgramTest {
     room.reset();
     ProgramTest::TearDown();
   }
-  /// The checks of the last run by name: "bad: what was found".
+  /// Result of a check of the last run: "good: ..." or "bad: ...".
   std::string check(const std::string& name) const {
     const json all = json::parse(std::ifstream(result));
     for (const json& one : all["checks"]) {
@@ -48,7 +47,7 @@ struct Doctor : scenario::ProgramTest {
   void examine(const std::vector<std::string>& more) {
     std::vector<std::string> words{"doctor", "--folder", folder.string(), "--json", result.string()};
     words.insert(words.end(), more.begin(), more.end());
-    (void)run(words);  // what else is wrong with this machine does not matter here
+    (void)run(words);  // other findings on this machine do not matter here
   }
 };
 
@@ -71,11 +70,11 @@ TEST_F(Doctor, RefusesAMessageThatDoesNotFitItsLine) {
   examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95"});
   EXPECT_EQ(check("pose line").substr(0, 4), "good");
   examine({"--pose-message", "ATT_POS_MOCAP", "--pose-baud", "57600", "--pose-rate", "95", "--mavlink-key", key});
-  EXPECT_EQ(check("pose line").substr(0, 4), "bad:") << "a signature takes 13 bytes more: " << check("pose line");
+  EXPECT_EQ(check("pose line").substr(0, 4), "bad:") << "a signature adds 13 bytes: " << check("pose line");
 }
 
-// The bridge and m100 live in the machine's time; how many poses came in two seconds is not judged, and the two seconds
-// begin when the bridge hears.
+// The bridge and m100 run in real time. The number of poses in two seconds is not judged, and the two seconds begin
+// when the bridge listens.
 TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
   const Socket source;
   const std::uint16_t listens = Socket().port();
@@ -88,7 +87,7 @@ TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
       {}, pipe[1]);
   ::close(pipe[1]);
   char first = 0;
-  ASSERT_EQ(::read(pipe[0], &first, 1), 1) << "the bridge ended before it heard";  // its first line, once it listens
+  ASSERT_EQ(::read(pipe[0], &first, 1), 1) << "the bridge ended before it listened";  // its first line: it listens
   std::atomic<bool> over{false};
   std::thread sends([&] {
     for (int i = 0; !over; ++i) {
@@ -121,10 +120,10 @@ TEST_F(Doctor, TheBridgeSaysWhatIsWrong) {
   const std::uint16_t free = Socket().port();
   EXPECT_EQ(run_lab({"bridge", "--mavlink-key", key, "--listen", "udp:" + std::to_string(free), "--duration", "0.2"}),
             1)
-      << "not one pose came";
+      << "no pose arrived";
 }
 
-/// The pilot moves the sticks, instead of hands; the pose's axes are changed on their way.
+/// The pilot's sticks move the aircraft instead of a person's hands; the pose's axes are changed on the way.
 struct Frames : Doctor {
   std::string script() const {
     const std::filesystem::path path = folder / "hands.txt";
@@ -156,8 +155,8 @@ TEST_F(Frames, RightAxesAreRight) {
   for (const char* const name : {"heading", "position x", "position y", "position z"}) {
     EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
   }
-  EXPECT_NE(check("roll").find("the pose does not tell it"), std::string::npos)
-      << "the emulator tells the heading alone";
+  EXPECT_NE(check("roll").find("the pose does not show this motion"), std::string::npos)
+      << "the emulator sends only the heading";
 }
 
 TEST_F(Frames, AReversedAxisIsNamed) {
@@ -173,7 +172,7 @@ TEST_F(Doctor, FramesNeedsBothPorts) {
   EXPECT_NE(error().find("--frames: needs --port and --pose-port"), std::string::npos) << error();
 }
 
-// Live values of a flight, as PlotJuggler would read them.
+// The live values of a flight, read as PlotJuggler would do.
 TEST_F(Doctor, AFlightIsShownWhileItFlies) {
   const Socket plot;
   room->start_autopilot(events);
@@ -182,7 +181,7 @@ TEST_F(Doctor, AFlightIsShownWhileItFlies) {
                              "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
   double last_s = -1.0;
   int in_control = 0, states = 0;
-  // Read while it flies: what waits for a reader is lost where a socket holds no more.
+  // Reads during the flight, because a full socket drops packets.
   const auto read = [&] {
     while (const std::optional<Packet> packet = plot.receive()) {
       const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
@@ -196,7 +195,7 @@ TEST_F(Doctor, AFlightIsShownWhileItFlies) {
   ASSERT_TRUE(room->start(words, errors)) << error();
   ASSERT_EQ(room->run_to_end(60.0), 0) << error();
   read();
-  EXPECT_GT(states, 10) << "what a busy machine has no room for is not shown";
+  EXPECT_GT(states, 10) << "a busy machine may drop some, but not most";
   EXPECT_GT(in_control, 0);
   EXPECT_GT(last_s, 5.0);
 }

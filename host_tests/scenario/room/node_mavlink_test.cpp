@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An independent implementation of MAVLink flies m100: poses at 100 Hz, a square by goals, the state read back, over
-// UDP, signed, with 5 % of the packets lost, doubled and reordered. It lives where M100_NODE_MAVLINK names a folder of
-// node modules with node-mavlink in it; elsewhere the test is skipped by name.
+// An independent implementation of MAVLink controls m100: poses at 100 Hz, a square by goals, the state read back, over
+// UDP, signed, with 5 % of the packets lost, doubled and reordered. Needs M100_NODE_MAVLINK, a folder of node modules
+// with node-mavlink; without it the test is skipped with a message.
 #include <spawn.h>
 #include <unistd.h>
 
@@ -18,7 +18,7 @@ namespace {
 
 using scenario::json;
 
-/// node_room.js: a line there, a line back.
+/// Runs node_room.js: each line gets one line as an answer.
 class NodeRoom {
  public:
   NodeRoom(const std::string& modules, const std::string& port, const std::string& key) {
@@ -88,11 +88,11 @@ std::string numbers(std::initializer_list<double> values) {
 
 struct NodeMavlink : scenario::ProgramTest {};
 
-// Deviation: longer than a function may be; it is one flight, told in its order.
+// Deviation: longer than a function may be, because it is one flight in its order.
 TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
   const char* const modules = std::getenv("M100_NODE_MAVLINK");
   if (modules == nullptr) {
-    GTEST_SKIP() << "M100_NODE_MAVLINK names no folder with node-mavlink";
+    GTEST_SKIP() << "M100_NODE_MAVLINK does not name a folder with node-mavlink";
   }
   signal(SIGPIPE, SIG_IGN);
   Room room(folder, 3);
@@ -108,7 +108,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
                  numbers({truth[0], truth[1], truth[2], static_cast<double>(seen.q[0]), static_cast<double>(seen.q[1]),
                           static_cast<double>(seen.q[2]), static_cast<double>(seen.q[3])})),
         "ok");
-    mavlink::AttPosMocap lie = seen;  // somebody without the key
+    mavlink::AttPosMocap lie = seen;  // from a sender without the key
     lie.x += 3.F;
     room.send_as_stranger(mavlink::encode(lie, Room::kSender, 0).bytes());
   };
@@ -117,7 +117,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
   const auto hears = [&](const std::function<bool(const json&)>& condition) {
     for (int round = 0; round < 2000; ++round) {
       (void)room.run_until([] { return false; }, 0.1);
-      usleep(5000);  // m100 speaks from a thread that lives in the machine's time
+      usleep(5000);  // m100 sends from a thread that runs in real time
       if (condition(node.state())) {
         return true;
       }
@@ -146,7 +146,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     EXPECT_NEAR(read[1].get<double>(), corner[1], 0.25);
     EXPECT_NEAR(read[2].get<double>(), corner[2], 0.25);
   }
-  // The same square as a mission, and a parameter read.
+  // The same square as a mission, and reading a parameter.
   int rounds = 0;
   ASSERT_TRUE(hears([&](const json& state) {
     if (state["carriedOver"].is_null() && rounds++ % 50 == 0) {
@@ -174,7 +174,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     return state["parameters"].contains("MASS_KG");
   }));
   const json state = node.state();
-  EXPECT_EQ(state["wrong"], 0) << "what m100 says is signed with the key";
+  EXPECT_EQ(state["wrong"], 0) << "frames of m100 are not signed with the key";
   EXPECT_NE(state["text"].get<std::string>().find("ladder: silent to nominal"), std::string::npos) << state["text"];
   for (int tries = 0; tries < 30 && !room.ended(); ++tries) {
     (void)node.ask("order 92 0");
@@ -184,7 +184,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
   const json counts = json::parse(std::ifstream(result))["pose_link"]["signatures"];
   EXPECT_GT(counts["accepted"], 3000);
   EXPECT_GT(counts["unsigned"], 3000);
-  EXPECT_GT(counts["replayed"], 100) << "doubled and overtaken";
+  EXPECT_GT(counts["replayed"], 100) << "doubled and overtaken packets";
   EXPECT_EQ(counts["wrong"], 0);
 }
 

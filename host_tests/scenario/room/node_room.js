@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A room in another implementation of MAVLink (node-mavlink), driven line by line by node_mavlink_test.cpp so that it lives
-// in the test's time. Usage: node node_room.js NODE_MODULES PORT KEY_HEX FIRST_UNIX_MS
+// A room that uses another implementation of MAVLink (node-mavlink). node_mavlink_test.cpp controls it line by line, so
+// that it runs in the test's time. Usage: node node_room.js NODE_MODULES PORT KEY_HEX FIRST_UNIX_MS
 //   pose US X Y Z QW QX QY QZ   signs and sends ATT_POS_MOCAP through a network that loses, doubles and reorders
-//   goal X Y Z                  SET_POSITION_TARGET_LOCAL_NED, only the position counts
-//   order COMMAND PARAM1        COMMAND_LONG
-//   mission RADIUS X Y Z ...    MISSION_COUNT; the items follow as they are asked for
-//   parameters                  PARAM_REQUEST_LIST
-//   time MS                     simulated time has come so far
-//   state                       what was read, as one line of JSON
-// Each line is answered by one: "ok", or the JSON.
+//   packets goal X Y Z                  sends SET_POSITION_TARGET_LOCAL_NED with only the position in use
+//   order COMMAND PARAM1        sends COMMAND_LONG
+//   mission RADIUS X Y Z ...    sends MISSION_COUNT; the items follow on request
+//   parameters                  sends PARAM_REQUEST_LIST
+//   time MS                     sets the simulated time
+//   state                       prints what was received, as one line of JSON
+// Every line gets one line as an answer: "ok", or the JSON.
 'use strict';
 const [folder, port, keyHex, firstMs] = process.argv.slice(2);
 const { createRequire } = require('module');
@@ -31,7 +31,7 @@ let timeMs = Number(firstMs);
 let lastMs = timeMs;
 let held = null;
 let seed = 12345;
-function chance() {  // a generator of its own: the same flight each time
+function chance() {  // its own random generator, so that each flight is the same
   seed = (Math.imul(seed, 1103515245) + 12345) & 0x7fffffff;
   return seed / 0x7fffffff;
 }
@@ -85,7 +85,7 @@ function transmit(packet, done) {
   socket.send(packet, Number(port), '127.0.0.1', () => done());
 }
 function send(message, done) {
-  lastMs = Math.max(lastMs + 1, Math.floor(timeMs));  // a signature's time must rise
+  lastMs = Math.max(lastMs + 1, Math.floor(timeMs));  // the time stamp of a signature must increase
   const packet = protocol.sign(protocol.serialize(message, number++ & 255), 3, key, lastMs);
   if (chance() < 0.05) {
     return done();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Take-off and landing by signed orders of the room, and the numbers that it may read and not write.
+// Take-off and landing by signed orders of the room, and parameters that it may read but not write.
 #include "host_tests/scenario/room/room_flight.h"
 
 namespace m100::room {
@@ -9,7 +9,7 @@ using scenario::json;
 
 using RoomOrdersFlight = RoomFlight;
 
-/// An order to nobody in particular, by somebody without the key.
+/// Sends an unsigned broadcast command, from a sender without the key.
 void send_unsigned(Room& room, std::uint16_t command) {
   room.send_as_stranger(
       mavlink::encode(mavlink::CommandLong{.param1 = 1.F, .command = command}, Room::kSender, room.frames).bytes());
@@ -24,11 +24,11 @@ TEST_F(RoomOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
     (void)room->run_until([] { return false; }, 0.05);
   }
   ASSERT_TRUE(orders(kGuidedEnable, 1.F));
-  EXPECT_EQ(answers[kGuidedEnable], 1) << "to engage is no word for a take-off";
+  EXPECT_EQ(answers[kGuidedEnable], 1) << "the order to engage must not cause a take-off";
   ASSERT_TRUE(orders(kTakeOff, 0.F, 5.F));
-  EXPECT_EQ(answers[kTakeOff], 2) << "it has a height of its own";
+  EXPECT_EQ(answers[kTakeOff], 2) << "the autopilot's take-off has a fixed height";
   ASSERT_TRUE(orders(kLand, 0.F));
-  EXPECT_EQ(answers[kLand], 1) << "it does not fly";
+  EXPECT_EQ(answers[kLand], 1) << "the aircraft does not fly yet";
   EXPECT_EQ(noted("obtain_control"), 0U);
   EXPECT_NEAR(truth.z, 0.0, 0.02);
 
@@ -48,7 +48,7 @@ TEST_F(RoomOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
   const json flown = json::parse(std::ifstream(result));
   EXPECT_EQ(flown["landed"], true);
   EXPECT_EQ(flown["released"], true);
-  EXPECT_EQ(run({"replay", log.string()}), 0) << "orders and all: " << error();
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with orders does not replay: " << error();
 }
 
 TEST_F(RoomOrdersFlight, ParametersAreReadByWhoHasTheKey) {
@@ -61,8 +61,9 @@ TEST_F(RoomOrdersFlight, ParametersAreReadByWhoHasTheKey) {
     }
     return parameters.count("FENCE_X_LOW_M") > 0 && parameters.count("TILT_LIMIT_RAD") > 0;
   })) << parameters.size();
-  EXPECT_NEAR(parameters["FENCE_X_HIGH_M"] - parameters["FENCE_X_LOW_M"], 10.0, 1e-4) << "of the flight file";
-  // A wish to change one is answered with the value as it stays, and said.
+  EXPECT_NEAR(parameters["FENCE_X_HIGH_M"] - parameters["FENCE_X_LOW_M"], 10.0, 1e-4)
+      << "size of the fence in the flight file";
+  // An attempt to write a parameter is answered with the unchanged value, and reported.
   mavlink::ParamSet wish{.param_value = 99.F, .target_system = 1, .param_id = {'M', 'A', 'S', 'S', '_', 'K', 'G'}};
   const float mass_kg = parameters["MASS_KG"];
   parameters.clear();

@@ -13,7 +13,7 @@ namespace m100::room {
 namespace {
 
 enum End : sim::LockstepHost::End { kClient, kAutopilot, kPose };
-constexpr double kStart_s = 60.0;  // of real time, for a program to start on a busy machine
+constexpr double kStart_s = 60.0;  // real time for a program to start on a busy machine
 
 sockaddr_in loopback(std::uint16_t port) {
   sockaddr_in address{};
@@ -23,8 +23,7 @@ sockaddr_in loopback(std::uint16_t port) {
   return address;
 }
 
-/// An hour ahead of this machine's calendar: whether a stamp is new must not depend on how long a program takes to
-/// start.
+/// An hour ahead of this machine's clock, so that the time a program takes to start cannot make a stamp too old.
 mavlink::SignatureTime first_stamp() {
   constexpr std::int64_t kHour_s = 3600;
   return static_cast<mavlink::SignatureTime>(::time(nullptr) + kHour_s - mavlink::kSignatureEpoch_s) *
@@ -111,7 +110,7 @@ bool Room::start(const std::vector<std::string>& words, const std::filesystem::p
 }
 
 mavlink::SignatureTime Room::stamp() {
-  const auto at = mavlink::SignatureTime(1);  // two frames of one moment differ by one
+  const auto at = mavlink::SignatureTime(1);  // two frames of the same time differ by one
   last_stamp_ += at;
   return last_stamp_;
 }
@@ -194,7 +193,7 @@ bool Room::run_until(const std::function<bool()>& condition, double at_most_s) {
 
 std::optional<int> Room::run_to_end(double at_most_s) {
   (void)run_until([] { return false; }, at_most_s);
-  if (!ending_) {  // it may have left simulated time, and need a moment of the machine's to be gone
+  if (!ending_) {  // it may have left simulated time, but not yet have ended in real time
     if (const int code = program_->wait(std::chrono::seconds(60)); program_->id() < 0) {
       ending_ = code;
     }

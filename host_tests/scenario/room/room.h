@@ -23,7 +23,7 @@ namespace m100::room {
 
 using Packet = std::vector<std::byte>;
 
-/// A UDP socket of this machine's loopback.
+/// A UDP socket on the loopback interface.
 class Socket {
  public:
   Socket();
@@ -32,7 +32,7 @@ class Socket {
   Socket& operator=(const Socket&) = delete;
   std::uint16_t port() const { return port_; }
   void send(std::uint16_t to, std::span<const std::byte> packet) const;
-  /// The next packet; nothing: none waits.
+  /// @returns the next packet; empty if none is waiting.
   std::optional<Packet> receive() const;
 
  private:
@@ -40,29 +40,29 @@ class Socket {
   std::uint16_t port_ = 0;
 };
 
-/// What the network does to packets, and what came of that.
+/// The faults of the network, and the resulting counts.
 struct Network {
   double lost = 0.0;     ///< share of the packets
-  double doubled = 0.0;  ///< share that comes twice
-  double swapped = 0.0;  ///< share that comes after the one behind it
+  double doubled = 0.0;  ///< share that arrives twice
+  double swapped = 0.0;  ///< share that arrives after the next packet
   std::uint64_t given = 0;
-  std::uint64_t newer = 0;      ///< came with a stamp that was newer than all before
-  std::uint64_t not_newer = 0;  ///< doubled, or overtaken
+  std::uint64_t newer = 0;      ///< packets that arrived with a stamp newer than all before
+  std::uint64_t not_newer = 0;  ///< packets that arrived doubled or overtaken
 };
 
-/// A room with motion capture: `m100-lab autopilot` is the aircraft, its poses are signed here and sent to `m100` over
-/// UDP, through a network that loses, doubles and reorders. All live in simulated time: the same seed gives the same
-/// flight, and nothing depends on how busy the machine is.
+/// A room with motion capture. `m100-lab autopilot` is the aircraft; the room signs its poses and sends them to `m100`
+/// over UDP, through a network that loses, doubles and reorders packets. All programs run in simulated time: the same
+/// seed gives the same flight, and nothing depends on the load of the machine.
 class Room {
  public:
   Room(std::filesystem::path folder, std::uint64_t seed);
 
   void start_autopilot(const std::filesystem::path& events, const std::vector<std::string>& more = {});
-  /// Starts m100 and waits until it takes part in time. @returns false: it has ended.
+  /// Starts m100 and waits until it takes part in simulated time. @returns false if it has ended.
   bool start(const std::vector<std::string>& words, const std::filesystem::path& errors);
-  /// One step of time: bytes of the autopilot's line, poses, packets.
+  /// Advances by one time step: bytes of the autopilot's line, poses, packets.
   void step();
-  /// @returns the exit code of m100; nothing: it still runs after so much simulated time.
+  /// @returns the exit code of m100; empty if it still runs after this simulated time.
   std::optional<int> run_to_end(double at_most_s);
   bool run_until(const std::function<bool()>& condition, double at_most_s);
   double now_s() const { return core::seconds<double>(host_.now().time_since_epoch()); }
@@ -72,9 +72,9 @@ class Room {
   std::string port() const { return "sim:" + (folder_ / "port").string(); }
   std::string pose_port() const { return "udp:" + std::to_string(m100_port_); }
 
-  /// Signs and sends through the network. @returns the packet.
+  /// Signs a frame and sends it through the network. @returns the packet.
   Packet send(mavlink::Frame frame);
-  /// Sends as it is, past the network's mischief, from somebody else's socket.
+  /// Sends a packet unchanged, without the network's faults, from another socket.
   void send_as_stranger(std::span<const std::byte> packet) const { stranger_.send(m100_port_, packet); }
   mavlink::SignatureTime stamp();
 
@@ -91,10 +91,10 @@ class Room {
 
   Network network;
   bool sends_poses = true;
-  std::function<void(const mavlink::AttPosMocap&)> on_pose{};  ///< sees each true pose
-  std::function<void(const mavlink::FrameView&)> on_frame{};   ///< sees each frame that m100 sends
+  std::function<void(const mavlink::AttPosMocap&)> on_pose{};  ///< called with each true pose
+  std::function<void(const mavlink::FrameView&)> on_frame{};   ///< called with each frame of m100
   std::uint64_t wrongly_signed = 0;                            ///< frames of m100 that are not signed with the key
-  std::vector<Packet> recorded{};                              ///< all that was signed
+  std::vector<Packet> recorded{};                              ///< all signed packets
   std::uint8_t frames = 0;                                     ///< number of our next frame
   const Socket& stranger() const { return stranger_; }
 

@@ -20,7 +20,7 @@ inline constexpr std::uint16_t kTakeOff = 22;
 inline constexpr std::uint16_t kGuidedEnable = 92;
 inline constexpr std::uint16_t kMissionStart = 300;
 inline constexpr std::uint16_t kOnlyPosition = 0b110111111000;
-/// Of a corner, when the aircraft has come to rest there.
+/// Largest distance from a corner when the aircraft has come to rest there.
 inline constexpr double kAtCorner_m = 0.25;
 
 struct Place {
@@ -38,14 +38,14 @@ inline mavlink::Frame goal_frame(const Place& place, std::uint8_t number) {
                          Room::kSender, number);
 }
 
-/// m100 flown by a room over a network that loses, doubles and reorders.
+/// m100 flown by a room over a network that loses, doubles and reorders packets.
 struct RoomFlight : scenario::ProgramTest {
   std::unique_ptr<Room> room;
   Place truth;
   mavlink::LocalPositionNed position;
   std::uint8_t base_mode = 0;
   std::uint64_t attitudes = 0, estimates = 0;
-  std::int8_t battery = -1;              // %; as the message carries it
+  std::int8_t battery = -1;              // %, as in the message
   std::map<std::uint16_t, int> answers;  ///< by command
   std::vector<mavlink::MissionItemInt> mission;
   std::optional<int> carried_over;  ///< the result of the mission's transfer
@@ -118,7 +118,7 @@ struct RoomFlight : scenario::ProgramTest {
                        .frame = 1,
                        .autocontinue = 1});
   }
-  /// Again and again, as packets are lost.
+  /// Transfers the mission; repeats, because packets are lost.
   bool carries_over() {
     carried_over.reset();
     int rounds = 0;
@@ -138,7 +138,7 @@ struct RoomFlight : scenario::ProgramTest {
     words.insert(words.end(), more.begin(), more.end());
     return room->start(words, errors);
   }
-  /// Until the room has heard it; what m100 says comes from a thread that lives in the machine's time.
+  /// Runs until the room has received what it waits for; m100 sends from a thread that runs in real time.
   bool hears(const std::function<bool()>& condition) {
     constexpr int kRounds = 3000;
     for (int round = 0; round < kRounds && !condition(); ++round) {
@@ -147,7 +147,7 @@ struct RoomFlight : scenario::ProgramTest {
     }
     return condition();
   }
-  /// Again and again, as packets are lost, until it is answered.
+  /// Sends a command until it is answered; repeats, because packets are lost.
   bool orders(std::uint16_t command, float param1, float param7 = 0.F) {
     answers.erase(command);
     return hears([&] {
@@ -161,7 +161,7 @@ struct RoomFlight : scenario::ProgramTest {
   }
   void flies_to(const Place& goal) {
     for (int second = 0; second < 12; ++second) {
-      (void)room->send(goal_frame(goal, room->frames++));  // a goal that is repeated is one goal
+      (void)room->send(goal_frame(goal, room->frames++));  // repeating a goal has no further effect
       (void)room->run_until([] { return false; }, 1.0);
     }
     EXPECT_LT(distance(truth, goal), kAtCorner_m) << "at " << truth.x << " " << truth.y << " " << truth.z;

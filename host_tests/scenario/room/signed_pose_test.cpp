@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// m100 with its pose over UDP: what is not signed with the key, or was sent before, moves nothing.
+// m100 with poses over UDP: poses that are not signed with the key, or are replayed, must have no effect.
 #include <sys/stat.h>
 
 #include <cmath>
@@ -43,7 +43,7 @@ struct SignedPose : scenario::ProgramTest {
   json reported() const { return json::parse(std::ifstream(result)); }
 };
 
-/// A pose far from the true one, from somebody who does not have the key.
+/// Sends poses far from the true one, without the key.
 struct Stranger {
   explicit Stranger(Room& of) : room(of) {
     room.on_pose = [this](const AttPosMocap& pose) { speak(pose); };
@@ -69,7 +69,7 @@ struct Stranger {
           ++replayed;
         }
         break;
-      case 6: {  // a good packet, changed on its way
+      case 6: {  // a valid packet, changed on the way
         if (!room.recorded.empty()) {
           Packet changed = room.recorded.back();
           changed[20] ^= std::byte{4};
@@ -86,7 +86,7 @@ struct Stranger {
   std::uint64_t replayed = 0;
 };
 
-// 5 % of the packets lost, doubled and overtaken, and somebody who lies about the pose all the time.
+// 5 % of the packets are lost, doubled and overtaken, and another sender permanently sends false poses.
 TEST_F(SignedPose, FliesThroughABadNetworkAndBelievesNobodyElse) {
   room->network.lost = room->network.doubled = room->network.swapped = 0.05;
   Stranger liar(*room);
@@ -101,10 +101,11 @@ TEST_F(SignedPose, FliesThroughABadNetworkAndBelievesNobodyElse) {
   ASSERT_EQ(code, 0) << error();
   const json flown = reported();
   EXPECT_TRUE(flown["obtained"]);
-  EXPECT_NEAR(flown["position_m"][0].get<double>(), 0.0, 0.5) << "it hovered, and did not follow the liar";
+  EXPECT_NEAR(flown["position_m"][0].get<double>(), 0.0, 0.5)
+      << "the aircraft must hover and not follow the false poses";
   const json counts = flown["pose_link"]["signatures"];
   EXPECT_GT(counts["accepted"], 800);
-  // All that came was read, but for what came after the last tick.
+  // Everything that arrived was read, except what arrived after the last tick.
   constexpr std::uint64_t kLastWords = 10;
   EXPECT_NEAR(counts["accepted"].get<double>(), static_cast<double>(room->network.newer), kLastWords);
   EXPECT_NEAR(counts["replayed"].get<double>(), static_cast<double>(room->network.not_newer + liar.replayed),
@@ -113,22 +114,23 @@ TEST_F(SignedPose, FliesThroughABadNetworkAndBelievesNobodyElse) {
   EXPECT_NEAR(counts["wrong"].get<double>(), static_cast<double>(liar.turn) / 8.0, kLastWords);
   EXPECT_EQ(counts["full_ticks"], 0);
   EXPECT_EQ(flown["pose_link"]["refused_senders"], 0);
-  EXPECT_GT(questions, 20U) << "what it asks comes to whom it believes";
+  EXPECT_GT(questions, 20U) << "too few time requests reached the true sender";
   EXPECT_EQ(room->wrongly_signed, 0U);
-  EXPECT_FALSE(room->stranger().receive()) << "and to nobody else";
-  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log is the flight, without the key: " << error();
+  EXPECT_FALSE(room->stranger().receive()) << "a time request went to another sender";
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the log does not replay without the key: " << error();
   EXPECT_EQ(scenario::text_of(log).find(Room::key_text()), std::string::npos);
 }
 
-// Would catch a program whose memory ends with it: what was recorded in one flight would be the pose of the next.
+// Catches a program that keeps the last time stamp only while it runs: a recording of one flight would be accepted as
+// the pose of the next one.
 TEST_F(SignedPose, WhatAnEarlierFlightAcceptedIsRefusedByTheNext) {
   room->start_autopilot(events);
   ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
   ASSERT_EQ(room->run_to_end(kStartAndFlight_s), 0) << error();
   ASSERT_GT(room->recorded.size(), 60U);
-  // What came after its last tick was never accepted, and is no replay.
+  // Packets after the last tick were never accepted, so they would not count as replayed.
   const std::vector<Packet> recorded(room->recorded.begin(), room->recorded.end() - 10);
-  // The sender is off, and somebody plays his flight again.
+  // The sender is off, and an attacker replays its flight.
   room->sends_poses = false;
   std::size_t next = 0;
   room->on_pose = [&](const AttPosMocap&) {
@@ -141,7 +143,7 @@ TEST_F(SignedPose, WhatAnEarlierFlightAcceptedIsRefusedByTheNext) {
   EXPECT_NE(error().find("no pose within 5 s"), std::string::npos) << error();
   EXPECT_NE(error().find("0 frames signed with the key"), std::string::npos) << error();
   EXPECT_EQ(error().find(" 0 sent before"), std::string::npos) << error();
-  // The true sender is heard at once: his stamps go on.
+  // The true sender is accepted at once, because its stamps continue.
   room->sends_poses = true;
   room->on_pose = {};
   ASSERT_TRUE(room->start(words("fly", {"--dry-run", "--hold", "1"}), errors)) << error();
@@ -166,7 +168,7 @@ TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
     line.insert(line.end(), {"--log", log.string()});
     EXPECT_EQ(run(line), 2);
     EXPECT_EQ(error(), "m100: --pose-port: " + room->pose_port() +
-                           ": what comes over a network must be signed; name the key with --mavlink-key\n");
+                           ": poses over a network must be signed; name the key with --mavlink-key\n");
   }
   const auto refused = [&](const std::string& pose_port, const std::string& with_key, const std::string& because) {
     EXPECT_EQ(run({"fly", "--port", room->port(), "--pose-port", pose_port, "--mavlink-key", with_key, "--vehicle",
@@ -179,8 +181,8 @@ TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
   refused("udp:0", key, "a UDP port is written udp:PORT");
   refused("udp:14550x", key, "a UDP port is written udp:PORT");
   EXPECT_EQ(run({"fly", "--dry-run", "--port", room->port(), "--mavlink-key", key}), 2);
-  EXPECT_NE(error().find("--mavlink-key: is of the pose port"), std::string::npos) << error();
-  // The autopilot's port is opened before the key is looked at.
+  EXPECT_NE(error().find("--mavlink-key: is the key of the pose port"), std::string::npos) << error();
+  // The autopilot's port is opened before the key is read.
   room->start_autopilot(events);
   key += "s";
   (void)room->start(words("fly", {"--dry-run"}), errors);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bridge as a client of a VRPN server: a stand-in that asks for nothing but what the protocol says.
+// The bridge as a client of a VRPN server, for which a stand-in answers that follows only the protocol.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -22,13 +22,13 @@ namespace {
 
 struct VrpnBridge : scenario::ProgramTest {};
 
-/// Waits for a request as text in `asks`, connects back over TCP. @returns the connection; -1: nobody asked.
+/// Waits for a text request on `asks`, then connects back over TCP. @returns the connection; -1 if no request came.
 int connection_to_who_asks(const Socket& asks) {
   for (int i = 0; i < 6000; ++i) {
     if (const std::optional<Packet> packet = asks.receive()) {
       const std::string text(reinterpret_cast<const char*>(packet->data()), packet->size());
       const std::size_t space = text.find(' ');
-      EXPECT_EQ(text.back(), '\0') << "the request ends with its zero";
+      EXPECT_EQ(text.back(), '\0') << "the request must end with a zero byte";
       sockaddr_in client{};
       client.sin_family = AF_INET;
       client.sin_port = htons(static_cast<std::uint16_t>(std::stoi(text.substr(space + 1))));
@@ -71,7 +71,7 @@ TEST_F(VrpnBridge, PosesOfATrackerArePassedOnSigned) {
       parser.consume(*packet, [&](const mavlink::FrameView& frame) {
         EXPECT_TRUE(is_signed_with(frame, Room::kKey));
         const auto seen = mavlink::decode<mavlink::AttPosMocap>(frame);
-        EXPECT_EQ(seen.x, 2.F) << "north is the room's y";
+        EXPECT_EQ(seen.x, 2.F) << "north must be the room's y";
         EXPECT_EQ(seen.y, 1.F);
         EXPECT_EQ(seen.z, -3.F);
         EXPECT_GT(seen.time_usec, last_us);
@@ -84,7 +84,7 @@ TEST_F(VrpnBridge, PosesOfATrackerArePassedOnSigned) {
   EXPECT_EQ(poses, 50);
   EXPECT_EQ(last_us, 100490000U);
   ::close(connection);
-  EXPECT_EQ(bridge.wait(scenario::kPatience), 0) << "the server has gone, and so has the bridge";
+  EXPECT_EQ(bridge.wait(scenario::kPatience), 0) << "the bridge must end after the server";
   EXPECT_EQ(scenario::json::parse(std::ifstream(counts))["sent"], 50);
 }
 

@@ -22,8 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPairs = 120;
 constexpr std::uint64_t kPairSeed = 20161114;
-// Faults that are flown in real time as well: one of each way in which time, ports and processes of the machine itself
-// take part.
+// Faults that are also flown in real time: one for each way in which real time, ports and processes matter.
 constexpr std::array kInRealTime{"wrong baud rate",
                                  "nothing reaches us",
                                  "nothing of ours arrives for 4 s",
@@ -88,7 +87,7 @@ Verdict fly_in(const Case& wanted, Places places, const std::string& folder) {
   }
 }
 
-/// Known not to hold yet: each of its violations stands in the list, "part of the case's name | part of the violation".
+/// Whether a failure is known: each of its violations matches a line "part of the case's name | part of the violation".
 bool is_open(const std::string& name, const Verdict& verdict, const std::vector<std::string>& open) {
   const auto is_listed = [&](const std::string& violation) {
     return std::any_of(open.begin(), open.end(), [&](const std::string& line) {
@@ -186,7 +185,7 @@ std::vector<Case> counted_battery() {
   return cases;
 }
 
-constexpr int kTriesAgain = 5;  // in the machine's own time, whose stalls end a flight as they must
+constexpr int kTriesAgain = 5;  // in real time, where a stall of the machine may end a flight rightly
 
 std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places, std::size_t jobs,
                             const std::vector<std::string>& open, std::ostream& out) {
@@ -197,8 +196,7 @@ std::vector<Result> fly_all(const std::vector<Case>& cases, const Places& places
     for (std::size_t i = next++; i < cases.size(); i = next++) {
       const std::string folder = places.folder + "/" + std::to_string(i);
       results[i] = {.flown = cases[i], .verdict = fly_in(cases[i], places, folder)};
-      // A flight that a busy machine ended before the fault says nothing: a case counts only if the program flew
-      // before.
+      // A case counts only if the program flew before the fault; a busy machine may have ended the flight earlier.
       for (int more = 0; more < kTriesAgain && cases[i].real_time && !results[i].verdict.counted; ++more) {
         fs::remove_all(folder);
         results[i].verdict = fly_in(cases[i], places, folder);

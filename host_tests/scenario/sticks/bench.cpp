@@ -14,7 +14,7 @@
 namespace m100::sticks {
 namespace {
 
-constexpr char kFolderMark = '%';  // in a word of the client: its folder
+constexpr char kFolderMark = '%';  // stands for the client's folder in its arguments
 constexpr const char* kKey = "00112233445566778899aabbccddeeff0123456789abcdef0123456789abcdef";
 constexpr const char* kFlightFile =
     "[fence]\nx_m = [-10.0, 10.0]\ny_m = [-10.0, 10.0]\nz_m = [0.3, 5.0]\n[wind]\nclass_m_s = 5.0\n";
@@ -102,7 +102,7 @@ void Bench::start_client() {
   }
   client_ = std::make_unique<Program>(client_words(), streams);
   if (!setup_.real_time) {
-    (void)cable_->wait_for(client_->id());  // a program that refuses its words never comes
+    (void)cable_->wait_for(client_->id());  // a program that refuses its arguments never takes part
   }
 }
 
@@ -132,7 +132,7 @@ void Bench::step() {
     if (planned_[i].when <= now()) {
       const std::function<void()> action = std::move(planned_[i].action);
       planned_.erase(planned_.begin() + static_cast<std::ptrdiff_t>(i));
-      action();  // may plan more
+      action();  // may plan further actions
     } else {
       ++i;
     }
@@ -158,7 +158,7 @@ void Bench::stop_client_at_the_signal(bool stopped) {
 }
 
 void Bench::let_client_end() {
-  constexpr int kWaits = 3000;  // of 10 ms
+  constexpr int kWaits = 3000;  // 10 ms each
   for (int wait = 0; wait < kWaits && client_->runs() && !cable_->takes_part(client_->id()); ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

@@ -21,11 +21,11 @@ struct Places {
   std::string lab;
   std::string vehicle;
   std::string gains;
-  std::string folder;  ///< of this case, empty
-  bool keep = false;   ///< what was written stays, however the case ended
+  std::string folder;  ///< of this case; must be empty
+  bool keep = false;   ///< keeps the files even if the case passed
 };
 
-/// How the two programs are started.
+/// Settings with which the two programs are started.
 struct Setup {
   bool movement = false;
   bool encrypted = false;
@@ -38,7 +38,7 @@ struct Setup {
   Program::Streams streams{};             ///< of m100
 };
 
-/// The installed programs, `m100 fly` and `m100-lab autopilot`, with the man in the middle on both lines between them.
+/// The installed programs, `m100 fly` and `m100-lab autopilot`, with a man in the middle on both lines.
 class Bench {
  public:
   Bench(Places places, Setup setup);
@@ -46,33 +46,33 @@ class Bench {
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
 
-  /// The autopilot is there and its time runs. @throws std::runtime_error
+  /// Starts the autopilot and waits until its time runs. @throws std::runtime_error
   void start_autopilot();
   void start_client();
-  /// One step: time, bytes, what was planned for now.
+  /// One step: time, bytes, and the actions planned for now.
   void step();
   core::TimePoint now() { return cable_->now(); }
-  /// The autopilot's own time, as its events have it.
+  /// The autopilot's own time, as in its events.
   double autopilot_s();
   void plan(core::Duration from_now, std::function<void()> action);
 
-  /// A line of the autopilot's script, now.
+  /// Executes a line of the autopilot's script now.
   void tell_autopilot(const std::string& line);
-  void stop_client_at_the_signal(bool stopped);  ///< SIGSTOP or SIGCONT, with its time
-  void send_to_keeper(int signal);               ///< the second process of m100 fly
-  /// Puts another autopilot at the client's port; to be plugged in by the caller.
+  void stop_client_at_the_signal(bool stopped);  ///< sends SIGSTOP or SIGCONT, also to its simulated time
+  void send_to_keeper(int signal);               ///< signals the second process of m100 fly
+  /// Puts another autopilot at the client's port; the caller plugs it in.
   void replace_autopilot() { other_.emplace(setup_.baud, now()); }
-  /// Empty: there is none.
+  /// @returns the other autopilot; empty if there is none.
   const std::optional<OtherAutopilot>& other() const { return other_; }
   Program& client() { return *client_; }
-  /// A process that ends has left simulated time a moment before it is gone; on a busy machine the moment is long.
+  /// Waits for the client's end: a process leaves simulated time before it is gone, on a busy machine long before.
   void let_client_end();
   Cable& cable() { return *cable_; }
   Events& events() { return events_; }
   const Setup& setup() const { return setup_; }
-  /// All that m100 has said.
+  /// All output of m100.
   std::string said() const;
-  /// The autopilot sums up and ends. @returns false: it did not.
+  /// Lets the autopilot write its summary and end. @returns false if it did not.
   bool finish();
 
   Tamper to_client;
@@ -97,7 +97,7 @@ class Bench {
   Events events_;
   std::optional<OtherAutopilot> other_;
   std::vector<Planned> planned_;
-  double behind_s_ = kNever_s;  ///< the autopilot's clock behind ours
+  double behind_s_ = kNever_s;  ///< by which the autopilot's clock lags ours
 };
 
 }  // namespace m100::sticks

@@ -9,7 +9,7 @@
 namespace m100::sticks {
 namespace {
 
-constexpr double kPatience_s = 30.0;  // of real time, for a program to start on a busy machine
+constexpr double kPatience_s = 30.0;  // real time for a program to start on a busy machine
 constexpr std::array kNames{"port", "pose", "n1", "n1_pose"};
 constexpr std::uint32_t kPoseBaud = 115200;
 
@@ -69,7 +69,7 @@ void RealCable::unplug(End end) { clients_[static_cast<std::size_t>(end) % 2].re
 void RealCable::plug_in(End end) { clients_[static_cast<std::size_t>(end) % 2].emplace(port_of(end)); }
 
 bool RealCable::wait_for(pid_t process) {
-  // The autopilot makes its links; the client needs no waiting: it says itself when it has come.
+  // Waits for the autopilot's links. The client needs no wait, because it reports itself that it has started.
   (void)process;
   for (double waited_s = 0.0; waited_s < kPatience_s; waited_s += 0.01) {
     if (std::filesystem::exists(port_of(End::kAutopilot)) && std::filesystem::exists(port_of(End::kAutopilotPose))) {

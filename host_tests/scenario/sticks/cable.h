@@ -19,11 +19,11 @@
 
 namespace m100::sticks {
 
-/// The four ends between which the man in the middle sits.
+/// The four line ends at the man in the middle.
 enum class End : std::size_t { kClient, kClientPose, kAutopilot, kAutopilotPose };
 inline constexpr std::size_t kEnds = 4;
 
-/// Two lines, each cut in the middle, and the time in which the programs at their ends live.
+/// Two lines, each cut in the middle, and the time of the programs at their ends.
 class Cable {
  public:
   Cable() = default;
@@ -31,25 +31,25 @@ class Cable {
   Cable(const Cable&) = delete;
   Cable& operator=(const Cable&) = delete;
 
-  /// What a program gives as its port.
+  /// The name that a program gives as its port.
   virtual std::string port_of(End end) const = 0;
   virtual std::vector<std::byte> take(End end) = 0;
   virtual void give(End end, std::span<const std::byte> bytes) = 0;
   virtual void unplug(End end) = 0;
   virtual void plug_in(End end) = 0;
   virtual core::TimePoint now() = 0;
-  /// Time goes on by a step.
+  /// Advances time by a step.
   virtual void advance() = 0;
-  /// Waits, at a standstill where time can stand still, until the process has come. @returns false: it did not.
+  /// Waits until the process takes part; simulated time stands still meanwhile. @returns false if it did not.
   virtual bool wait_for(pid_t process) = 0;
-  /// The process gets no time until it is resumed. Signals are the caller's.
+  /// Gives the process no time until it is resumed. The caller sends the signals.
   virtual void suspend(pid_t process) = 0;
   virtual void resume(pid_t process) = 0;
-  /// The process takes part in time: what it still does takes none of it afterwards, and only the machine's.
+  /// Whether the process takes part in simulated time. Afterwards its work takes only the machine's time.
   virtual bool takes_part(pid_t process) = 0;
 };
 
-/// Simulated ports: time goes as fast as the programs can.
+/// Simulated ports: time runs as fast as the programs can.
 class SimulatedCable final : public Cable {
  public:
   explicit SimulatedCable(const std::string& folder);
@@ -92,8 +92,8 @@ class RealCable final : public Cable {
 
   std::string folder_;
   hal::MonotonicClock clock_;
-  std::array<std::optional<sim::PtyUart>, 2> clients_;        ///< made by us, opened by m100
-  std::array<std::optional<hal::SerialPort>, 2> autopilots_;  ///< made by m100-lab, opened by us
+  std::array<std::optional<sim::PtyUart>, 2> clients_;        ///< created here, opened by m100
+  std::array<std::optional<hal::SerialPort>, 2> autopilots_;  ///< created by m100-lab, opened here
 };
 
 }  // namespace m100::sticks

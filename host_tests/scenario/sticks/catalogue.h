@@ -10,8 +10,8 @@
 
 namespace m100::sticks {
 
-/// Where the program is when the fault strikes. The rungs of the ladder are reached by taking the pose away: 60 ms
-/// later it coasts, at most 0.7 s later it levels, 1 s later it releases.
+/// The program's stage when the fault strikes. The rungs of the ladder are reached by taking the pose away: the program
+/// coasts 60 ms later, levels at most 0.7 s after that, and releases 1 s after that.
 enum class Stage : std::uint8_t { kStarting, kAsking, kFlying, kCoasting, kLevel, kRelease, kReleasing };
 inline constexpr std::size_t kStages = 7;
 inline constexpr std::array<std::string_view, kStages> kStageNames{"starting", "asking",  "flying",   "coast",
@@ -23,32 +23,32 @@ inline constexpr std::uint8_t kInFlight = bit(Stage::kFlying) | bit(Stage::kCoas
 enum class Group : std::uint8_t { kLine, kAuthority, kPort, kProcess, kPose };
 inline constexpr std::array<std::string_view, 5> kGroupNames{"line", "authority", "port", "process", "pose"};
 
-/// What the fault leaves of the line. What no byte of ours can reach, we cannot give back: then the operator is told.
+/// What the fault leaves of the line. If no byte of ours arrives, control cannot be given back; the operator is told.
 enum class Reach : std::uint8_t {
   kBoth,
   kDeaf,   ///< nothing intact reaches us
   kMute,   ///< nothing intact of ours reaches the autopilot, until the fault is healed
-  kTaken,  ///< somebody else holds control until the fault is healed: nobody can give it to the transmitter
+  kTaken,  ///< another device holds control until the fault is healed, and nobody can give it to the transmitter
   kLate,   ///< everything arrives, but so late that no time limit can hold
 };
 
-/// One way for something to go wrong.
+/// One fault of the battery.
 struct Fault {
   std::string_view name;
   Group group;
   void (*strike)(Bench& bench);
   std::uint8_t stages = kAnyStage;
-  /// The transmitter has control so soon after the strike; 0: the flight may go on.
+  /// Limit from the strike until the transmitter has control; 0: the flight may continue.
   double within_s = 0.0;
   Reach reach = Reach::kBoth;
   double heals_after_s = 0.0;  ///< 0: never
   void (*heal)(Bench& bench) = nullptr;
   void (*prepare)(Setup& setup) = nullptr;  ///< before the programs are started
-  bool flies_on = false;                    ///< and the flight must go on: the fault is none of its business
-  bool needs_mount = false;                 ///< left out where can_mount() says no
-  bool ends_program = false;                ///< by itself: no exit code is asked for, and no life after it
-  bool ends_alone = false;                  ///< and it must: without the operator's stop, with exit code 1
-  bool takes_guard = false;  ///< the second process is gone: with a death of the first that would be two deaths
+  bool flies_on = false;                    ///< the flight must continue
+  bool needs_mount = false;                 ///< left out if can_mount() is false
+  bool ends_program = false;  ///< the program ends by itself; its exit code and the time after it are not judged
+  bool ends_alone = false;    ///< the program must end without the operator's stop, with exit code 1
+  bool takes_guard = false;   ///< ends the second process, so a death of the first would be a double fault
 };
 
 // What R15 allows. The ladder from a lost pose: 60 ms to coast, 0.7 s to level, 1 s to release, 1.0 s for the
@@ -59,12 +59,12 @@ inline constexpr double kSilentLink_s =
 inline constexpr double kChange_s = 1.0;  // R15: stop, authority or Virtual RC changing without us
 inline constexpr double kDeath_s = 1.5;   // R15: death or hang
 
-/// Every fault of the battery. One row is one fault at all its stages.
+/// All faults of the battery; each row is one fault at all its stages.
 std::span<const Fault> catalogue();
 
-// Its parts.
+// Parts of the catalogue.
 std::span<const Fault> line_faults();
-std::span<const Fault> authority_faults();  ///< and those of the port
+std::span<const Fault> authority_faults();  ///< faults of authority and of the port
 std::span<const Fault> process_faults();
 std::span<const Fault> pose_faults();
 

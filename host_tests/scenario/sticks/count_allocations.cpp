@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// R1 on the program that ships: linked into m100 beside the same objects, with malloc and poll wrapped by the linker,
-// this counts what the thread that flies allocates between the end of its first tick and the end of its last. Every
-// tick ends by a look at the standard input. At its end the program says the sum on standard error. With M100_NO_HEAP
-// set, for tests that look at what it says and how it ends, it says nothing, and a sum that is not zero ends it
-// with 99.
+// R1 on the shipped program: linked into m100 with the same objects, and with malloc and poll wrapped by the linker,
+// this file counts the allocations of the flying thread from the end of its first tick to the end of its last one. A
+// tick ends when it polls standard input. At its end the program prints the sum on standard error. With M100_NO_HEAP
+// set, for tests that check output and exit code, it prints nothing and ends with exit code 99 if the sum is not zero.
 #include <poll.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -15,7 +14,7 @@
 
 namespace {
 
-std::atomic<unsigned long> allocations{0};  // of the main thread; another thread may ask for it at the end
+std::atomic<unsigned long> allocations{0};  // of the main thread; atomic, because another thread may read it at the end
 unsigned long at_first_tick = 0;
 unsigned long at_last_tick = 0;
 unsigned long ticks = 0;
@@ -25,7 +24,7 @@ void count() {
   if (is_main_thread()) {
     ++allocations;
     if (ticks > 0 && std::getenv("M100_STOP_AT_ALLOCATION") != nullptr) {
-      std::abort();  // to look at it with a debugger
+      std::abort();  // for a debugger
     }
   }
 }

@@ -18,7 +18,7 @@ struct Event {
   double value = 0.0;
 };
 
-/// Reads the autopilot's events while they are written. All that is known about who has control comes from here.
+/// Reads the autopilot's events while they are written. The only source for who has control.
 class Events {
  public:
   explicit Events(std::string path) : path_(std::move(path)) {}
@@ -26,25 +26,25 @@ class Events {
   Events(const Events&) = delete;
   Events& operator=(const Events&) = delete;
 
-  /// Takes the lines that were written since. @returns true: there were some.
+  /// Reads the new lines. @returns true if there were some.
   bool poll();
 
   const std::vector<Event>& all() const { return events_; }
-  /// The last line; null until it has come.
+  /// The summary, which is the last line; null until it is written.
   const nlohmann::json& summary() const { return summary_; }
   /// The time of the last line.
   double now_s() const { return now_s_; }
-  /// When that was first written down; infinity: never.
+  /// Time of the first such event; infinity if there is none.
   double first_s(std::string_view what, std::string_view name) const;
   /// Whether the client had control, or its virtual sticks flew, at that time.
   bool client_flew_at(double t_s) const;
-  /// From when on the transmitter had control without a break; infinity: it has not.
+  /// Start of the last uninterrupted control by the transmitter; infinity if it does not have control.
   double transmitter_for_good_s() const;
-  /// When the transmitter had control first, not before t_s; infinity: it never had.
+  /// First time not before t_s at which the transmitter had control; infinity if it never had.
   double transmitter_from_s(double t_s) const;
-  /// How often a command that moves the aircraft was taken before that time.
+  /// Number of commands that move the aircraft and were taken before that time.
   std::size_t commands_taken_before(double t_s) const;
-  /// Metres from where it was at that time, at most, until the end.
+  /// Largest distance [m] from its position at that time, until the end.
   double farthest_from_m(double t_s) const;
 
  private:

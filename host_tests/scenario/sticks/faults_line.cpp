@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a checksum catches costs single frames and must not end a flight.
+// Damage that a checksum detects costs single frames and must not end a flight.
 #include <array>
 #include <vector>
 
@@ -27,7 +27,7 @@ void garble(Bench& bench, bool on) {
   }
 }
 
-/// Our driver's buffer that was full: a piece is missing in the middle of what we read, again and again.
+/// Repeated overruns of the driver's buffer: each removes a piece from the middle of the received bytes.
 void plan_overruns(Bench& bench, int left) {
   bench.to_client.plan.swallow = 100;
   if (left > 0) {
@@ -134,7 +134,7 @@ constexpr std::array kFaults{
           .reach = Reach::kMute,
           .heals_after_s = 4.0,
           .heal = [](Bench& b) { cut(b, false, false); }},
-    // Frames that are whole and say what was true once. What stands still tells no more than a silent line.
+    // Intact frames with old content. Telemetry that does not change counts as a silent line.
     Fault{.name = "telemetry stands still",
           .group = Group::kLine,
           .strike = [](Bench& b) { b.to_client.plan.telemetry_stands_still = true; },
@@ -151,7 +151,7 @@ constexpr std::array kFaults{
           .group = Group::kLine,
           .strike = [](Bench& b) { b.tell_autopilot("silence 3"); },
           .within_s = kSilentLink_s},
-    // The handshake on the bench ends by the same rules as a flight.
+    // The handshake on the bench must end by the same rules as a flight.
     Fault{.name = "handshake, nothing of its own arrives for 4 s",
           .group = Group::kLine,
           .strike = [](Bench& b) { cut(b, false, true); },

@@ -17,7 +17,7 @@ void turn_pose(mavlink::AttPosMocap& message) {
   message.x = -message.x;
   message.y = -message.y;
   const std::array<float, 4> q = message.q;
-  message.q = {-q[3], -q[2], q[1], q[0]};  // half a turn about z in front of it
+  message.q = {-q[3], -q[2], q[1], q[0]};  // multiplied from the left by half a turn about z
 }
 
 void freeze_pose(Bench& bench) {
@@ -34,7 +34,7 @@ void freeze_pose(Bench& bench) {
   });
 }
 
-/// A third of the poses.
+/// Passes only every third pose.
 void slow_down(Bench& bench) {
   auto count = std::make_shared<int>(0);
   bench.pose_messages.set_change([count](mavlink::AttPosMocap&, core::TimePoint) { return ++*count % 3 == 0; });
@@ -52,11 +52,11 @@ constexpr std::array kFaults{
           .stages = kWithPose,
           .heals_after_s = 0.3,
           .heal = [](Bench& b) { b.poses.plan.cut = false; }},
-    Fault{.name = "pose lost, --once",  // a script is not to wait for ever: it ends after 20 s without a pose
+    Fault{.name = "pose lost, --once",  // a script must not wait for ever: it ends after 20 s without a pose
           .group = Group::kPose,
           .strike = [](Bench& b) { b.poses.plan.cut = true; },
           .stages = bit(Stage::kStarting),
-          .heals_after_s = 18.0,  // so long and 5 s more the case is watched
+          .heals_after_s = 18.0,  // the case is watched for 5 s more
           .heal = [](Bench&) {},
           .prepare = [](Setup& s) { s.more_words.emplace_back("--once"); },
           .ends_alone = true},
@@ -101,7 +101,7 @@ constexpr std::array kFaults{
           .within_s = kLadder_s},
     Fault{.name = "pose 0.4 s late",
           .group = Group::kPose,
-          .strike = [](Bench& b) { b.poses.plan.delay = milliseconds(400); },  // stamped when they were captured
+          .strike = [](Bench& b) { b.poses.plan.delay = milliseconds(400); },  // the stamps show the capture time
           .stages = kWithPose,
           .within_s = kLadder_s},
     Fault{.name = "pose scrambled",
@@ -109,7 +109,7 @@ constexpr std::array kFaults{
           .strike = [](Bench& b) { b.poses.plan.flip_per_bit = 0.03; },
           .stages = kWithPose,
           .within_s = kLadder_s},
-    // A source that becomes worse: flown on as if it had been so from the start.
+    // A source that becomes worse: the flight must continue as with a source that was so from the start.
     Fault{.name = "pose slows to 33 Hz",
           .group = Group::kPose,
           .strike = slow_down,

@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 constexpr std::uint8_t kNotReleasing = kAnyStage & static_cast<std::uint8_t>(~bit(Stage::kReleasing));
 
 void stall(Bench& bench, milliseconds time) {
-  // Where time is real only a signal can stop a program; a second one soon after starts it again.
+  // In real time only a signal can stop a program; a second signal resumes it.
   bench.stop_client_at_the_signal(true);
   bench.plan(time, [&bench] { bench.stop_client_at_the_signal(false); });
 }
@@ -85,7 +85,8 @@ constexpr std::array kFaults{
           .group = Group::kProcess,
           .strike = [](Bench& b) { stall(b, milliseconds(2000)); },
           .within_s = kDeath_s},
-    // What would give control back if the program died is gone. The flight goes on, and the operator reads it.
+    // The process that would give control back after a death of the program is gone. The flight continues, and the
+    // operator is told.
     Fault{.name = "second process killed",
           .group = Group::kProcess,
           .strike = [](Bench& b) { b.send_to_keeper(SIGKILL); },
@@ -100,7 +101,7 @@ constexpr std::array kFaults{
           .group = Group::kProcess,
           .strike = [](Bench&) {},
           .stages = bit(Stage::kFlying),
-          .within_s = kChange_s + 0.1,  // it counts from when the program has seen the grant, the case from the grant
+          .within_s = kChange_s + 0.1,  // the program counts from its notice of the grant, the case from the grant
           .prepare = [](Setup& s) { s.hold_s = 3.0; },
           .ends_program = true},
     Fault{.name = "operator presses Enter",

@@ -13,17 +13,17 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr core::Duration kWarmUp = milliseconds(500);  // of the autopilot alone
-constexpr double kStart_s = 0.5;                       // after the client came: it is starting
-constexpr double kFlown_s = 3.0;                       // after the grant: it is flying
+constexpr core::Duration kWarmUp = milliseconds(500);  // of the autopilot, before the client starts
+constexpr double kStart_s = 0.5;                       // after the client took part: kStarting
+constexpr double kFlown_s = 3.0;                       // after the grant: kFlying
 constexpr double kReachStage_s = 25.0;
-constexpr double kWatched_s = 5.0;  // after the strike, and after its healing
+constexpr double kWatched_s = 5.0;  // after the strike and after the healing
 constexpr double kEnding_s = 8.0;   // for the program to end after the operator's stop
 constexpr double kAfterwards_s = 1.0;
 
 core::Duration duration_of(double time_s) { return core::Duration{std::llround(time_s * 1e6)}; }
 
-/// Leads the programs to the stage, strikes, watches, stops them.
+/// Leads the programs to the stage, applies the fault, watches them and stops them.
 class Director {
  public:
   Director(const Case& wanted, Bench& bench) : case_(wanted), bench_(bench) {}
@@ -169,7 +169,7 @@ Verdict fly(const Case& wanted, const Places& places) {
       fault->prepare(setup);
     }
   }
-  if (wanted.counted) {  // what shows a flight must cost the thread that flies nothing
+  if (wanted.counted) {  // live display must not cost allocations in the flying thread
     setup.more_words.insert(setup.more_words.end(), {"--live", "127.0.0.1:9870", "--status", "always"});
   }
   Bench bench(places, setup);

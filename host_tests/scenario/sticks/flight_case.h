@@ -11,48 +11,48 @@
 
 namespace m100::sticks {
 
-/// One run of the two programs: which fault, when, on which channel.
+/// One run of the two programs: the fault, its time, the channel.
 struct Case {
   const Fault* fault = nullptr;
-  const Fault* second = nullptr;  ///< of a pair, a little later
+  const Fault* second = nullptr;  ///< second fault of a pair, a little later
   Stage stage = Stage::kFlying;
   bool movement = false;
   bool encrypted = false;
   bool real_time = false;
   std::uint64_t seed = 1;
-  bool counted = false;  ///< the program counts what its flying thread allocates
+  bool counted = false;  ///< the program counts the allocations of its flying thread
   std::string name() const;
 };
 
-/// What happened when, on the autopilot's clock; infinity: it did not.
+/// Times of events, on the autopilot's clock; infinity if it did not happen.
 struct Story {
   double pose_taken_away_s = kNever_s;
   double struck_s = kNever_s;
   double struck_again_s = kNever_s;
-  double stopped_s = kNever_s;  ///< SIGINT by the operator
+  double stopped_s = kNever_s;  ///< the operator's SIGINT
   double over_s = 0.0;
   double obtained_s = kNever_s;
   bool ran_until_stopped = false;  ///< the program did not end by itself before
-  std::optional<int> ending;       ///< of the program; minus a signal
+  std::optional<int> ending;       ///< exit code of the program, or minus the signal
   bool summed_up = false;
-  bool found_another = false;               ///< another autopilot was plugged in, and the link's start-up went through
-  std::uint32_t requests_to_the_other = 0;  ///< for control, of an autopilot that nobody meant
+  bool found_another = false;               ///< another autopilot was plugged in, and the link's start-up succeeded
+  std::uint32_t requests_to_the_other = 0;  ///< requests for control to the wrong autopilot
   std::string said{};
 };
 
-/// What the judge found, seen from the autopilot's end.
+/// The judge's result, from the events at the autopilot.
 struct Verdict {
-  bool counted = true;  ///< the program flew before a fault of flight
+  bool counted = true;  ///< false: the program did not fly before a fault in flight
   std::vector<std::string> violations{};
-  double returned_after_s = kNever_s;  ///< from the strike until the transmitter had control; infinity: it never had
+  double returned_after_s = kNever_s;  ///< from the strike until the transmitter had control; infinity if it never had
   double last_byte_after_loss_s = 0.0;
   double drift_m = 0.0;  ///< from where the aircraft was when the fault struck
 };
 
-/// Flies the case. The folder must be empty and is left with what the programs wrote.
+/// Flies the case. The folder must be empty; afterwards it holds the programs' files.
 Verdict fly(const Case& wanted, const Places& places);
 
-/// Judges by the autopilot's events only; the program's own words count for what it told the operator.
+/// Judges by the autopilot's events; the program's own output is used only for the messages to the operator.
 Verdict judge(const Case& flown, const Story& story, const Events& events);
 
 }  // namespace m100::sticks

@@ -11,12 +11,13 @@ namespace m100::sticks {
 namespace {
 
 constexpr double kStop_s = 1.0;      // R15
-constexpr double kHealed_s = 1.3;    // R15 from the return of the line on: 1.0 s, and the reopening every 0.2 s
-constexpr double kSpacing_s = 1.98;  // R4: 2 s, less what the line and the steps of both programs add or take
+constexpr double kHealed_s = 1.3;    // R15 after the return of the line: 1.0 s, plus reopening every 0.2 s
+constexpr double kSpacing_s = 1.98;  // R4: 2 s, with 20 ms tolerance for the line and the steps of both programs
 constexpr std::size_t kRequests = 3;
 
-// R4 lets the last control byte leave one command period after the loss. Here it has arrived: telemetry told of the
-// loss at most 10 ms later, and both frames took their time on a line of 230400 baud (6.2 ms and 3.6 ms).
+// Tolerance for R4, by which the last control byte may leave one command period after the loss. The autopilot sees it
+// later: telemetry reports the loss up to 10 ms later, and both frames take time on the line (6.2 ms and 3.6 ms at
+// 230400 baud).
 constexpr double kTelling_s = 0.020;
 
 std::string text_of(double value) {
@@ -31,13 +32,13 @@ class Judge {
 
   Verdict judge() {
     if (!story_.summed_up) {
-      object("the autopilot did not sum up");
+      object("the autopilot wrote no summary");
       return verdict_;
     }
     lag_s_ = case_.real_time ? events_.summary().at("longest_lag_s").get<double>() : 0.0;
     if (!flew_before()) {
       verdict_.counted = false;
-      object("did not get to the stage");
+      object("the program did not reach the stage");
       return verdict_;
     }
     returned();
@@ -73,7 +74,7 @@ class Judge {
     return events_.commands_taken_before(story_.struck_s) > 10 && events_.client_flew_at(story_.struck_s - 0.05);
   }
 
-  /// When bytes of ours could not reach the autopilot; empty: always.
+  /// Interval in which our bytes could not reach the autopilot; from_s is infinity if there was none.
   struct Mute {
     double from_s = kNever_s;
     double to_s = kNever_s;
@@ -90,8 +91,8 @@ class Judge {
     return result;
   }
 
-  /// How long our program stood still, where that is the fault: what was due in that time is due so much later (R15
-  /// counts from the end of a stall). A stop for good is the second process's, within the time of a death.
+  /// Duration of the stall, if the fault is one: everything due in that time is due later by it (R15 counts from the
+  /// end of a stall). After a permanent stop the second process must act, within the time of a death.
   static double stands_still_s(const Fault& fault) {
     constexpr std::string_view kStall = "stall of ";
     if (fault.name.starts_with(kStall)) {
@@ -100,7 +101,8 @@ class Judge {
     return fault.name.starts_with("SIGSTOP") ? kDeath_s : 0.0;
   }
 
-  /// A program that stands still opens no port that came back, and the second process cannot: it has no name of it.
+  /// Limit for a fault. A stopped program does not reopen a port that came back, and the second process cannot reopen
+  /// it, because it does not know the port's name.
   double within_s(const Fault& fault) const {
     constexpr std::string_view kStop = "SIGSTOP for ";
     const bool port_was_gone = any([&](const Fault& other) {
@@ -111,7 +113,7 @@ class Judge {
                : fault.within_s;
   }
 
-  /// `within_s` after t_s, later where nothing got through or the program stood still meanwhile.
+  /// Due time: `within_s` after t_s, later if the line was mute or the program stalled meanwhile.
   double due_after(double t_s, double within_s) {
     double due_s = t_s + within_s;
     const Mute silent = mute();
@@ -134,12 +136,13 @@ class Judge {
     }
     const double due_s = due_after(t_s, within_s);
     if (due_s + lag_s_ > story_.over_s) {
-      return;  // nobody can tell
+      return;  // the case ended before the limit
     }
     const double from_s = events_.transmitter_from_s(t_s);
     if (from_s > due_s + lag_s_) {
       object(why + ": " +
-             (from_s == kNever_s ? "never given back" : "given back after " + text_of(from_s - t_s) + " s") +
+             (from_s == kNever_s ? "control never given back"
+                                 : "control given back after " + text_of(from_s - t_s) + " s") +
              ", due within " + text_of(due_s - t_s) + " s");
     } else if (events_.transmitter_for_good_s() > due_s + lag_s_ && !may_fly_again()) {
       object(why + ": control was taken again");
@@ -157,9 +160,9 @@ class Judge {
       }
       const bool over_before = stands_still_s(*fault) > 0.0 && fault->name != "SIGSTOP" && !in_flight;
       if ((fault->group == Group::kAuthority || over_before) && may_fly_again()) {
-        continue;  // nothing was taken: what the operator asked for may be granted afterwards
+        continue;  // control was not taken before: it may be granted afterwards on the operator's order
       }
-      // What was granted after the strike counts from the grant.
+      // Control that was granted after the strike counts from the grant.
       const double granted_s = in_flight || story_.obtained_s == kNever_s ? 0.0 : story_.obtained_s;
       expect_return(std::max(struck_s(fault), granted_s), within_s(*fault), std::string(fault->name));
     }
@@ -167,28 +170,28 @@ class Judge {
     expect_return(story_.stopped_s, kStop_s, "operator's stop");
     if (case_.stage == Stage::kFlying && case_.second == nullptr && case_.fault->flies_on &&
         events_.transmitter_from_s(story_.struck_s) < story_.stopped_s - 0.1) {
-      object("the flight should have gone on");
+      object("the flight ended although it must continue");
     }
   }
 
   void requests() {
     const nlohmann::json& summary = events_.summary();
     if (summary.at("obtain_requests").get<std::size_t>() > kRequests) {
-      object("asked for control " + std::to_string(summary.at("obtain_requests").get<int>()) + " times");
+      object("requested control " + std::to_string(summary.at("obtain_requests").get<int>()) + " times");
     }
     const bool was_replaced = any([](const Fault& fault) { return fault.name == "another autopilot plugged in"; });
     const bool two_at_the_plug = case_.second != nullptr && case_.fault->group == Group::kPort &&
-                                 case_.second->group == Group::kPort;  // the one undoes what the other did
+                                 case_.second->group == Group::kPort;  // one undoes the effect of the other
     if (was_replaced && !two_at_the_plug && !story_.found_another) {
       object("the link did not start up with the autopilot that was plugged in");
     }
     if (story_.requests_to_the_other > 0) {
-      object("asked another autopilot for control");
+      object("requested control of another autopilot");
     }
     const double spacing_s = summary.at("least_obtain_spacing_s");
     const bool repeats_frames = any([](const Fault& fault) { return fault.group == Group::kLine; });
     if (spacing_s >= 0.0 && spacing_s < kSpacing_s - lag_s_ && !repeats_frames) {
-      object("asked again after " + text_of(spacing_s) + " s");
+      object("requested control again after " + text_of(spacing_s) + " s");
     }
   }
 
@@ -226,8 +229,8 @@ class Judge {
     }
   }
 
-  /// The ladder's last steps: level for 1 s, in which the aircraft is braked and held, and trimmed neutral for 0.5 s
-  /// more before control goes back.
+  /// Checks the ladder's last rungs: level for 1 s, in which the aircraft brakes and holds, and then trimmed neutral
+  /// for 0.5 s before control goes back.
   void neutral() {
     if (case_.second != nullptr || case_.stage != Stage::kFlying || case_.fault->name != "pose lost") {
       return;
@@ -235,8 +238,8 @@ class Judge {
     constexpr double kLevelAndNeutral_s = 1.5;
     constexpr double kNeutral_s = 0.5;
     constexpr double kPoseFresh_s = 0.06;
-    // The stick map first hands out the remainder of the commands before, one dead zone at most (CommandMap): a few
-    // sticks at the zone's edge. Without the neutral half second the sticks move until the end (0.06 s were seen).
+    // The stick map first sends the remainder of the earlier commands, at most one dead zone (CommandMap): a few sticks
+    // at the edge of the zone. Without the neutral half second the sticks would move until the end (observed: 0.06 s).
     constexpr double kRemainder_s = 0.3;
     double given_back_s = kNever_s;
     double since_s = 0.0;
@@ -252,10 +255,10 @@ class Judge {
     }
     if (given_back_s - story_.struck_s < kPoseFresh_s + kLevelAndNeutral_s - lag_s_) {
       object("given back " + text_of(given_back_s - story_.struck_s) +
-             " s after the last pose: level and neutral are 1.5 s");
+             " s after the last pose; level and neutral take 1.5 s");
     }
     if (!case_.movement && given_back_s - since_s < kNeutral_s - kRemainder_s - lag_s_) {
-      object("the sticks stood at neutral for " + text_of(given_back_s - since_s) + " s before control went back");
+      object("the sticks were at neutral for only " + text_of(given_back_s - since_s) + " s before control went back");
     }
   }
 
@@ -285,7 +288,7 @@ class Judge {
     });
     const bool deaf = any([](const Fault& fault) { return fault.reach == Reach::kDeaf && fault.heal == nullptr; });
     if (killed || unreachable || deaf) {
-      return;  // what was killed has no code; what cannot reach or hear the autopilot goes on giving back
+      return;  // a killed program has no exit code; one without a line keeps trying to give back
     }
     if (!story_.ending) {
       object("the program did not end after the operator's stop");
@@ -297,7 +300,7 @@ class Judge {
   void words() {
     const bool cannot_give_back = any([this](const Fault& fault) {
       const bool long_enough = fault.heals_after_s == 0.0 || fault.heals_after_s >= 1.0;
-      const bool was_taken = any([&](const Fault& other) {  // the app holds control: nothing is ours to give back
+      const bool was_taken = any([&](const Fault& other) {  // the app holds control, so there is nothing to give back
         return other.reach == Reach::kTaken && struck_s(&other) < struck_s(&fault);
       });
       return fault.reach == Reach::kMute && long_enough && !was_taken && events_.client_flew_at(struck_s(&fault));
@@ -306,19 +309,20 @@ class Judge {
     if (case_.counted && story_.ending.value_or(-1) >= 0 &&
         story_.said.find("the thread that flies allocated 0 times in ") == std::string::npos) {
       const std::size_t at = story_.said.find("the thread that flies allocated");
-      object(at == std::string::npos ? "nothing was counted" : story_.said.substr(at, story_.said.find('\n', at) - at));
+      object(at == std::string::npos ? "no count of allocations was printed"
+                                     : story_.said.substr(at, story_.said.find('\n', at) - at));
     }
     const bool log_ends = any([](const Fault& fault) { return fault.name.substr(0, 4) == "log "; });
     if (log_ends && story_.said.find("goes on without the rest of its log") == std::string::npos) {
-      object("the log did not end, or nobody was told");
+      object("the log did not end, or the operator was not told");
     }
-    if (cannot_give_back && !spoke && verdict_.returned_after_s > kStop_s) {  // else there was nothing to do any more
+    if (cannot_give_back && !spoke && verdict_.returned_after_s > kStop_s) {  // otherwise the operator need not act
       object("the operator was not told what to do");
     }
     names();
   }
 
-  /// What is the matter is said as what it is.
+  /// Checks that the messages name the fault correctly.
   void names() {
     struct Word {
       std::string_view fault;
@@ -331,7 +335,7 @@ class Judge {
         Word{"unplugged for 3 s", Stage::kStarting, "the port is gone; control is not ours"},
         Word{"the hold is over", Stage::kFlying, "because --hold is over"},
         Word{"second process killed", Stage::kFlying, "the second process is dead: nobody gives control back"},
-        Word{"second process stopped", Stage::kFlying, "the second process stands still: nobody gives control back"},
+        Word{"second process stopped", Stage::kFlying, "the second process hangs: nobody gives control back"},
         Word{"pose lost", Stage::kStarting, "control is not asked for yet; pose old"},
         Word{"pose lost, --once", Stage::kStarting, "control is not asked for yet; pose old"},
         Word{"pose frozen", Stage::kStarting, "control is not asked for yet; pose old"},
@@ -339,7 +343,7 @@ class Judge {
     for (const Word& word : kWords) {
       if (case_.second == nullptr && case_.fault->name == word.fault && case_.stage == word.stage &&
           story_.said.find(word.said) == std::string::npos) {
-        object("the operator did not read: " + std::string(word.said));
+        object("missing message to the operator: " + std::string(word.said));
       }
     }
   }

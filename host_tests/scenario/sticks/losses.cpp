@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How long the operator's stop takes on a line that loses frames: R15's second, over many seeds.
+// Duration of the operator's stop on a line that loses frames, against the second of R15, over many seeds.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -11,15 +11,15 @@ namespace {
 
 constexpr std::size_t kSeeds = 200;
 constexpr double kSecond_s = 1.0;         // R15
-constexpr double kBeforeStrike_s = 0.01;  // the line becomes bad so long after the stop (Stage::kReleasing)
+constexpr double kBeforeStrike_s = 0.01;  // from the stop until the line becomes bad (Stage::kReleasing)
 
 template <int Percent>
 void lose(Bench& bench) {
   bench.to_client.plan.drop = bench.to_autopilot.plan.drop = Percent / 100.0;
 }
 
-/// A share of what is written that is lost, and the share of flights that must have control back within the second:
-/// five releases leave in it, and two must arrive.
+/// A loss rate, and the share of flights that must give control back within the second: five releases are sent in it,
+/// and two must arrive.
 struct Loss {
   Fault fault;
   double at_least;
@@ -29,7 +29,7 @@ const std::array kLosses{
     Loss{{.name = "10 % lost", .group = Group::kLine, .strike = lose<10>, .reach = Reach::kLate}, 0.99},
     Loss{{.name = "20 % lost", .group = Group::kLine, .strike = lose<20>, .reach = Reach::kLate}, 0.97}};
 
-/// Sorted, from the stop on.
+/// Sorted times from the stop.
 std::vector<double> times_of(const std::vector<Result>& results, const Loss& loss, bool movement) {
   std::vector<double> times_s;
   for (const Result& result : results) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The battery: the installed programs under every fault, judged at the autopilot's end (promises R4, R12, R15).
+// The battery: the installed programs under every fault, judged by the autopilot's events (promises R4, R12, R15).
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,10 +19,10 @@ namespace {
 constexpr const char* kUsage =
     "usage: m100_sticks --m100 PROGRAM --lab PROGRAM --vehicle V.toml --gains TABLE\n"
     "                   [--battery short|whole|counted|losses] [--only TEXT] [--open FILE] [--jobs N] [--json O.json]\n"
-    "--only: cases whose name contains the text. --open: what does not hold yet, lines of 'part of a case | part of "
+    "--only: only cases whose name contains the text. --open: file of known failures, lines 'part of a case | part of "
     "the violation'.\n"
-    "--folder: for the files of cases that failed; default: a temporary one. --keep all: of every case.\n"
-    "Prints the table of host_tests/sim/README.md at its end. Exit code 1: a case failed that is not open.\n";
+    "--folder: for the files of failed cases; default: a temporary folder. --keep all: keeps the files of every case.\n"
+    "Prints the table of host_tests/sim/README.md at its end. Exit code 1: a case failed that is no known failure.\n";
 
 std::vector<std::string> lines_of(const std::string& path) {
   std::ifstream file(path);
@@ -37,7 +37,7 @@ std::vector<std::string> lines_of(const std::string& path) {
   return lines;
 }
 
-/// A short name: that of a socket may have 107 letters.
+/// A short name, because the path of a socket may have at most 107 characters.
 std::string temporary_folder() {
   return (std::filesystem::temp_directory_path() / ("m100_sticks_" + std::to_string(::getpid()))).string();
 }
@@ -49,7 +49,7 @@ std::vector<Case> battery(const std::string& name) {
                              : short_battery();
 }
 
-/// An empty folder for the cases, and where everything else lies.
+/// Prepares an empty folder for the cases, and collects the paths of the programs and files.
 Places places_of(std::map<std::string, std::string>& options) {
   Places places{.m100 = options["--m100"],
                 .lab = options["--lab"],
@@ -75,7 +75,7 @@ int run(std::map<std::string, std::string> options) {
   const Places places = places_of(options);
   const std::size_t jobs = options["--jobs"].empty() ? 4 : std::stoul(options["--jobs"]);
   if (!can_mount()) {
-    std::cout << "left out: what needs a file system of its own (no user namespaces here)\n";
+    std::cout << "left out: cases that need a private file system (no user namespaces here)\n";
   }
   const std::vector<Result> results = fly_all(cases, places, jobs, lines_of(options["--open"]), std::cout);
   std::cout << "\n" << (is_losses ? losses_table(results) : matrix(results));
@@ -95,7 +95,7 @@ int run(std::map<std::string, std::string> options) {
 }  // namespace m100::sticks
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a program that ended while it was written to
+  std::signal(SIGPIPE, SIG_IGN);  // for writing to a program that has ended
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     options[argv[i]] = argv[i + 1];

@@ -14,7 +14,7 @@
 
 namespace m100::sticks {
 
-/// Another aircraft at the same port: a whole autopilot, on, in mode F and willing to grant control to whoever asks.
+/// Another aircraft at the same port: a complete autopilot in mode F, which grants every request for control.
 class OtherAutopilot {
  public:
   OtherAutopilot(std::uint32_t baud, core::TimePoint plugged_in)
@@ -24,7 +24,7 @@ class OtherAutopilot {
     });
   }
 
-  /// What the client said to it. @returns what it has said until now.
+  /// Feeds the client's bytes. @returns the autopilot's bytes until now.
   std::vector<std::byte> talk(std::span<const std::byte> said, core::TimePoint now) {
     (void)line_.a().write(said);
     for (; clock_.now().time_since_epoch() < now - plugged_in_; clock_.advance(sim::N1Autopilot::kTick)) {
@@ -35,7 +35,7 @@ class OtherAutopilot {
     return answer;
   }
 
-  /// The client's start-up has come through here.
+  /// Whether the client's start-up has succeeded with this autopilot.
   bool activated() const { return autopilot_.activated(); }
   std::uint32_t requests_for_control() const { return was_asked_; }
 

@@ -25,10 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Makes the program that follows the master of its own mounts; its process stays the same.
+/// Runs the program that follows with private mounts, in the same process.
 constexpr std::array kOwnMounts{"unshare", "--user", "--map-root-user", "--mount"};
 
-/// The words as they are, behind a shell that sets what posix_spawn cannot.
+/// The arguments, after a shell that sets up what posix_spawn cannot.
 std::vector<std::string> with_limits(const std::vector<std::string>& words, const Program::Streams& streams) {
   std::string set_up;
   if (streams.file_limit_bytes > 0) {
@@ -150,7 +150,7 @@ void end_all_in(const std::string& folder) {
     }
     std::ifstream file(entry.path() / "cmdline", std::ios::binary);
     std::string words;
-    std::getline(file, words, '\x01');  // all of it; the process may end while it is read
+    std::getline(file, words, '\x01');  // reads all; the process may end meanwhile
     if (words.find(folder) != std::string::npos) {
       ::kill(static_cast<pid_t>(std::stol(name)), SIGKILL);
     }

@@ -9,7 +9,7 @@
 namespace m100::sticks {
 namespace {
 
-/// The same answer, whole and sound, to a question of another session.
+/// The same answer as a valid frame of another session.
 std::vector<std::byte> of_another_session(std::span<const std::byte> answer) {
   constexpr std::size_t kFlags = 3;
   constexpr std::size_t kCrc16 = 10;
@@ -154,7 +154,7 @@ std::vector<std::byte> PoseTamper::pass(std::span<const std::byte> bytes, core::
 std::vector<std::byte> false_header() {
   std::vector<std::byte> header(12, std::byte{0});
   header[0] = std::byte{0xAA};
-  header[1] = std::byte{0xFF};  // 1023, the longest that the field can say
+  header[1] = std::byte{0xFF};  // 1023, the largest value of the field
   header[2] = std::byte{0x03};
   const std::uint16_t crc = protocol::crc16(std::span(header).first(10));
   header[10] = static_cast<std::byte>(crc & 0xFFU);

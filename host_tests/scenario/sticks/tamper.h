@@ -16,36 +16,36 @@
 
 namespace m100::sticks {
 
-/// What is done to one direction of a line. All of it may be on at once.
+/// The faults of one direction of a line, in any combination.
 struct TamperPlan {
   bool cut = false;      ///< nothing passes
-  double drop = 0.0;     ///< share of the pieces (what was written at a time) that vanish
-  double twice = 0.0;    ///< share of the pieces that come twice
-  double swapped = 0.0;  ///< share of the pieces that come after the one behind them
+  double drop = 0.0;     ///< share of the pieces (bytes of one write) that vanish
+  double twice = 0.0;    ///< share of the pieces that arrive twice
+  double swapped = 0.0;  ///< share of the pieces that arrive after the next one
   double flip_per_bit = 0.0;
   core::Duration delay{0};
-  core::Duration jitter{0};   ///< on top, drawn for each piece; the order stays
-  core::Duration bunch{0};    ///< what comes in so long a time passes at its end; 0: at once
-  std::uint32_t sent_at = 0;  ///< baud; with received_at: re-sampled as between two UARTs that differ
+  core::Duration jitter{0};   ///< added to delay, drawn for each piece; the order stays
+  core::Duration bunch{0};    ///< pieces of each such interval pass together at its end; 0: at once
+  std::uint32_t sent_at = 0;  ///< baud; with received_at: re-sampled as between UARTs of different rates
   std::uint32_t received_at = 0;
-  std::size_t swallow = 0;                  ///< bytes that vanish, once: the frames they belong to are cut short
-  bool telemetry_stands_still = false;      ///< instead of every telemetry frame the first one comes once more
-  core::Duration telemetry_again_after{0};  ///< every telemetry frame comes once more, so much later; 0: it does not
-  bool in_fragments = false;                ///< each piece comes in fragments of 1 to 16 bytes, up to 1 ms apart
-  bool strange_answers = false;             ///< in front of each answer comes another of the session behind its own
+  std::size_t swallow = 0;                  ///< number of bytes that vanish once, which cuts frames short
+  bool telemetry_stands_still = false;      ///< every telemetry frame is replaced by the first one
+  core::Duration telemetry_again_after{0};  ///< every telemetry frame is repeated after this time; 0: it is not
+  bool in_fragments = false;                ///< each piece arrives in fragments of 1 to 16 bytes, up to 1 ms apart
+  bool strange_answers = false;             ///< before each answer arrives a copy that belongs to another session
 };
 
-/// One direction of the man in the middle: bytes in, bytes out at their times.
+/// One direction of the man in the middle: delays and changes bytes.
 class Tamper {
  public:
   explicit Tamper(std::uint64_t seed) : random_(seed, "tamper") {}
 
   TamperPlan plan;
-  /// Bytes of one visit of the line.
+  /// Takes the bytes of one read of the line.
   void take(std::span<const std::byte> bytes, core::TimePoint now);
-  /// Bytes of our own, in front of whatever comes next.
+  /// Inserts bytes of our own before the next ones.
   void inject(std::span<const std::byte> bytes, core::TimePoint now) { queue(bytes, now); }
-  /// What must have arrived by now.
+  /// @returns the bytes that are due by now.
   std::vector<std::byte> due(core::TimePoint now);
 
  private:
@@ -66,7 +66,7 @@ class Tamper {
   std::vector<std::byte> held_back_;
 };
 
-/// The same for poses, message by message: `change` may alter a message or refuse it.
+/// The same for poses, message by message: `change` may alter or drop a message.
 class PoseTamper {
  public:
   using Change = std::function<bool(mavlink::AttPosMocap& message, core::TimePoint now)>;  ///< @returns false: drop it

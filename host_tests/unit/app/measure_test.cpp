@@ -115,7 +115,7 @@ TEST(Measure, NoticesAStuckSensor) {
   EXPECT_EQ(used, 50);
 }
 
-// A capture that lost the aircraft repeats its last pose under fresh stamps.
+// Motion capture that has lost the aircraft repeats the last pose with new time stamps.
 TEST(Measure, TakesTheSamePoseAgainForNothingNew) {
   Measure measure;
   core::Pose<double> pose = pose_at(kNow, {1.0, 2.0, 3.0});

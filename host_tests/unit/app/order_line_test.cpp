@@ -17,7 +17,8 @@
 namespace m100::app {
 namespace {
 
-// Would catch: a board that flies off because it was switched on, or started again by its watchdog, with the switch on.
+// Would catch: a board that takes control because it was powered up, or restarted by its watchdog, while the switch was
+// on.
 TEST(OrderSwitch, OnlyItsMovementIsAnOrder) {
   RecordProperty("promise", "R4");
   OrderSwitch on_from_the_start;
@@ -57,7 +58,7 @@ TEST_F(OrderLineTest, HearsTheSwitchBetweenPosesAndPassesEveryByteOn) {
   EXPECT_EQ(line.take(), Order::kNone) << "and each counts once";
 }
 
-// Catches a wrapper that keeps what is sent, or the line's own errors, to itself.
+// Catches a wrapper that does not pass on the bytes to send, or the line's error counts.
 TEST_F(OrderLineTest, SendsAndCountsErrorsAsTheLineDoes) {
   const std::array sent{std::byte{1}, std::byte{2}, std::byte{3}};
   ASSERT_EQ(line.write(sent).value_or(0), sent.size());
@@ -68,8 +69,8 @@ TEST_F(OrderLineTest, SendsAndCountsErrorsAsTheLineDoes) {
   EXPECT_TRUE(line.line_errors().value_or(hal::LineErrors{}) == pair.a().line_errors().value_or(hal::LineErrors{}));
 }
 
-// Catches an order to stop that is lost because the switch bounced, or went on again between two ticks; and an order to
-// fly that outlives the order to stop behind it.
+// Catches an order to stop that is lost because the switch bounced or was turned on again between two ticks, and an
+// order to fly that survives a later order to stop.
 TEST_F(OrderLineTest, AnOrderToStopIsNeverLost) {
   RecordProperty("promise", "R4");
   const auto move = [this](std::initializer_list<bool> positions) {
@@ -88,7 +89,7 @@ TEST_F(OrderLineTest, AnOrderToStopIsNeverLost) {
   EXPECT_EQ(line.take(), Order::kNone);
 }
 
-// Catches a board that makes good a stall of half a second by fifty ticks at once.
+// Catches a board that catches up after a stall of half a second by fifty ticks at once.
 TEST(OwnTime, IsCountedAnewAfterAStall) {
   RecordProperty("promise", "R9");
   using std::chrono::milliseconds;
@@ -99,7 +100,7 @@ TEST(OwnTime, IsCountedAnewAfterAStall) {
   EXPECT_EQ(tick_after(due, due + milliseconds(500)), due + milliseconds(510));
 }
 
-// Catches a board that flies without a box, or one whose courses leave it.
+// Catches a board that flies without a fence, or one whose courses leave it.
 TEST(BoardFence, HoldsTheCoursesOfTheBoard) {
   RecordProperty("promise", "R16");
   for (const char* const name : {"hover", "step", "trajectory"}) {
@@ -118,7 +119,7 @@ TEST(BoardFence, HoldsTheCoursesOfTheBoard) {
   }
 }
 
-// The message is short, so each of its bits is tried.
+// Catches an order message that is accepted although one bit has flipped. The message is short, so every bit is tried.
 TEST_F(OrderLineTest, NoSingleFlippedBitIsAnOrder) {
   (void)pass(protocol::encode_order(false));
   EXPECT_EQ(line.take(), Order::kRelease);

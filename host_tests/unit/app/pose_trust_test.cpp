@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who lies where the attitude does not answer our commands: one witness is too few, and the poses are a second one.
+// Which sensor is wrong if the attitude does not follow our commands? That alone does not decide it; the poses are a
+// second witness.
 #include "firmware/app/pose_trust.h"
 
 #include <gtest/gtest.h>
@@ -11,12 +12,13 @@ namespace {
 
 using Vector2 = core::Vector<double, 2>;
 
-/// Braking to and fro about both axes, as fast as a loop swings.
+/// Commands that alternate on both axes, as fast as an oscillating loop.
 Vector2 asked_rad(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * std::cos(3.1 * t_s)}; }
 
-/// Four seconds of an attitude that is the opposite of what is asked, while nothing is felt and the observer stands.
-/// @param toward_m how far the poses are where the commands lead, from where the observer is; negative: where the
-///   attitude leads
+/// Runs four seconds in which the attitude is the opposite of the command, no force is measured, and the observer
+/// stands still.
+/// @param toward_m how far the poses are from the observer's position, in the direction of the commands; negative: in
+///   the direction of the attitude
 /// @returns the check that objects at the end
 est::Check after(double toward_m) {
   PoseTrust<double> trust({});
@@ -29,15 +31,15 @@ est::Check after(double toward_m) {
     measured.now = core::TimePoint(core::kTickPeriod * tick);
     measured.pose.is_new = true;
     measured.pose.set_captured_at(measured.now);
-    const Vector2 lead(asked.x(), -asked.y());  // tilt about x moves along x, about y against y
+    const Vector2 lead(asked.x(), -asked.y());  // tilt.x accelerates along x, tilt.y against y
     measured.pose.position_w_m.head<2>() = toward_m * lead.normalized();
     trust.update({}, measured, estimate, asked, safety::Rung::kNominal, core::kTickPeriod);
   }
   return trust.contradiction().check;
 }
 
-// Would catch one that believes the attitude until something else accuses it, too: the force goes with an attitude that
-// lies from the beginning, and the observer with both.
+// Would catch a PoseTrust that needs a further objection before it rejects the attitude: force and observer both follow
+// an attitude that is wrong from the beginning.
 TEST(PoseTrust, PosesWhereTheCommandsLeadAccuseAnAttitudeThatDoesNotAnswer) {
   RecordProperty("promise", "R14");
   EXPECT_EQ(after(0.5), est::Check::kAnswer);

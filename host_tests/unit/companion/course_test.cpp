@@ -19,7 +19,8 @@ struct Laid {
   std::string said;  ///< why it was refused; empty: it can be flown
 };
 
-/// Starts at x = 10, y = -3, z = 1.5 with another heading: places are offsets.
+/// Lays a course that starts at x = 10, y = -3, z = 1.5 with a heading of 0.3 rad, because places in a course are
+/// offsets from the start.
 Laid lay(const std::string& text, const CourseLimits& limits = {}) {
   Laid laid;
   ref::Waypoint<double> start;
@@ -47,7 +48,7 @@ TEST(Course, WaypointsOfConsecutiveLinesAreOneWayAndKeepTheirLines) {
   EXPECT_GT(std::hypot(bend[0][1], bend[1][1]), 0.1) << "it stops where it should fly through";
 }
 
-// Catches a set point that jumps whatever the lines above it say: 6 m are flown at more than 4 m/s.
+// Catches a step that ignores the limits in the lines above it: it would fly 6 m at more than 4 m/s.
 TEST(Course, AStepBelowLimitsIsGoneToWithinThemAndThenStoodAt) {
   const Laid laid = lay("limits speed_m_s 1 acceleration_m_s2 0.5\nstep 6 0 0 1 20\nstep 6 0 0 1 2\n");
   ASSERT_EQ(laid.said, "");
@@ -69,7 +70,7 @@ TEST(Course, AStepBelowLimitsIsGoneToWithinThemAndThenStoodAt) {
       << "the paper's goals are set by hand";
 }
 
-// The flight file's limit of speed: catches a course check that takes a jump for a rest.
+// Catches a check of the flight file's speed limit that takes a jump for standing still.
 TEST(Course, AJumpThatWouldBecomeFasterThanTheFlightMayIsRefused) {
   const CourseLimits slow{.speed_m_s = 2.0};
   EXPECT_NE(
@@ -91,7 +92,7 @@ TEST(Course, ATableOfTimeAndPlaceIsACourse) {
   EXPECT_NEAR(at[3][0], 0.3 + 1.5707963267948966, 1e-9);
 }
 
-// A spreadsheet's mark and line ends; a message is a C string, and a zero in it cut it off.
+// A spreadsheet writes a byte order mark and CR LF. A message is a C string, and a zero byte once cut it off.
 TEST(Course, BytesThatAreNoTextAreSkippedOrSaid) {
   EXPECT_EQ(lay("\xEF\xBB\xBFt_s,x_m,y_m,z_m\r\n0,0,0,0\r\n2,1,0,0\r\n").said, "");
   EXPECT_EQ(lay(std::string("\0\1\2\n", 4)).said, "c:1: '\\x00\\x01\\x02': no such piece");
@@ -99,7 +100,7 @@ TEST(Course, BytesThatAreNoTextAreSkippedOrSaid) {
 }
 
 TEST(Course, APolynomialIsInSecondsAndAnAxisThatItDoesNotNameStays) {
-  // 10 s^3 - 15 s^4 + 6 s^5 over 2 s, twice as far.
+  // 10 s^3 - 15 s^4 + 6 s^5 over 2 s, scaled to 2 m
   const Laid laid = lay("polynomial 2 x 0 0 0 2.5 -1.875 0.375\n");
   ASSERT_EQ(laid.said, "");
   EXPECT_NEAR(laid.course->motion(laid.pieces[0].end, true)[0][0], 12.0, 1e-12);
@@ -122,8 +123,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"TooFewNumbers", "\nthrough 1 2 3\n", "c:2: 'through': needs 4 numbers", ""},
         Refused{"NotANumber", "circle 1 fast 2\n", "c:1: 'circle': 'fast' is not a number", ""},
         Refused{"NaN", "step nan 0 0 0 1\n", "c:1: 'step': 'nan' is not a number", ""},
-        Refused{"UnknownLimit", "limits velocity 3\n", "c:1: 'limits': 'velocity' is no limit", "speed_m_s"},
-        Refused{"UnknownColumn", "t_s,x_m,y_m,z_m,q\n", "c:1: 't_s': 'q' is no column", ""},
+        Refused{"UnknownLimit", "limits velocity 3\n", "c:1: 'limits': 'velocity' is not a limit", "speed_m_s"},
+        Refused{"UnknownColumn", "t_s,x_m,y_m,z_m,q\n", "c:1: 't_s': 'q' is not a column", ""},
         Refused{"MissingColumn", "t_s,x_m,y_m\n", "c:1: 't_s': the column z_m is missing", ""},
         Refused{"ShortRow", "t_s,x_m,y_m,z_m\n1,0,0,0\n2,0,0\n", "c:3: 't_s': the row has 3 values", ""},
         Refused{"TimesGoBack", "t_s,x_m,y_m,z_m\n2,0,0,0\n1,0,0,0\n", "c:3: 't_s': times must rise", ""},
@@ -132,11 +133,12 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"NaNInATable", "t_s,x_m,y_m,z_m\n1,0,0,0\n2,nan,0,0\n", "c:3: 't_s': 'nan' is not a number", ""},
         Refused{"TableOfASpreadsheet", "t_s;x_m;y_m;z_m\n", "c:1: 't_s;x_m;y_m;z_m': no such", "a table begins with"},
         Refused{"TableInQuotes", "\"t_s\",\"x_m\",\"y_m\",\"z_m\"\n", "c:1: ", "a table begins with"},
-        // Ten of these overflowed the sum of durations.
-        Refused{"LongerThanADay", "step 0 0 0 0 9e12\n", "c:1: 'step': a time of more than a day", ""},
+        // Ten such durations once overflowed their sum.
+        Refused{"LongerThanADay", "step 0 0 0 0 9e12\n", "c:1: 'step': the time is longer than a day", ""},
         Refused{"TimeBeyondNumbers", "t_s,x_m,y_m,z_m\n2,0,0,0\n1e300,0,0,0\n", "c:3: 't_s': a time of more", ""},
-        Refused{"TableBeginsElsewhere", "t_s,x_m,y_m,z_m\n0,5,0,0\n", "c:2: 't_s': the first place is not", ""},
-        // v^2 / r = 8 m/s^2 is 39.2 degrees; as a share of g it would be 46.7.
+        Refused{"TableBeginsElsewhere", "t_s,x_m,y_m,z_m\n0,5,0,0\n",
+                "c:2: 't_s': the table does not begin where the course is", ""},
+        // v^2 / r = 8 m/s^2 needs a tilt of 39.2 degrees; computed as a share of g it would be 46.7.
         Refused{"BendTooSharp", "step 0 0 0 0 1\ncircle 2 4 3\n", "c:2: 'circle': the tilt is 25.",
                 "the limit 25 deg, "},
         Refused{"OwnTiltInDegrees", "limits tilt_deg 10 acceleration_m_s2 4\ncircle 2 2 2\n",
@@ -144,18 +146,18 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"OwnSpeed", "limits speed_m_s 1\nquintic 4 0 0 0 4\n", "c:2: 'quintic': the speed is 1.0",
                 "course's own limit 1 m/s, 0."},
         Refused{"OwnSpeedOfAStep", "limits speed_m_s 1\nstep 4 0 0 0 4\n",
-                "c:2: 'step': the way takes 7.5 s within its limits, the line has 4 s", ""},
+                "c:2: 'step': the way takes 7.5 s within its limits, but the line allows 4 s", ""},
         Refused{"Climbs", "quintic 0 0 10 0 5\n", "c:1: 'quintic': the climb speed is 2.0", "limit 2 m/s, "},
         Refused{"Turns", "quintic 0 0 0 3 1\n", "c:1: 'quintic': the yaw rate is 1", "limit 100 deg/s, "},
         Refused{"TableTooFast", "t_s,x_m,y_m,z_m\n1,8,0,0\n", "c:2: 't_s': the tilt is ", ", at (0."},
         Refused{"PolynomialElsewhere", "polynomial 2 x 1\n",
-                "c:1: 'polynomial': does not go on as the course is here: another place", ""},
+                "c:1: 'polynomial': does not join the course before it in place", ""},
         Refused{"PolynomialInMotion", "polynomial 2 x 0 1\n",
-                "c:1: 'polynomial': does not go on as the course is here: another velocity", ""},
+                "c:1: 'polynomial': does not join the course before it in velocity", ""},
         Refused{"EndsInMotion", "polynomial 2 x 0 0 0 0.1\n", "c:1: 'polynomial': the course ends in motion, 2.00 s",
                 "(0.80, 0.00, 0.00) m"},
         Refused{"StepFromMotion", "polynomial 2 x 0 0 0 0.1\nstep 0 0 0 0 1\n",
-                "c:2: 'step': the course is still in motion here: its velocity, 2.00 s", ""}),
+                "c:2: 'step': a step must begin at rest, but the course still has velocity, 2.00 s", ""}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST_P(RefusedCourse, NamesFileLineWordAndForALimitTimeAndPlace) {
@@ -165,7 +167,7 @@ TEST_P(RefusedCourse, NamesFileLineWordAndForALimitTimeAndPlace) {
   EXPECT_EQ(said.find('\n'), std::string::npos);
 }
 
-// Whoever adds a word to the reader and not to the table that --help prints, or the other way round, fails here.
+// Catches a course word that the reader knows and the table for --help does not, or the other way round.
 TEST(Course, EveryWordOfTheTableIsReadAndStandsInTheHelp) {
   for (const CourseWord& word : kCourseWords) {
     const std::string name(word.word.substr(0, word.word.find(',')));

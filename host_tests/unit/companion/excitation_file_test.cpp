@@ -28,7 +28,7 @@ TEST(ExcitationFile, HoldsThePiecesAndWhatTheyAreAbortedBy) {
   EXPECT_FALSE(made.moves(ctl::ExcitedStick::kYaw));
 }
 
-// What a replay flies must be what the flight flew.
+// Catches a replay that flies another excitation than the flight did.
 TEST(ExcitationFile, ComesBackFromItsNote) {
   const ExcitationFile made = parse_excitation(kGood, "e.csv");
   const ExcitationFile back = excitation_of_note(note_of(made, "e.csv"));
@@ -112,7 +112,7 @@ std::string said_of(const std::string& text) {
 
 constexpr const char* kHead = "# limits roll distance 1000 braking 1000 speed 1000 tilt 0.6\nt_s,piece,stick_roll\n";
 
-/// One piece after the other on the roll stick, each so many samples long, with a rest between two.
+/// `pieces` pieces on the roll stick, each `samples` samples long, with a rest of one sample after each.
 std::string pieces_text(std::size_t pieces, std::size_t samples) {
   std::string text = kHead;
   std::size_t row = 0;
@@ -178,7 +178,7 @@ TEST(ExcitationFile, ANoteHoldsWhatALogCanAndIsReadLineByLine) {
             "the log's excitation: no limits for pitch in it; m100-lab excite writes them");
   EXPECT_EQ(refused(limits), "the log's excitation: no piece in it moves a stick; make it with m100-lab excite --out");
   EXPECT_EQ(refused("limits roll distance 8\n").find("the log's excitation:1: expected: limits"), 0U);
-  // "roll" and " 9" for each sample: 59 000 bytes with the line of the limits is the most.
+  // A note holds "roll" and " 9" for each sample; at most 59 000 bytes are allowed, with the line of the limits.
   const ExcitationFile longest = parse_excitation(pieces_text(1, 29400), "e.csv");
   EXPECT_LE(note_of(longest, "e.csv").size(), 59000U);
   EXPECT_THROW((void)note_of(parse_excitation(pieces_text(1, 29500), "e.csv"), "e.csv"), ExcitationFileError);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a command may do with the files that it is given: each rule by the situation that it is for.
+// How a command may use the files that it is given: one test for each rule, named after its situation.
 #include "firmware/companion/files/file_use.h"
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ struct FileUseTest : ::testing::Test {
     std::ofstream(path(name)) << text;
     return path(name);
   }
-  /// @returns the reason, or "" where it is taken.
+  /// @returns the reason of the refusal, or "" if the use is allowed.
   static std::string refusal(const FileUse& use) {
     try {
       use.check();
@@ -40,7 +40,7 @@ struct FileUseTest : ::testing::Test {
       return wrong.what();
     }
   }
-  /// Everything in the folder, with the size of what is a file.
+  /// All entries of the folder, with the size of each file.
   std::vector<std::string> content() const {
     std::vector<std::string> out;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
@@ -94,7 +94,7 @@ TEST_F(FileUseTest, NoTwoOutputsAreOneFile) {
   EXPECT_EQ(refusal(FileUse().writes("--a", there).writes("--b", there)), there + lost);
   EXPECT_EQ(refusal(FileUse().writes("--a", not_yet).creates("--b", not_yet)), not_yet + lost);
   EXPECT_EQ(refusal(FileUse().names("--a", not_yet).creates("--b", not_yet)), not_yet + lost);
-  // A link that leads nowhere yet, and the place where it leads.
+  // A link whose target does not exist yet, and the target itself.
   fs::create_symlink(not_yet, folder / "ahead");
   EXPECT_EQ(refusal(FileUse().writes("--a", path("ahead")).writes("--b", not_yet)), not_yet + lost);
   EXPECT_FALSE(fs::exists(not_yet));
@@ -113,9 +113,10 @@ TEST_F(FileUseTest, WhatIsThereIsNotTakenAway) {
 
 TEST_F(FileUseTest, WhatCannotBeReadIsSaid) {
   EXPECT_EQ(refusal(FileUse().reads("log", path("none"))), path("none") + ": cannot be read (log)");
-  EXPECT_EQ(refusal(FileUse().reads("log", folder.string())), folder.string() + ": is a folder, no regular file (log)");
+  EXPECT_EQ(refusal(FileUse().reads("log", folder.string())),
+            folder.string() + ": is a folder, not a regular file (log)");
   EXPECT_EQ(refusal(FileUse().reads("log", "/dev/zero")),
-            "/dev/zero: is no regular file: copy what it gives into one (log)");
+            "/dev/zero: is not a regular file: copy its content into one (log)");
   EXPECT_EQ(refusal(FileUse().reads("log", std::vector<std::string>{made("in"), path("none")})),
             path("none") + ": cannot be read (log)");
 }
@@ -132,17 +133,17 @@ TEST_F(FileUseTest, WhatCannotBeWrittenIsSaid) {
             in + "/a.svg: cannot be written: Not a directory (--folder)");
   EXPECT_EQ(refusal(FileUse().fills("--folder", in + "/deeper", "a.svg")),
             in + "/deeper/a.svg: cannot be written: Not a directory (--folder)");
-  // Not the end of it, that the folder is not there, but why it cannot be made.
+  // The message must say why the folder cannot be made, not that it does not exist.
   const std::string sealed = refusal(FileUse().fills("--folder", "/sys/m100", "a.svg"));
   EXPECT_NE(sealed.find("cannot be written: "), std::string::npos) << sealed;
   EXPECT_EQ(sealed.find("No such file"), std::string::npos) << sealed;
-  // One that can be written was tried before: it is gone again.
+  // The first file was created to try it; it must be removed again.
   EXPECT_NE(refusal(FileUse().writes("--a", path("first")).writes("--b", path("no/second"))), "");
   EXPECT_FALSE(fs::exists(path("first")));
 }
 
-// Opening a named pipe waits for its reader, which may never come, or may have gone when the work is done; writing to a
-// port would speak to the autopilot.
+// Opening a named pipe waits for a reader, which may never come or may have gone when the work is done. Writing to a
+// port would send text to the autopilot.
 TEST_F(FileUseTest, AnOutputThatWouldWaitOrSpeakToADeviceIsRefused) {
   ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
   const std::string no_pipe =
@@ -162,17 +163,17 @@ TEST_F(FileUseTest, AnOutputThatWouldWaitOrSpeakToADeviceIsRefused) {
   ASSERT_EQ(grantpt(line) + unlockpt(line), 0);
   const std::string port = ptsname(line);
   EXPECT_EQ(refusal(FileUse().writes("--json", port)),
-            port + ": cannot be written: is no file, and no device for text (--json)");
+            port + ": cannot be written: is neither a file nor a device for text (--json)");
   close(line);
   const int server = socket(AF_UNIX, SOCK_STREAM, 0);
   sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
   ASSERT_LT(path("socket").copy(address.sun_path, sizeof address.sun_path - 1), sizeof address.sun_path - 1);
   ASSERT_EQ(bind(server, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  EXPECT_NE(refusal(FileUse().writes("--json", path("socket"))).find("is no file"), std::string::npos);
+  EXPECT_NE(refusal(FileUse().writes("--json", path("socket"))).find("is neither a file"), std::string::npos);
   close(server);
 }
 
-// `--json /dev/stdout | jq`, `--json >(gzip > a.gz)` and `--json /dev/null` stay what they are.
+// `--json /dev/stdout | jq`, `--json >(gzip > a.gz)` and `--json /dev/null` must keep working.
 TEST_F(FileUseTest, AShellsOwnPipesAndWhatTakesTextAreOutputs) {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);

@@ -37,7 +37,8 @@ TEST(FlightFile, TheLaddersTimesAreThoseOfTheFile) {
   EXPECT_EQ(limits_of(flight).level, std::chrono::milliseconds(500));
 }
 
-// Catches goals and missions that are flown with more tilt than the file allows: only a course was held to it.
+// Catches goals and missions that are flown with more tilt than the file allows, because the limit was applied to
+// courses only.
 TEST(FlightFile, GoalsKeepTheLimitsOfACourse) {
   const ref::SpeedLimits own;
   const ref::SpeedLimits wide = goal_limits_of(parse_flight(kFence, "f.toml"));
@@ -46,7 +47,7 @@ TEST(FlightFile, GoalsKeepTheLimitsOfACourse) {
   EXPECT_EQ(wide.yaw_rate_rad_s, own.yaw_rate_rad_s);
   const ref::SpeedLimits level = goal_limits_of(parse_flight(std::string(kFence) + "[limits]\ntilt_deg = 5\n", "f"));
   EXPECT_NEAR(ref::tilt_of(level.acceleration_m_s2, 0.0, 0.0), 5.0 * core::kPi / 180.0, 0.001);
-  for (const double down : {0.0, 0.05, 0.0872, 0.3, 0.9}) {  // of the acceleration's direction
+  for (const double down : {0.0, 0.05, 0.0872, 0.3, 0.9}) {  // downward share of the acceleration
     const double a = level.acceleration_m_s2;
     EXPECT_LE(ref::tilt_of(a * std::sqrt(1.0 - down * down), 0.0, -a * down), 5.0 * core::kPi / 180.0 + 1e-9) << down;
   }
@@ -79,7 +80,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"StartOutside", "[fence]\nx_m = [1, 5]\ny_m = [-1, 1]\nz_m = [1, 2]\n",
               "f.toml:2: 'fence.x_m': the start, 0, is not inside [1, 5]"},
         Wrong{"TooNarrow", "[fence]\nx_m = [-5, 5]\ny_m = [-0.1, 0.1]\nz_m = [1, 3]\n",
-              "f.toml:3: 'fence.y_m': [-0.1, 0.1] leaves less than 0.5 m to a side of the start"},
+              "f.toml:3: 'fence.y_m': [-0.1, 0.1] leaves less than 0.5 m on a side of the start"},
         Wrong{"TooLow", "[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [1, 1.2]\n",
               "f.toml:4: 'fence.z_m': [1, 1.2] is lower than 1 m"},
         Wrong{"FloorInTheGround", "[fence]\nx_m = [-1, 5]\ny_m = [-1, 1]\nz_m = [0, 2]\n",
@@ -129,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Laid{"OnlyTheCornersOfTheSquare", "square 5.5 2 0.5\n", "c:1: 'square': x = "}),
     [](const auto& tested) { return tested.param.name; });
 
-// The start is at x = 10, y = -3: the box moves with it; the height is the world's.
+// The start is at x = 10, y = -3. The fence moves with the start in x and y; its height is in world coordinates.
 TEST_P(CourseInTheBox, IsTakenOrRefusedByLineAndPlace) {
   RecordProperty("promise", "R16");
   const FlightFile flight = parse_flight(kFence, "f.toml");
@@ -155,7 +156,7 @@ TEST(FlightFile, AStartBelowTheFloorIsRefused) {
   EXPECT_THROW(expect_inside(flight, start, *course, {}, "c"), FlightFileError);
 }
 
-/// The limits of the file's keys, written out a second time, each with a file in which the key stands.
+/// The limits of the file's keys, written out a second time, each with a file that holds the key.
 struct KeyEdges {
   const char* name;
   std::string before, after;  ///< of the number, in the file
@@ -222,7 +223,7 @@ TEST(FlightFile, EveryKeyReachesTheFlightInItsUnit) {
   EXPECT_EQ(course_limits_of(unsaid).speed_m_s, CourseLimits{}.speed_m_s);
   EXPECT_EQ(course_limits_of(unsaid).tilt_rad, CourseLimits{}.tilt_rad);
   EXPECT_NEAR(goal_limits_of(said).yaw_rate_rad_s, core::kPi / 5.0, 1e-12);
-  // Sides are the start's in x and y, and the world's in height.
+  // The sides are relative to the start in x and y, and world coordinates in height.
   ref::Waypoint<double> start;
   start.position_w_m = {10.0, -20.0, 1.5};
   const core::Fence fence = fence_of(said, start);
@@ -235,7 +236,7 @@ TEST(FlightFile, EveryKeyReachesTheFlightInItsUnit) {
   EXPECT_EQ(fence.wind_m_s, 5.0);
 }
 
-// A pose has millimetres: a place a millimetre outside is inside, two are not; on every side of the box.
+// A pose is accurate to a millimetre: a place one millimetre outside counts as inside, two millimetres do not.
 TEST(FlightFile, AStartIsInsideToAMillimetre) {
   const FlightFile flight = parse_flight(kFence, "f.toml");
   const auto inside = [&flight](double z_m) {

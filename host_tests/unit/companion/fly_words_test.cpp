@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the operator reads: which obstacle is named first, and that a sentence tells the numbers that it is about.
+// Texts for the operator: which obstacle is named first, and that a text states the numbers behind it.
 #include "firmware/companion/fly/words.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ std::string said(Cause cause, const Observation& seen) {
   return std::string(line.text());
 }
 
-// Each at its limit and one step beyond.
+// Each quantity at its limit and one step beyond it.
 TEST(Obstacle, IsWhatStandsInTheWayNow) {
   Observation seen = ready();
   EXPECT_EQ(obstacle(seen, kLimits), Cause::kNone);
@@ -60,8 +60,8 @@ TEST(Obstacle, IsWhatStandsInTheWayNow) {
   EXPECT_EQ(obstacle(seen, kLimits), Cause::kTelemetryOld);
 }
 
-// The nearest to the root first: who sees to it makes the rest go away. Poses that are refused by an estimate that is
-// none are no obstacle of their own.
+// The root cause is named first, because removing it removes the others. Poses that an unhealthy estimate refuses are
+// not an obstacle of their own.
 TEST(Obstacle, TheCauseOfTheOthersIsNamedFirst) {
   Observation seen = ready();
   seen.outside_m = 1.0;
@@ -85,11 +85,11 @@ TEST(Obstacle, APoseOfALateSourceIsFreshForLonger) {
 }
 
 TEST(Obstacle, WhatHelpsIsSaid) {
-  EXPECT_EQ(what_helps(Cause::kFenceLeft), "bring it inside, or take a larger box");
-  EXPECT_EQ(what_helps(Cause::kTelemetryOld), "see to the cable and the autopilot's telemetry");
+  EXPECT_EQ(what_helps(Cause::kFenceLeft), "bring the aircraft inside, or take a larger fence");
+  EXPECT_EQ(what_helps(Cause::kTelemetryOld), "check the cable and the autopilot's telemetry");
   EXPECT_EQ(what_helps(Cause::kTelemetrySilent), what_helps(Cause::kTelemetryOld));
   for (const Cause cause : {Cause::kPoseOld, Cause::kPoseRefused, Cause::kEstimateLost}) {
-    EXPECT_EQ(what_helps(cause), "see to the source of pose");
+    EXPECT_EQ(what_helps(cause), "check the source of pose");
   }
 }
 
@@ -97,14 +97,13 @@ TEST(FlyWords, ARefusalTellsByHowMuchAndByWhom) {
   Observation seen = ready();
   seen.refused_by_m = 0.314;
   seen.refused_allowed_m = 0.021;
-  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from where it must be, allowed 0.02 m");
+  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
   seen.refused_turn_rad = 0.35;
-  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from where it must be, allowed 0.02 m");
+  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: 0.31 m from the prediction, allowed 0.02 m");
   seen.refused_turn_rad = 0.5;
-  EXPECT_EQ(said(Cause::kPoseRefused, seen),
-            "pose refused: turned by 0.50 rad from where it must be, allowed 0.35 rad");
+  EXPECT_EQ(said(Cause::kPoseRefused, seen), "pose refused: turned by 0.50 rad from the prediction, allowed 0.35 rad");
   seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kAnswer);
-  EXPECT_EQ(said(Cause::kPoseRefused, seen).find("attitude refused: it does not answer to our commands"), 0U);
+  EXPECT_EQ(said(Cause::kPoseRefused, seen).find("attitude refused: it does not follow our commands"), 0U);
   seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kRates);
   EXPECT_EQ(said(Cause::kPoseRefused, seen).find("attitude refused: the autopilot's rates contradict it"), 0U);
   seen.contradicted_by = static_cast<std::uint8_t>(est::Check::kForce);
@@ -119,7 +118,7 @@ TEST(FlyWords, AnAgeStandsBesideItsLimit) {
   EXPECT_EQ(said(Cause::kTelemetrySilent, seen), "telemetry silent: 0.640 s, allowed 0.500 s");
   EXPECT_EQ(said(Cause::kPoseOld, seen), "pose old: 0.075 s, allowed 0.060 s");
   seen.pose_age = core::Duration::max();
-  EXPECT_EQ(said(Cause::kPoseOld, seen), "pose old: none has come");
+  EXPECT_EQ(said(Cause::kPoseOld, seen), "pose old: none has arrived");
 }
 
 TEST(FlyWords, WhatTookControlAwayIsTold) {
@@ -131,15 +130,15 @@ TEST(FlyWords, WhatTookControlAwayIsTold) {
   seen.error_m = 0.456;
   seen.reserve_m = 0.4;
   EXPECT_EQ(said(Cause::kReserveSpent, seen),
-            "without a pose the position is known to 0.46 m, and the fence leaves 0.40 m");
+            "without a pose the position error may be 0.46 m, and the fence leaves 0.40 m");
   seen.outside_m = 0.27;
   EXPECT_EQ(said(Cause::kFenceLeft, seen), "the aircraft is 0.27 m outside its fence");
   seen.push_m_s2 = 1.26;
   seen.place_lost_for = milliseconds(3100);
-  EXPECT_EQ(said(Cause::kPlaceLost, seen), "the wind pushes with 1.3 m/s^2, and for 3.1 s the place has not been held");
+  EXPECT_EQ(said(Cause::kPlaceLost, seen), "the wind pushes with 1.3 m/s^2; the place has not been held for 3.1 s");
   seen.swing_rad = 0.1745329;
   seen.swing_hz = 0.84;
-  EXPECT_EQ(said(Cause::kSwinging, seen).find("the aircraft swings by itself, by 10 degrees to and fro, 0.8 times"),
+  EXPECT_EQ(said(Cause::kSwinging, seen).find("the aircraft swings by itself, by 10 degrees peak to peak, 0.8 times"),
             0U);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a room's orders say, and what of a low battery stands in a log.
+// What the orders of a room mean, and how the battery settings are written into a log.
 #include "firmware/companion/room/follow.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ TEST(PauseOrder, HalfOfOneIsThatItGoesOn) {
   EXPECT_FALSE(asks_to_hold(with(0.F, kPauseContinue + 1)) || asks_to_go_on(with(1.F, kPauseContinue + 1)));
 }
 
-// A replay reads them from the log. Would catch a flight that is repeated with another speed home.
+// A replay reads the settings from the log. Would catch a replay that flies home at another speed than the flight did.
 TEST(HomeNote, IsReadAsItWasWritten) {
   EXPECT_EQ(HomeSettings{}.low_percent, 0.0) << "without the key the battery is nobody's business";
   HomeSettings settings;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An aircraft that is moved by hand, with a pose whose axes are right, turned, exchanged or mirrored: which one is
-// said.
+// An aircraft is moved by hand while the axes of its pose are right, turned, exchanged or mirrored; the check must name
+// the error.
 #include "firmware/companion/doctor/frames_check.h"
 
 #include <gtest/gtest.h>
@@ -18,12 +18,12 @@ namespace {
 using Vector = Eigen::Vector3d;
 using Rotation = Eigen::Quaterniond;
 
-/// Where the aircraft truly is: tilted, turned and pushed, one after the other, as the operator is asked to.
+/// True motion of the aircraft: tilted, turned and moved, one after the other, as the operator is asked to do.
 struct Hand {
   Vector position = Vector::Zero(), acceleration = Vector::Zero();
   Rotation wb = Rotation::Identity();
 };
-constexpr double kSwing_s = 1.2;  ///< there and back
+constexpr double kSwing_s = 1.2;  ///< one full swing
 
 Hand hand_at(double t_s) {
   Hand hand;
@@ -51,8 +51,9 @@ struct Seen {
 };
 using Error = std::function<Seen(const Seen&)>;
 
-/// The checks by name, after 30 s of motion. @param late of the pose behind the autopilot. @param north how far the
-/// autopilot's world is turned against the room.
+/// The checks by name, after `length_s` of motion.
+/// @param late_s how much the pose is later than the autopilot's data.
+/// @param north_rad angle from the room's frame to the autopilot's world.
 std::map<std::string, Check> moved(const Error& error, double length_s = 30.0, double late_s = 0.02, double unit = 1.0,
                                    double north_rad = 2.1) {
   FramesCheck frames;
@@ -88,7 +89,7 @@ TEST(FramesCheck, RightAxesAreRight) {
   EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; })), "");
 }
 
-// Would catch a force that is turned wrongly into the world: the room's x may lie anywhere, also exactly along north.
+// Would catch a force that is rotated wrongly into the world. The room's x may point anywhere, also exactly north.
 TEST(FramesCheck, WhereverNorthLiesRightAxesAreRight) {
   for (const double north_rad : {-3.1, -1.6, -0.02, 0.0, 0.02, 0.8, 1.5707963, 3.1}) {
     EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; }, 30.0, 0.02, 1.0, north_rad)), "") << north_rad;
@@ -103,7 +104,7 @@ TEST(FramesCheck, AnAutopilotThatTellsItsForceInGIsUnderstood) {
   EXPECT_EQ(bad_ones(moved([](const Seen& seen) { return seen; }, 30.0, 0.02, 1.0 / 9.80665)), "");
 }
 
-// Some sources tell a heading and no tilt; m100 flies by the heading alone.
+// Some sources report a heading but no tilt; m100 uses the heading only.
 TEST(FramesCheck, ATiltThatIsNotToldIsNoWrongAxis) {
   const std::map<std::string, Check> checks = moved([](const Seen& seen) {
     const double yaw = std::atan2((seen.wb * Vector::UnitX()).y(), (seen.wb * Vector::UnitX()).x());
@@ -114,7 +115,7 @@ TEST(FramesCheck, ATiltThatIsNotToldIsNoWrongAxis) {
   EXPECT_EQ(checks.at("heading").health, Health::kGood) << checks.at("heading").finding;
 }
 
-TEST(FramesCheck, AnotherHeadingOfTheBodyIsNoError) {  // the room's x is where its markers say
+TEST(FramesCheck, AnotherHeadingOfTheBodyIsNoError) {  // the markers define the room's x
   const Rotation room(Eigen::AngleAxisd(-0.7, Vector::UnitZ()));
   EXPECT_EQ(bad_ones(moved([&](const Seen& seen) { return Seen{room * seen.position, room * seen.wb}; })), "");
 }
@@ -136,7 +137,7 @@ TEST(FramesCheck, AReversedRollPitchOrHeadingIsNamed) {
   const auto with = [](Rotation (*change)(const Rotation&)) {
     return moved([change](const Seen& seen) { return Seen{seen.position, change(seen.wb)}; });
   };
-  // x and y of the quaternion turn roll and pitch, z the heading.
+  // x and y of the quaternion belong to roll and pitch, z to the heading.
   EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), -q.x(), q.y(), q.z()); })),
             "roll: is reversed; ");
   EXPECT_EQ(bad_ones(with([](const Rotation& q) { return Rotation(q.w(), q.x(), -q.y(), q.z()); })),

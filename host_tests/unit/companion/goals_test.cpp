@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Goals as a room gives them: what counts as one, and that the reference neither jumps nor hurries.
+// Goals that a room sends: which messages are accepted, and that the reference keeps its limits.
 #include "firmware/companion/room/goals.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ struct GoalsTest : ::testing::Test {
     return {window.x[0].position_m,   window.y[0].position_m,   window.height.position_m,
             window.x[0].velocity_m_s, window.y[0].velocity_m_s, window.yaw_rad};
   }
-  /// Lets time pass and holds each step to the limits.
+  /// Lets time pass and checks that every step of the reference keeps the limits.
   void pass(core::Duration time) {
     for (const core::TimePoint end = now + time; now < end;) {
       const At before = reference();
@@ -72,7 +72,7 @@ TEST_F(GoalsTest, IsFlownToInNorthEastDown) {
   EXPECT_NEAR(reference().yaw, -0.5, 1e-6) << "clockwise from above is ours with a minus";
 }
 
-// Would catch a goal that is laid from where the last one ended: the reference would jump.
+// Would catch a way that begins at the last goal instead of the present motion: the reference would jump.
 TEST_F(GoalsTest, OneThatComesOnTheWayIsFlownToFromTheMotionOfThatMoment) {
   EXPECT_EQ(goals->take(goal(4.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
   pass(milliseconds(2000));
@@ -91,8 +91,8 @@ TEST_F(GoalsTest, OneThatComesOnTheWayIsFlownToFromTheMotionOfThatMoment) {
   EXPECT_EQ(reference().vx, 0.0);
 }
 
-// A target that moves, told 20 times a second. Would catch a reference that comes to rest for each of its places, and
-// one that never gains speed because it begins anew each time.
+// A moving target that is sent 20 times a second. Would catch a reference that stops at each place, and one that never
+// gains speed because it starts anew each time.
 TEST_F(GoalsTest, AStreamOfGoalsIsFollowedWithoutAStop) {
   constexpr double kSpeed_m_s = 0.8;
   for (int i = 0; i < 100; ++i) {
@@ -121,7 +121,8 @@ TEST_F(GoalsTest, AWayThatWouldSwingBeyondTheFenceIsBrakedFirst) {
   }
 }
 
-// A planner repeats its goal several times a second; braking for each would never arrive.
+// A planner repeats its goal several times a second. Catches a reference that brakes for each repetition and never
+// arrives.
 TEST_F(GoalsTest, ARepeatedGoalIsOne) {
   EXPECT_EQ(goals->take(goal(2.F, 0.F, -1.5F), now, true), GoalAnswer::kFlies);
   for (int i = 0; i < 100; ++i) {
@@ -168,7 +169,7 @@ TEST_F(GoalsTest, WhatIsNoGoalMovesNothing) {
   EXPECT_EQ(reference().x, 0.0);
 }
 
-// Would catch a goal that outlives its flight: the next one would begin with a way from where the last one was.
+// Would catch a goal that outlives its flight: the next flight would begin with a way from an old place.
 TEST_F(GoalsTest, AFlightThatBeginsAnewHoldsItsPlace) {
   est::Estimate<double> estimate;
   estimate.x.position_m = -1.0;
@@ -187,7 +188,7 @@ TEST_F(GoalsTest, AFlightThatBeginsAnewHoldsItsPlace) {
   EXPECT_EQ(reference().z, 1.2);
 }
 
-// What the operator reads where a goal is answered: a name for each, and none twice.
+// The operator reads these names in the answer to a goal: each answer must have one, and no two the same.
 TEST(GoalAnswers, EachHasAnotherName) {
   std::set<std::string_view> names;
   for (const GoalAnswer answer : {GoalAnswer::kFlies, GoalAnswer::kSame, GoalAnswer::kNotFlying, GoalAnswer::kFrame,

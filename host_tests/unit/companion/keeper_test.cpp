@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The second process of a flight, with a pipe for the port: what it says, when, and when it does not.
+// The keeper, the second process of a flight, with a pipe in place of the port: what it sends, when it sends, and when
+// it stays silent.
 #include "firmware/companion/fly/keeper.h"
 
 #include <fcntl.h>
@@ -20,12 +21,12 @@
 
 namespace {
 
-/// The only process that may use the heap; 0: every one.
+/// The only process that may use the heap; 0: all may.
 pid_t only_process = 0;
 
 void* allocate(std::size_t size) {
   if (only_process != 0 && getpid() != only_process) {
-    _exit(99);  // the keeper would be found dead, and silent
+    _exit(99);  // the test then finds a keeper that is dead and has sent nothing
   }
   return std::malloc(size);
 }
@@ -45,7 +46,7 @@ namespace {
 constexpr int kPatience_ms = 20000;  ///< of a busy machine
 const link::ChannelCommand kSticks{vrc::Sticks{}};
 
-/// What the autopilot would have understood.
+/// What an autopilot would have received.
 struct Heard {
   int sticks = 0;
   int movements = 0;
@@ -88,7 +89,7 @@ struct KeeperTest : ::testing::Test {
     close(line[0]);
     close(line[1]);
   }
-  /// Everything until all who could write have ended, or (where `bytes` were asked for) until so many have come.
+  /// Reads until every writer has closed the line or, if `bytes` is given, until that many bytes have come.
   std::vector<std::byte> read_line(std::size_t bytes = ~std::size_t{0}) {
     std::vector<std::byte> all;
     std::array<std::byte, 4096> some{};
@@ -102,7 +103,7 @@ struct KeeperTest : ::testing::Test {
     }
     return all;
   }
-  /// A flying program that does what it is told in a process of its own. @returns its id.
+  /// Runs `flight` as the flying program, in a process of its own. @returns its id.
   template <typename Flight>
   pid_t fly(const Flight& flight) {
     const pid_t program = fork();
@@ -139,7 +140,7 @@ TEST_P(KeeperAfterDeath, SaysTheWholeFarewellAFewTimesAndEnds) {
     (void)keeper.beat(true);
     kill(getpid(), GetParam().signal);
   });
-  const Heard heard = understood(read_line());  // to the end of the line: the keeper let go of it
+  const Heard heard = understood(read_line());  // ends only when the keeper has closed the line
   waitpid(program, nullptr, 0);
   EXPECT_EQ(heard.releases.size(), 2 * Keeper::kRounds);
   EXPECT_EQ(std::set<std::uint16_t>(heard.releases.begin(), heard.releases.end()).size(), Keeper::kRounds)
@@ -182,7 +183,7 @@ TEST_F(KeeperTest, ToldToGoItEndsWithoutAWordAndWithoutAZombie) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-// The program ends, and does not know that control is back.
+// The program ends without knowing whether the pilot has control again.
 TEST_F(KeeperTest, ToldToSpeakItGivesBackAndEnds) {
   RecordProperty("promise", "R15");
   const pid_t program = fly([&] {
@@ -202,7 +203,7 @@ TEST_F(KeeperTest, ToldToSpeakItGivesBackAndEnds) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-// The program stops beating, and is resumed: it must notice, and once is enough.
+// The program's heartbeats stop, then it resumes: it must notice that the keeper has spoken, once.
 TEST_F(KeeperTest, SpeaksWhenTheBeatsStopAndIsNoticedOnce) {
   RecordProperty("promise", "R15");
   only_process = getpid();
@@ -233,13 +234,13 @@ TEST_F(KeeperTest, SpeaksAFewTimesOfOneHangAndThenNoMore) {
   EXPECT_EQ(releases, 2 * Keeper::kRounds);
 }
 
-// Whoever flies must know that nobody would speak for him. The times are handed in.
+// The flying program must notice that its keeper would not act in its place. The test passes the times in.
 TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
   RecordProperty("promise", "R15");
   only_process = getpid();
   Keeper keeper(kSticks, nullptr);
   const core::TimePoint from = core::TimePoint{} + std::chrono::seconds(1);
-  const auto looks_again = [&] {  // it looks fifty times a second; the machine may be busy
+  const auto looks_again = [&] {  // it checks fifty times a second; the machine may be busy
     for (int tries = 0; tries < 2000 && keeper.guard(from + Keeper::kHang) != Keeper::Guard::kStands; ++tries) {
       usleep(10000);
     }
@@ -249,7 +250,7 @@ TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
   ASSERT_EQ(kill(keeper.process(), SIGSTOP), 0);
   int status = 0;
   ASSERT_EQ(waitpid(keeper.process(), &status, WUNTRACED), keeper.process());
-  (void)keeper.guard(from);  // what it looked at before it stood still
+  (void)keeper.guard(from);  // takes in what the keeper did before it was stopped
   EXPECT_EQ(keeper.guard(from + Keeper::kHang - core::Duration{1}), Keeper::Guard::kStands);
   EXPECT_EQ(keeper.guard(from + Keeper::kHang), Keeper::Guard::kStandsStill);
   ASSERT_EQ(kill(keeper.process(), SIGCONT), 0);
@@ -261,7 +262,7 @@ TEST_F(KeeperTest, ThatStandsStillOrIsDeadIsNoticed) {
   EXPECT_EQ(keeper.guard(from + 4 * Keeper::kHang), Keeper::Guard::kDead);
 }
 
-// Start-up may take its time, and nothing is held yet.
+// Catches a keeper that acts during start-up, which may take long; control is not held yet.
 TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
   only_process = getpid();
   Keeper keeper(kSticks, nullptr);
@@ -271,14 +272,14 @@ TEST_F(KeeperTest, IsSilentBeforeTheFirstBeat) {
   EXPECT_TRUE(keeper.alive());
 }
 
-// Ctrl-C and a closed terminal go to everybody in the process group.
+// Ctrl-C and a closed terminal send a signal to every process of the group.
 TEST_F(KeeperTest, IsDeafToSignalsOfTheGroup) {
   RecordProperty("promise", "R15");
   const pid_t program = fly([&] {
     Keeper keeper(kSticks, nullptr);
     keeper.hold(line[1], 1);
     (void)keeper.beat(false);
-    usleep(50000);  // it stands apart by now, or the next lines find it dead
+    usleep(50000);  // by now it must have left the group; otherwise the signals below kill it
     for (const int number : {SIGINT, SIGHUP, SIGQUIT, SIGTERM, SIGPIPE, SIGUSR1, SIGALRM, SIGTSTP}) {
       kill(keeper.process(), number);
     }
@@ -294,7 +295,7 @@ TEST_F(KeeperTest, IsDeafToSignalsOfTheGroup) {
   EXPECT_TRUE(WIFSIGNALED(status)) << "it was dead, or in the group";
 }
 
-// A port that is pulled out and plugged in again has another descriptor; the old one must be free.
+// A port that was unplugged and plugged in again has another descriptor; the keeper must close the old one.
 TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
   int old_line[2]{-1, -1};
   ASSERT_EQ(pipe2(old_line, O_CLOEXEC | O_NONBLOCK), 0);
@@ -316,7 +317,8 @@ TEST_F(KeeperTest, HoldsThePortThatIsAndLetsGoOfTheOneThatWas) {
   close(old_line[0]);
 }
 
-// Catches a program that asks for control while its second process has not run yet: who dies then takes it along.
+// Catches a program that asks for control before its second process runs: if the program dies then, the second process
+// dies too.
 TEST_F(KeeperTest, ItStandsBeforeAnythingIsAskedFor) {
   for (int i = 0; i < 20; ++i) {
     Keeper keeper(kSticks, nullptr);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is shown of a flight: one object of JSON a state, one line of words, and nobody by mistake.
+// Live display of a flight: one JSON object per state, one status line, and no receiver unless one is given.
 #include "firmware/companion/fly/live.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ TEST(Live, AStateIsOneObjectWithItsTime) {
   EXPECT_LT(json_of(flying()).size(), 1200U) << "one packet of a common network";
 }
 
-// A receiver must not choke on a number that is none.
+// JSON has no NaN; a receiver could not parse the object.
 TEST(Live, WhatIsNoNumberIsNull) {
   LiveState state = flying();
   state.yaw_rad = std::nan("");
@@ -72,7 +72,8 @@ TEST(Live, AReceiverIsAnAddressAndAPort) {
   }
 }
 
-// Catches a thread that takes 64 MB of addresses for itself: locked, they do not fit into what doctor asks for.
+// Catches a thread with a malloc arena of its own, which takes 64 MB of address space: memory is locked, and the limit
+// that doctor asks for does not leave room for it.
 TEST(Live, TheThreadThatShowsHasNoMemoryOfItsOwn) {
   Live live({.to = "127.0.0.1:9", .status = "never"});
   live.start();

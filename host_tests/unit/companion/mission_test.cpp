@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mission as a room carries it over, and how it is flown: what comes twice, late or never, and what is no item.
+// Missions: the transfer from a room (items that come twice, late or never, and invalid items), and how a mission is
+// flown.
 #include "firmware/companion/room/mission.h"
 
 #include <gtest/gtest.h>
@@ -53,12 +54,12 @@ struct TransferTest : ::testing::Test {
     }
     return all;
   }
-  /// The number of the item that the only reply asks for; -1: it is another reply.
+  /// The number of the item that the only reply requests; -1: the reply is another one.
   static int asked(const std::vector<Reply>& replies) {
     const auto* const request = replies.size() == 1 ? std::get_if<mavlink::MissionRequestInt>(&replies[0]) : nullptr;
     return request == nullptr ? -1 : request->seq;
   }
-  /// The result that the only reply tells; -1: it is another reply.
+  /// The result in the only reply; -1: the reply is another one.
   static int result(const std::vector<Reply>& replies) {
     const auto* const ack = replies.size() == 1 ? std::get_if<mavlink::MissionAck>(&replies[0]) : nullptr;
     return ack == nullptr ? -1 : ack->type;
@@ -88,7 +89,7 @@ TEST_F(TransferTest, ItemsAreAskedForOneByOneAndGivenBack) {
   EXPECT_TRUE(transfer.items().empty());
 }
 
-// Would catch a transfer that stops for ever where one packet was lost, and one that takes an item twice.
+// Would catch a transfer that stops for ever after a lost packet, and one that stores an item twice.
 TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
   EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
   EXPECT_EQ(asked(wait(MissionTransfer::kAskAgain)), 0);
@@ -101,7 +102,7 @@ TEST_F(TransferTest, WhatIsLostIsAskedForAgainAndWhatComesTwiceIsOne) {
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
-// Would catch a mission that was refused, and is answered as accepted because a list before it was as long.
+// Would catch a refused mission that is acknowledged as accepted because an earlier list had the same length.
 TEST_F(TransferTest, WhoRepeatsTheEndOfARefusedListIsNotToldThatItWasAccepted) {
   carry_over(2);
   mavlink::MissionItemInt global = item(1, 2.0, 0.0, -1.5);
@@ -148,8 +149,8 @@ mavlink::MissionItem older_item(std::uint16_t seq, float x_m, float y_m, float z
           .autocontinue = 1};
 }
 
-// A sender of before 2020 asks by MISSION_REQUEST and sends MISSION_ITEM, in metres. Would catch one that is left
-// alone.
+// A sender from before 2020 requests with MISSION_REQUEST and sends MISSION_ITEM, in metres. Would catch a vehicle that
+// does not answer it.
 TEST_F(TransferTest, OlderMessagesCarryTheSameItems) {
   EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
   EXPECT_EQ(asked(hear(older_item(0, 1.25F, -3.F, -1.5F))), 1);
@@ -183,7 +184,7 @@ TEST_F(TransferTest, AMissionThatFliesIsNotReplaced) {
   EXPECT_EQ(transfer.items().size(), 2U);
 }
 
-// Would catch a mission that is replaced under the aircraft because its start came in the middle of an upload.
+// Would catch an upload that replaces the mission in flight because the mission was started during the upload.
 TEST_F(TransferTest, AMissionThatIsStartedDuringATransferIsNotReplacedByIt) {
   carry_over(2);
   const std::uint32_t edition = transfer.edition();
@@ -195,7 +196,7 @@ TEST_F(TransferTest, AMissionThatIsStartedDuringATransferIsNotReplacedByIt) {
   EXPECT_EQ(transfer.edition(), edition);
 }
 
-// Would catch a transfer that another station ends without a word to who carries it over.
+// Would catch a transfer that another station can end without the uploading station noticing.
 TEST_F(TransferTest, NobodyElseForgetsTheItemsDuringATransfer) {
   EXPECT_EQ(asked(hear(mavlink::MissionCount{.count = 2})), 0);
   EXPECT_EQ(result(hear(mavlink::MissionClearAll{}, kOther)), mission_result::kDenied);
@@ -268,7 +269,7 @@ struct MissionTest : ::testing::Test {
     trajectory.hold(start);
     trajectory.start(now);
   }
-  /// The aircraft is where its reference is.
+  /// Lets time pass; the aircraft follows its reference exactly.
   void pass(core::Duration time) {
     slowest_m_s = 1e9;
     for (const core::TimePoint end = now + time; now < end;) {
@@ -308,7 +309,7 @@ TEST_F(MissionTest, FliesItsItemsInOrderAndHoldsAtThem) {
   EXPECT_NEAR(goals.yaw(now), -core::kPi / 2.0, 0.02) << "an item without a heading keeps the one that is";
 }
 
-// Would catch a mission that stops at each of its points although none asks for it.
+// Would catch a mission that stops at each of its points although no item asks for it.
 TEST_F(MissionTest, PassesPointsWithARadiusWithoutAStop) {
   items = {item(0, 2.0, 0.0, -1.5), item(1, 3.5, 1.0, -1.5), item(2, 4.0, 3.0, -1.5)};
   items[0].param2 = items[1].param2 = 0.5F;
@@ -337,7 +338,7 @@ TEST_F(MissionTest, WhateverElseMovesTheAircraftPausesItAndItGoesOnByOrder) {
   EXPECT_FALSE(mission.start(items, 0, 0, now, false)) << "nothing flies";
   ASSERT_TRUE(mission.start(items, 0, 0, now, true));
   pass(seconds(1));
-  flies = false;  // the ladder
+  flies = false;  // the ladder has taken over
   pass(milliseconds(10));
   EXPECT_EQ(mission.state(), MissionState::kPaused);
   flies = true;
@@ -409,7 +410,7 @@ TEST_F(ParametersTest, OneIsReadByNameOrIndexAndWhatIsNotThereIsNot) {
   EXPECT_TRUE(answers(mavlink::ParamRequestRead{.param_index = 1000}, 1).empty());
 }
 
-// Would catch a program that changes what it flies by, and one that leaves the sender without an answer.
+// Would catch a program that changes a parameter in flight, and one that leaves the sender without an answer.
 TEST_F(ParametersTest, AWishToChangeOneIsAnsweredWithTheValueThatStays) {
   mavlink::ParamSet wish{.param_value = 99.F, .param_type = 9};
   std::ranges::copy(std::string_view("MASS_KG"), wish.param_id.begin());
@@ -421,7 +422,7 @@ TEST_F(ParametersTest, AWishToChangeOneIsAnsweredWithTheValueThatStays) {
   EXPECT_EQ(name_of(wish), "MASS_KG");
   wish.param_id = {'\x1b', '[', '2', 'J'};
   EXPECT_TRUE(answers(wish, 1).empty());
-  EXPECT_EQ(name_of(wish), "that is not there") << "what a sender writes does not reach the terminal";
+  EXPECT_EQ(name_of(wish), "of unknown name") << "what a sender writes does not reach the terminal";
 }
 
 }  // namespace

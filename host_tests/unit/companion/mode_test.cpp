@@ -23,14 +23,14 @@ TEST(Mode, HasItsNameBothWays) {
   EXPECT_FALSE(mode_named("indoors").has_value());
 }
 
-// Field is the file as it stands, to the last bit: its gain tables need not be made again.
+// The mode "field" uses the file unchanged, to the last bit, so its gain tables need not be made again.
 TEST(Mode, FieldIsTheFileItself) {
   const std::string text = read_file(kFile);
   EXPECT_EQ(text_in_mode(text, kFile, Mode::kField), text);
   EXPECT_EQ(in_mode(parse_vehicle(text, kFile), Mode::kField).digest, parse_vehicle(text, kFile).digest);
 }
 
-// Catches a mode that is accepted and changes nothing, and one that changes what was identified.
+// Catches a mode that is accepted but changes nothing, and one that changes an identified value.
 TEST(Mode, CalmRoomChangesWeightsAndNoisesOnly) {
   const VehicleFile file = load_vehicle(kFile);
   const VehicleFile calm = in_mode(file, Mode::kCalmRoom);
@@ -41,7 +41,7 @@ TEST(Mode, CalmRoomChangesWeightsAndNoisesOnly) {
   EXPECT_EQ(to_text(back, {}), to_text(file.vehicle, {}));
 }
 
-// A table of one mode must not fly in the other, nor after any change of the file, be it of a comment.
+// A table of one mode must not fly in the other mode, nor after any change of the file, even of a comment.
 TEST(Mode, EachIsTiedToEveryBitOfTheVehicleFile) {
   RecordProperty("promise", "R10");
   const std::string text = read_file(kFile);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a room says in one tick: nothing that it orders is lost behind another order.
+// Orders that a room sends within one tick: no order is lost because of another one.
 #include "firmware/companion/room/follow.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ struct OverheardLineTest : ::testing::Test {
     std::vector<std::byte> got(frame.bytes().size());
     EXPECT_EQ(line.read(got).value_or(0), got.size());
   }
-  /// Those that wait, one for each tick that takes one.
+  /// The waiting orders; each tick takes one.
   std::vector<std::pair<int, float>> taken() {
     std::vector<std::pair<int, float>> all;
     while (const auto order = line.take_order()) {
@@ -39,7 +39,7 @@ struct OverheardLineTest : ::testing::Test {
 };
 using Orders = std::vector<std::pair<int, float>>;
 
-// Catches an order to release that is lost because a ground station asked for a message in the same tick.
+// Catches an order to release that is lost because a ground station requested a message in the same tick.
 TEST_F(OverheardLineTest, OrdersOfOneTickAreTakenOneByOne) {
   RecordProperty("promise", "R15");
   say(kGuided, 0.F);
@@ -49,7 +49,7 @@ TEST_F(OverheardLineTest, OrdersOfOneTickAreTakenOneByOne) {
   EXPECT_TRUE(taken().empty());
 }
 
-// Catches a release, or an order to hold, that finds no room behind what others asked during a stall.
+// Catches a release, or an order to hold, that finds no room in the queue after the requests of a stall.
 TEST_F(OverheardLineTest, AnOrderToStopAlwaysFindsRoom) {
   RecordProperty("promise", "R15");
   for (int i = 0; i < 20; ++i) {
@@ -69,7 +69,7 @@ TEST_F(OverheardLineTest, AnOrderToStopAlwaysFindsRoom) {
   EXPECT_EQ(all.back(), (std::pair<int, float>{kGuided, 0.F})) << "and nothing that came in excess flies behind it";
 }
 
-// What stands in the result of a flight: nothing before anybody spoke, and each once.
+// The counts in the result of a flight: zero before anything was received, and each message counted once.
 TEST_F(OverheardLineTest, WhatWasHeardIsCounted) {
   const HeardStats& heard = line.stats();
   for (const std::uint32_t count :
@@ -98,7 +98,7 @@ TEST_F(OverheardLineTest, WhatWasHeardIsCounted) {
   EXPECT_EQ(heard.goals, 0U);
 }
 
-// Catches a ground station that waits for a list that never comes, beside an excitation.
+// Catches a flight without missions (an excitation, for example) that leaves a ground station waiting for a list.
 TEST_F(OverheardLineTest, AFlightWithoutMissionsAnswersWhoAsksForOne) {
   const auto ask = [this](const auto& message) {
     const mavlink::Frame frame = mavlink::encode(message, kStation, sequence++);

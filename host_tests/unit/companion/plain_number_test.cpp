@@ -18,7 +18,7 @@ TEST(PlainNumber, IsDecimalAndFinite) {
   EXPECT_FALSE(is_plain_number(std::string_view("5\0", 2)));
 }
 
-// A leading nought makes it octal for strtoull: 010 is 8.
+// strtoull takes a number with a leading zero for octal: 010 is 8.
 TEST(PlainNumber, AWholeOneIsDigitsAlone) {
   for (const char* text : {"0", "7", "10", "-3", "18446744073709551615"}) {
     EXPECT_TRUE(is_plain_whole_number(text)) << text;

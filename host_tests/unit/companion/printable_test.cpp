@@ -6,7 +6,7 @@
 namespace m100::companion {
 namespace {
 
-// Would catch a character of several bytes that is torn apart, or one byte of the next that is taken with it.
+// Would catch a multi-byte character that is split, or that takes one byte of the next one with it.
 TEST(Printable, LeavesWhatATerminalShows) {
   for (const char* text : {"plain text ~", "\xc2\xa0", "gr\xc3\xbc\xc3\x9f", "\xe0\xa0\x80x", "3 \xe2\x82\xac.",
                            "\xed\x9f\xbfy", "\xf0\x9f\x9a\x81!", "\xf0\x90\x80\x80", "\xf4\x8f\xbf\xbfz"}) {
@@ -24,7 +24,7 @@ TEST(Printable, EscapesControlCharacters) {
   EXPECT_EQ(printable("\xc2\x80\xc2\x9f"), "\\xc2\\x80\\xc2\\x9f");
 }
 
-// A name in a file that is shown backwards, or as two lines, is another name than it says.
+// A name from a file that is shown backwards, or on two lines, misleads the reader.
 TEST(Printable, EscapesWhatTurnsALineRoundOrEndsIt) {
   EXPECT_EQ(printable("a\xe2\x80\xae"
                       "b"),
@@ -37,7 +37,7 @@ TEST(Printable, EscapesWhatTurnsALineRoundOrEndsIt) {
   }
 }
 
-// Would catch a sequence that is believed for its first byte.
+// Would catch a sequence that is accepted because of its first byte alone.
 TEST(Printable, EscapesWhatIsNoUtf8) {
   EXPECT_EQ(printable("\x80"), "\\x80") << "a byte that continues nothing";
   EXPECT_EQ(printable("\xc3"), "\\xc3") << "cut off";

@@ -58,7 +58,7 @@ TEST(Probe, NamesWhatItHears) {
 
 core::Expected<hal::LineErrors> counted(const hal::LineErrors& errors) { return errors; }
 
-// The same bytes have different causes, and different remedies: the port's counts tell them apart.
+// The same bytes can have different causes with different remedies; the port's error counts tell them apart.
 TEST(Probe, NoiseAWrongBaudRateAnotherDeviceAndASlowMachineLookDifferent) {
   const std::vector<std::byte> other_rate = hal::received_at(times(20, telemetry()), 921600, 230400);
   const auto bytes = static_cast<std::uint32_t>(other_rate.size());
@@ -99,7 +99,7 @@ TEST(Probe, EveryVerdictHasANameOfItsOwn) {
 
 TEST(Probe, TellsTheFirmwareByTheLayoutOfItsTelemetry) {
   EXPECT_EQ(after(times(3, telemetry())).firmware(), Firmware::kM100);
-  std::vector<std::byte> old(2 + 4 + 16);  // time and attitude as firmware 2.3 has them
+  std::vector<std::byte> old(2 + 4 + 16);  // time and attitude in the layout of firmware 2.3
   old[0] = std::byte{3};
   EXPECT_EQ(after(times(3, frame(&protocol::ids::kTelemetry, old))).firmware(), Firmware::kM100Old);
   std::vector<std::byte> other(2 + 99);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A flight log read back: every stream in its place, a cut end left out, a damaged one refused by its byte.
+// Reads a flight log back: every stream in its place; a truncated end is left out; a damaged log is refused with the
+// byte's number.
 #include "firmware/companion/files/recorded_flight.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ struct RecordedFlightTest : ::testing::Test {
   void SetUp() override { fs::create_directories(folder); }
   void TearDown() override { fs::remove_all(folder); }
 
-  /// Two ticks: the first with bytes of every stream, more than one record holds of one of them; the second excited.
+  /// Two ticks: the first has bytes of every stream, one of them longer than one record; the second is excited.
   static std::string two_ticks() {
     std::vector<std::byte> storage(1U << 16U);
     log::Ring ring(storage);
@@ -93,7 +94,7 @@ TEST_F(RecordedFlightTest, HoldsEveryStreamOfEveryTick) {
   EXPECT_EQ(second.excitation->counts, -7);
 }
 
-// The power may have gone: wherever the file ends, what stands before is read, and no tick that is not whole.
+// After a loss of power the file ends anywhere: every tick before the end is read, and no incomplete one.
 TEST_F(RecordedFlightTest, EndsWithTheLastWholeTickWhereverItIsCut) {
   const std::string whole = two_ticks();
   const std::size_t tick_bytes = sizeof(log::TickRecord) + 5;
@@ -125,7 +126,7 @@ TEST_F(RecordedFlightTest, WhatIsNotOursIsRefusedByItsByte) {
   };
   EXPECT_NE(refusal(with("tick:", 6, 'x')).find("tick record of another version"), std::string::npos);
   EXPECT_NE(refusal(with("link_bytes:", 12, 'x')).find("byte record of another version"), std::string::npos);
-  // The number of the excitation's record, its size's and its message's bytes before it.
+  // The message number of the excitation's record, after its size and its type.
   std::string renumbered = whole;
   renumbered[whole.size() - 2UL * 5 - sizeof(log::TickRecord) - sizeof(log::ExcitationRecord) + 3] = 7;
   EXPECT_NE(refusal(renumbered).find("data record of unknown size"), std::string::npos);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What m100 record says of a stream: a gap is one also where it never ends, and a rate is by the autopilot's clock.
+// The statistics of `m100 record`: a stream that stops for good has a gap too, and a rate is measured with the
+// autopilot's clock.
 #include "firmware/companion/record/recorder.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +41,7 @@ TEST(RecorderTest, AStreamThatComesUntilTheEndHasNone) {
   EXPECT_EQ(came.longest_gap, milliseconds(12));
 }
 
-// A gap is longer than 50 ms, and than three and a half intervals: of 20 ms, 70.
+// A gap is longer than 50 ms and longer than three and a half intervals: 70 ms for an interval of 20 ms.
 TEST(RecorderTest, AGapIsLongerThanBothItsBounds) {
   Recorder::Came fast = hundred_hertz_until(1000);
   fast.end(at(1050));
@@ -66,7 +67,7 @@ TEST(RecorderTest, NobodyKnowsTheIntervalOfNineSamples) {
   }
 }
 
-/// Telemetry that the autopilot made at this time of its own, which is a number of its ticks of 2.5 ms.
+/// A telemetry package with the autopilot's time stamp `made_ms`; its clock counts ticks of 2.5 ms.
 void take_package(Recorder& recorder, int made_ms, core::TimePoint arrived) {
   protocol::Telemetry telemetry;
   telemetry.items = protocol::kAllTelemetryItems;
@@ -79,8 +80,8 @@ void take_package(Recorder& recorder, int made_ms, core::TimePoint arrived) {
   recorder.take(*frame, arrived);
 }
 
-// A program that was kept waiting reads several packages at once, up to 400 ms late: a rate by our own clock would
-// hold gaps and bunches that the autopilot never made.
+// A delayed program reads several packages at once, up to 400 ms late: a rate by our own clock would show gaps and
+// bursts that the autopilot never made.
 TEST(RecorderTest, ARateIsByTheAutopilotsClockHoweverLateAPackageIsRead) {
   std::vector<std::byte> storage(1U << 20U);
   log::Ring ring(storage);

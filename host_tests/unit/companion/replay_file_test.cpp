@@ -37,7 +37,8 @@ TEST(ReplayMemoryText, IsReadAsItWasWritten) {
   EXPECT_EQ(parse_replay_memory(text_of(memory, 7), "f").streams[1].last, mavlink::kSignatureTimeMask);
 }
 
-// Would catch a program that takes a damaged memory for an empty one: whoever can cut the file could play back.
+// Would catch a program that takes a damaged memory for an empty one: truncating the file would then allow a replay
+// attack.
 TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   for (const char* const text :
        {"", "newest\n", "newest 5 6\n", "newest -1x\n", "newest 5\nnewest 5\n", "newest 281474976710656\n",
@@ -89,12 +90,12 @@ TEST_F(ReplayFileTest, OutlivesTheProgram) {
   EXPECT_FALSE(fs::exists(beside + ".new"));
 }
 
-// A program that is killed writes no last word: what its thread wrote must reach beyond what was accepted meanwhile.
+// A killed program cannot save its memory at the end, so the file must always be ahead of what has been accepted.
 TEST_F(ReplayFileTest, AProgramThatIsKilledIsRememberedFurtherThanItWas) {
   ReplayFile file(key);
   file.start();
   file.offer(two_streams());
-  while (parse_replay_memory(read_file(beside), beside).count == 0) {  // ctest's time limit ends it if none comes
+  while (parse_replay_memory(read_file(beside), beside).count == 0) {  // bounded by ctest's time limit
     usleep(1000);
   }
   EXPECT_EQ(parse_replay_memory(read_file(beside), beside).streams[0].last, 1000U + ReplayFile::kAhead);

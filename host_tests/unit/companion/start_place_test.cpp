@@ -15,7 +15,8 @@ core::Pose<double> at(double x, double y, double z, double yaw_rad = 0.0) {
   return pose;
 }
 
-// Catches a flight, and a fence, that are laid from one wrong pose: 1.2 m aside moved both by as much, without a word.
+// Catches a course and a fence that are laid from one wrong pose: a pose 1.2 m off moved both by 1.2 m, without a
+// message.
 TEST(StartPlace, IsNotTheFirstPoseWhereTheOthersContradictIt) {
   StartPlace place;
   EXPECT_FALSE(place.add(at(1.2, 0.0, 1.5, 2.0)));
@@ -28,9 +29,9 @@ TEST(StartPlace, IsNotTheFirstPoseWhereTheOthersContradictIt) {
   EXPECT_EQ(start->yaw_rad, 0.3);
 }
 
-// Catches a course that is laid with the heading of one wrong pose, because its place was the best.
+// Catches a course that gets the heading of one wrong pose because the position of that pose was the best.
 TEST(StartPlace, ItsHeadingIsOneThatTheOthersHave) {
-  for (const double heading_rad : {0.3, 3.1415}) {  // where it wraps, too
+  for (const double heading_rad : {0.3, 3.1415}) {  // the second near the wrap
     StartPlace place;
     for (int k = 0; k < 8; ++k) {
       const double yaw_rad = core::wrap_pi(heading_rad + 0.01 * (k - 4));

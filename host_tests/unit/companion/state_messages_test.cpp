@@ -28,7 +28,7 @@ TEST(StateMessages, AttitudeIsFrdInNed) {
   EXPECT_NEAR(q.q1, std::cos(0.25), 1e-6);
   EXPECT_NEAR(q.q4, -std::sin(0.25), 1e-6) << "counter-clockwise is negative about down";
   state.yaw_rad = 0.0;
-  state.tilt.x_rad = 0.2;  // nose down in ours
+  state.tilt.x_rad = 0.2;  // nose down in our frame
   q = attitude_of(state);
   EXPECT_NEAR(q.q3, -std::sin(0.1), 1e-6) << "nose down is negative pitch about right";
   state.tilt = {.x_rad = 0.0, .y_rad = 0.2};

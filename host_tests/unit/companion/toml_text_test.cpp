@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Names in the reader's own language: allowed in quotes and comments, refused elsewhere, and never seen by toml++.
+// Letters beyond ASCII: allowed in quotes and comments, refused elsewhere, and never passed to toml++.
 #include "firmware/companion/files/toml_text.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(TomlText, StringsKeepEveryLanguage) {
 TEST(TomlText, RefusesALetterOutsideQuotesByItsLine) {
   EXPECT_EQ(refused_at("a = 1\ngröße = 2\n"), 2);
   EXPECT_EQ(refused_at("time = { column = \"t\", time \xCF\x85. }\n"), 1);  // found by the fuzzer
-  EXPECT_EQ(refused_at("# ä\n\na = 1\xC2\xA0\n"), 3);                       // a space that does not break
+  EXPECT_EQ(refused_at("# ä\n\na = 1\xC2\xA0\n"), 3);                       // a non-breaking space
   EXPECT_EQ(refused_at("a = '''\nx\nä'''\n"), 3);
 }
 
@@ -50,7 +50,7 @@ TEST(TomlText, WhatTheLibraryDidNotThinkOfIsRefusedToo) {
   EXPECT_TRUE(line == 2 || line == 3) << line;
 }
 
-// A megabyte of "a.a.a" ended the program on its stack; names that are nested otherwise are toml++'s to refuse.
+// A megabyte of "a.a.a" once overflowed the stack. toml++ itself refuses names that are nested in other ways.
 TEST(TomlText, ANameOfTooManyPartsIsRefusedByItsLine) {
   const auto name = [](int parts, const std::string& part) {
     std::string out = part;

@@ -30,7 +30,7 @@ TEST(VehicleFile, ReadsWhatTheContractShows) {
   EXPECT_EQ(file.sections, (std::set<std::string>{"axis.roll", "axis.pitch"}));
 }
 
-// Catches a key that is written but not read, or a number that loses bits on its way through the text.
+// Catches a key that is written but not read, and a number that loses bits in its text form.
 TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
   const std::map<std::string, std::string> sources{{"axis.roll", "log \"a\", 12 to 38 s"}};
   model::Vehicle vehicle = model::paper_vehicle();
@@ -41,8 +41,8 @@ TEST(VehicleFile, WrittenAndReadBackIsTheSameTextAndDigest) {
   EXPECT_EQ(file.digest, as_file(vehicle, sources).digest);
 }
 
-// Catches an effect that identification finds in climb or yaw and the file forgets, and a key whose mere existence
-// would change the digest of every file written before it.
+// Catches an effect of climb or yaw that identification finds and the file does not keep, and a new key that changes
+// the digest of every older file.
 TEST(VehicleFile, LateEffectsOfRateAxesAreKeptWhereTheyAreAndUnsaidWhereTheyAreNot) {
   model::Vehicle vehicle = model::paper_vehicle();
   EXPECT_EQ(to_text(vehicle, {}).find("[axis.climb]\nbacklash"), std::string::npos);
@@ -57,7 +57,7 @@ TEST(VehicleFile, LateEffectsOfRateAxesAreKeptWhereTheyAreAndUnsaidWhereTheyAreN
   EXPECT_EQ(read.yaw_rate.backlash_counts, 0.0);
 }
 
-// Catches a writer that invents an axis nobody has identified, which the reader then refuses.
+// Catches a writer that writes an axis that was never identified, which the reader then refuses.
 TEST(VehicleFile, AnAxisThatIsNotKnownYetIsLeftOut) {
   model::Vehicle vehicle;
   vehicle.roll.time_constant_s = 0.2;
@@ -66,7 +66,7 @@ TEST(VehicleFile, AnAxisThatIsNotKnownYetIsLeftOut) {
   EXPECT_FALSE(file.sections.contains("axis.pitch"));
 }
 
-// Promise R10: any single bit changed changes the digest, and so parts the file from its gain table.
+// Promise R10: any single changed bit changes the digest, so the file no longer fits its gain table.
 TEST(VehicleFile, EverySingleBitChangesTheDigestOrIsRefused) {
   const std::string text = kGood;
   const core::Sha256Digest digest = parse_vehicle(text, "v.toml").digest;
@@ -76,7 +76,7 @@ TEST(VehicleFile, EverySingleBitChangesTheDigestOrIsRefused) {
     try {
       EXPECT_NE(parse_vehicle(damaged, "v.toml").digest, digest) << "bit " << bit;
     } catch (const VehicleFileError&) {
-      continue;  // refused: good
+      continue;  // refused, as it should be
     }
   }
   RecordProperty("promise", "R10");

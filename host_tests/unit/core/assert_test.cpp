@@ -16,7 +16,8 @@ void end_with_its_line(const char* file, int line) {
 }
 void come_back(const char*, int) {}
 
-// Catches a broken invariant that flies on: the handler is told the place, and what comes back from it is stopped.
+// Catches a failed assertion after which the program goes on: the handler gets the place, and if it returns, the
+// program is stopped.
 TEST(AssertionDeathTest, CallsTheHandlerAndNeverReturns) {
   EXPECT_EQ(set_assertion_handler(&end_with_its_line), nullptr) << "by default there is none";
   EXPECT_EXIT(assertion_failed("part.cpp", 17), ::testing::ExitedWithCode(17), "part.cpp at 17");

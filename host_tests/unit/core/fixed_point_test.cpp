@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arithmetic in 32 bits: every operation by the number that it has to give, at its rounding and at its ends.
+// 32-bit fixed-point arithmetic: every operation gives the number computed by hand, also where it rounds and at the
+// ends of its range.
 #include "firmware/core/fixed_point.h"
 
 #include <gtest/gtest.h>

@@ -15,7 +15,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// Would catch: a conversion of a huge number to an integer (undefined), and a NaN whose bits the machine chooses.
+// Would catch: a conversion of a huge number to an integer (undefined behaviour), and a NaN whose bits depend on the
+// machine.
 TEST(Maths, AnswersBadArgumentsWithOneNan) {
   for (const double bad : {kNan, -kNan, kInfinity, -kInfinity, 1.0001e5, -1e300}) {
     for (const double answer : {sin(bad), cos(bad), tan(bad), wrap_pi(bad)}) {
@@ -30,7 +31,7 @@ TEST(Maths, AnswersBadArgumentsWithOneNan) {
   EXPECT_EQ(std::bit_cast<std::uint32_t>(sin(std::numeric_limits<float>::infinity())), 0x7fc00000U);
 }
 
-// The measured accuracy of sin and cos is then that of turn_of.
+// sin and cos must equal turn_of to the last bit, so their measured accuracy holds for turn_of too.
 TEST(Maths, TurnsAreSineAndCosineToTheLastBit) {
   for (int i = -4000; i <= 4000; ++i) {
     const double angle_rad = 0.00123 * i * (1.0 + 0.01 * (i % 7));
@@ -61,7 +62,8 @@ struct Direction {
 
 class ArcTangentOf : public ::testing::TestWithParam<Direction> {};
 
-// Exact answers: the octants' corners, every sign, and lengths whose squares and products leave the range of double.
+// Exact answers: the corners of the octants, every sign, and lengths whose squares and products exceed the range of
+// double.
 TEST_P(ArcTangentOf, IsExact) { EXPECT_EQ(atan2(GetParam().y, GetParam().x), GetParam().angle_rad); }
 
 INSTANTIATE_TEST_SUITE_P(Directions, ArcTangentOf,
@@ -84,11 +86,11 @@ TEST(WrapPi, LeavesAnglesInsideAlone) {
     EXPECT_EQ(wrap_pi(angle_rad), angle_rad);
   }
   EXPECT_EQ(wrap_pi(-kPi), kPi);
-  EXPECT_GT(wrap_pi(-static_cast<float>(kPi)), 0.F);  // -pi as float lies beyond -pi, so it comes out on the other side
+  EXPECT_GT(wrap_pi(-static_cast<float>(kPi)), 0.F);  // -pi as float lies below -pi, so it wraps to +pi
 }
 
-// Catches a half turn that comes out as -pi, which no angle is: odd half turns as float, of which some lie on each
-// side.
+// Catches a half turn that becomes -pi, which is outside the range of angles. The test tries odd half turns in float;
+// rounding puts some on each side of the limit.
 TEST(WrapPi, NeverIsMinusPi) {
   const auto half_turn = static_cast<float>(kPi);
   for (int half_turns = -201; half_turns <= 201; half_turns += 2) {
@@ -103,7 +105,7 @@ TEST(WrapPi, NeverIsMinusPi) {
 
 TEST(WrapPi, TakesWholeTurnsOff) {
   EXPECT_NEAR(wrap_pi(3.0 + 2 * kPi), 3.0, 1e-15);     // 2 pi rounded costs 2.4e-16, the sum 4e-16
-  EXPECT_NEAR(wrap_pi(-3.0 - 20 * kPi), -3.0, 1e-14);  // likewise, ten times
+  EXPECT_NEAR(wrap_pi(-3.0 - 20 * kPi), -3.0, 1e-14);  // ten times that
   EXPECT_NEAR(wrap_pi(kPi + 0.25), 0.25 - kPi, 1e-15);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Times of a pose on two clocks, and seconds as numbers.
+// Time stamps of a pose on two clocks, and seconds as numbers.
 #include "firmware/core/pose.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(Pose, KeepsEverythingInAnotherScalar) {
   EXPECT_EQ(other.position_variance_m2.z(), 6.0F);
 }
 
-// Would catch a conversion that is cut to 32 bits: half an hour of a flight.
+// Would catch a conversion that is truncated to 32 bits, which end after half an hour of flight.
 TEST(Seconds, AreMicrosecondsOverAMillionHoweverMany) {
   EXPECT_EQ(seconds<double>(microseconds(1)), 1e-6);
   EXPECT_EQ(seconds<double>(microseconds(-2500000)), -2.5);

@@ -25,7 +25,8 @@ struct KnownAnswer {
 
 class Sha256Known : public ::testing::TestWithParam<KnownAnswer> {};
 
-// Answers published with FIPS 180-4; the pieces catch a lost carry between update() calls and wrong padding.
+// The digests are published with FIPS 180-4. Feeding the bytes in pieces catches a lost carry between update() calls
+// and wrong padding.
 TEST_P(Sha256Known, GivesThePublishedDigestHoweverTheBytesAreCut) {
   for (const std::size_t piece : {1U, 3U, 55U, 64U, 1000U}) {
     EXPECT_EQ(digest_of(GetParam().text, piece), GetParam().digest) << "piece " << piece;

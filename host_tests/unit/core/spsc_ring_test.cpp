@@ -40,8 +40,8 @@ TEST(SpscRing, AgreesWithAPlainQueueUnderAnySequenceOfPushesAndPops) {
   EXPECT_EQ(ring.dropped(), refused);
 }
 
-// Catches a second piece that is read from the wrong place, and one more element than there is or fits. The indices run
-// round the ring many times, so that every place of the seam occurs with every length.
+// Catches a second piece that is read from the wrong place, and one element more than the ring holds. The indices wrap
+// many times, so that the wrap occurs at every place for every length.
 TEST(SpscRing, AgreesWithAPlainQueueWhereManyArePoppedAtOnce) {
   SpscRing<int, 8> ring;
   EXPECT_EQ(ring.capacity(), 8U);

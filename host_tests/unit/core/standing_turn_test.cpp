@@ -9,7 +9,7 @@
 namespace m100::core {
 namespace {
 
-// Catches a turn that is kept for another angle, and one that is not what everybody computed before.
+// Catches a cached turn that is used for another angle, and one that differs from turn_of().
 TEST(StandingTurn, IsTheTurnOfTheAngleThatIsAskedFor) {
   StandingTurn<float> standing;
   constexpr std::array kAngles{0.F, 0.1F, 0.1F, -2.5F, 0.1F, 0.F, 400.F, -0.7F, -0.7F};

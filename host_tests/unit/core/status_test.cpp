@@ -11,7 +11,7 @@
 namespace m100::core {
 namespace {
 
-// Catches a reason that a message would spell as another one, and one that was added without a word.
+// Catches two status codes with the same name, and a new code without a name.
 TEST(StatusName, IsAnotherWordForEachReason) {
   std::set<std::string_view> words;
   for (auto k = static_cast<unsigned char>(Status::kOk); k <= static_cast<unsigned char>(Status::kNotConverged); ++k) {
@@ -24,7 +24,7 @@ TEST(StatusName, IsAnotherWordForEachReason) {
   EXPECT_EQ(name(static_cast<Status>(200)), "unknown") << "a byte of a damaged log";
 }
 
-// Catches a count of microseconds that is cut to 32 bits: they end after 35 minutes and 47 seconds.
+// Catches a count of microseconds that is truncated to 32 bits, which end after 35 minutes and 47 seconds.
 TEST(Seconds, GoOnBeyondHalfAnHour) {
   using std::chrono::microseconds;
   EXPECT_EQ(seconds<double>(std::chrono::hours(1)), 3600.0);

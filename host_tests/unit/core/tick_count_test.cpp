@@ -22,7 +22,7 @@ int sum(std::initializer_list<Duration> pattern, int times, int most = 5) {
   return ticks;
 }
 
-// Catches rounding without a rest, with at least one tick a call: 17 and 3 ms were three ticks.
+// Catches a count that loses the remainder of each call and gives at least one tick: 17 and 3 ms were three ticks.
 TEST(TickCount, AddsUpWhateverTheJitter) {
   EXPECT_EQ(sum({milliseconds(10)}, 100), 100);
   EXPECT_EQ(sum({milliseconds(17), milliseconds(3)}, 50), 100);
@@ -44,7 +44,7 @@ TEST(TickCount, HandsOutAStallOverTheNextCallsAndHalfASecondAtMost) {
   EXPECT_EQ(count.behind(), milliseconds(450));
 }
 
-// Catches a count that stands between two ticks and gives 0 and 2 in turn for ever.
+// Catches a count that stays halfway between two ticks and alternates between 0 and 2 ticks for ever.
 TEST(TickCount, ComesToRestAfterTheLoopHasSetItsClockAnew) {
   TickCount count;
   count.take(microseconds(15'000), 5);

@@ -13,7 +13,7 @@ Vector<double, 3> body_z_in_world(const Euler<double>& e) {
 
 class TiltOverAttitudes : public ::testing::TestWithParam<Euler<double>> {};
 
-// Catches a yaw that turns the wrong way, and a sign of roll.
+// Catches a yaw of the wrong sign, and a wrong sign of roll.
 TEST_P(TiltOverAttitudes, IsWhereTheBodyAxisPoints) {
   const Euler<double>& e = GetParam();
   const Vector<double, 3> z = body_z_in_world(e);
@@ -29,7 +29,8 @@ TEST_P(TiltOverAttitudes, ComesBackAsAttitude) {
   EXPECT_NEAR(back.pitch_rad, e.pitch_rad, 1e-12);
 }
 
-// Catches body rates taken for Euler rates: q turns the attitude by q v, so a small turn must give the difference.
+// Catches body rates that are taken for Euler rates: the rate must equal the difference quotient over a small turn of
+// the body.
 TEST_P(TiltOverAttitudes, RateIsTheDerivativeAlongATurnOfTheBody) {
   const Euler<double>& e = GetParam();
   const Vector<double, 3> rate{0.4, -0.7, 1.1};
@@ -48,7 +49,7 @@ TEST_P(TiltOverAttitudes, RateIsTheDerivativeAlongATurnOfTheBody) {
   EXPECT_NEAR(found.y_rad, expected.y_rad, 1e-8);
 }
 
-// Catches a gyro's z taken for the rate of the heading, and a wrong sign of one of its two parts.
+// Catches a gyro's z rate that is taken for the heading rate, and a wrong sign of one of its two terms.
 TEST_P(TiltOverAttitudes, HeadingRateIsTheDerivativeOfTheHeading) {
   const Euler<double>& e = GetParam();
   const Vector<double, 3> rate{0.4, -0.7, 1.1};

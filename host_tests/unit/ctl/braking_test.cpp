@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a vehicle can do about its speed, by the formulas of the header, with numbers worked out by hand: the fence, the
-// level rung and the limit of speed reckon with them.
+// How a vehicle can brake, by the formulas of the header, with numbers worked out by hand. The fence, the LEVEL rung
+// and the speed limit use them.
 #include "firmware/ctl/braking.h"
 
 #include <gtest/gtest.h>

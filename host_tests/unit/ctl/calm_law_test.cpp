@@ -30,7 +30,7 @@ struct Flown {
   double far_m = 0.0;    ///< in all of it, beyond the place
 };
 
-/// An aircraft along y that is lag_s late altogether and answers gain times as much, from `from_m`, in a steady push.
+/// Flies an aircraft along y with a total lag of `lag_s` and a gain of `gain`, from `from_m`, under a steady push.
 Flown fly(double lag_s, double gain, double from_m, double push_m_s2) {
   const mpc::GainTable<double> limits = table();
   CalmLaw<double> law;
@@ -51,9 +51,9 @@ Flown fly(double lag_s, double gain, double from_m, double push_m_s2) {
 
 TEST(CalmLaw, IsAsQuickAsTheVehicleAllows) { EXPECT_NEAR(calm_rate_per_s<double>(kBraking), 0.463 / 0.55, 1e-12); }
 
-// Its reason for being: all of the vehicle's lag, 0.2 s more, and half more gain.
+// The purpose of this law: it stays stable with the whole lag of the vehicle, 0.2 s more, and 50 % more gain.
 TEST(CalmLaw, StandsHalfMoreGainAndTwoTenthsOfASecond) {
-  const double whole_s = kBraking.reaction_s + 0.18;  // it dies out, slowly
+  const double whole_s = kBraking.reaction_s + 0.18;  // the motion still dies out, slowly
   EXPECT_LT(fly(whole_s, 1.5, 0.3, 0.0).worst_m, 0.05);
   EXPECT_LT(fly(whole_s, 1.0, 0.3, 0.0).worst_m, 0.001);
   EXPECT_GT(fly(whole_s + 0.35, 1.5, 0.3, 0.0).worst_m, 0.3) << "nor is it slower than it says";
@@ -73,7 +73,8 @@ TEST(CalmLaw, KeepsTheLimitsOfTheTableBesideATrim) {
   EXPECT_DOUBLE_EQ(law.slope(flees, {}, table(), 0.84, kStep_s), -0.46 - 0.05);
 }
 
-// Wind and trim as they swing beneath a swinging aircraft go through a low-pass; as they are at first, they are taken.
+// The estimates of wind and trim oscillate with an oscillating aircraft, so they pass a low-pass filter that starts at
+// their first values.
 TEST(CalmLaw, TakesWindAndTrimSlowly) {
   CalmLaw<double> law;
   est::AxisEstimate<double> y{.disturbance_m_s2 = model::kGravity_m_s2 * 0.1};

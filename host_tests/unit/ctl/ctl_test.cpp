@@ -41,7 +41,7 @@ TEST(AltitudePid, StandsStillWhileTheOutputIsAtItsLimit) {
   EXPECT_EQ(pid.integral_m_s(), 0.0);
 }
 
-// Catches a derivative of the error: a step of the reference must not kick.
+// Catches a derivative of the error: a step of the reference must not cause a derivative kick.
 TEST(AltitudePid, DampsTheMeasuredClimbSpeedOnly) {
   model::AltitudeGains gains;
   gains.integral_per_s2 = 0.0;
@@ -50,8 +50,9 @@ TEST(AltitudePid, DampsTheMeasuredClimbSpeedOnly) {
   EXPECT_NEAR(pid.update({.height_m = 1.1}, 1.0, 0.5, 0.01), 1.963 * 0.1 - 0.156 * 0.5, 1e-12);
 }
 
-// Catches a feed-forward in the derivative, which would count the lag 1 + Kd times: a climb of 2 m from rest to rest in
-// 2.5 s is flown by a climb loop of one lag as its feed-forward says, and no term has to help.
+// Catches a feed-forward that also passes the derivative, which would count the lag 1 + Kd times. A climb of 2 m from
+// rest to rest in 2.5 s is flown by the feed-forward alone if the climb loop is a single lag; no feedback term is
+// needed.
 TEST(AltitudePid, LetsTheFeedForwardFlyACourseThatTheVehicleCanFly) {
   constexpr double kLag_s = 0.334, kStep_s = 0.01, kTime_s = 2.5, kRise_m = 2.0;
   AltitudePid<double> pid(
@@ -71,7 +72,7 @@ TEST(AltitudePid, LetsTheFeedForwardFlyACourseThatTheVehicleCanFly) {
       height_m += 0.1 * kStep_s * climb_m_s;
     }
   }
-  EXPECT_LT(worst_m, 0.01);  // what a command that stands for a tick leaves; 9 cm with the lag counted twice
+  EXPECT_LT(worst_m, 0.01);  // the effect of holding the command for a tick; 9 cm with the lag counted twice
 }
 
 struct Loop {
@@ -81,8 +82,8 @@ struct Loop {
 };
 class DesignOfTheAltitudeLoop : public ::testing::TestWithParam<Loop> {};
 
-// Worked by hand from what the header says: frequency w = 0.5 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then
-// Kp = w^2 T, Kd = 2 w T - 1 (critically damped), or, where T damps enough by itself, Kp = 1/(4 T) and no derivative.
+// Worked out by hand from the header: frequency w = 0.5 / (delay + rest of the lag + 30 ms), 1 to 4 rad/s; then Kp =
+// w^2 T, Kd = 2 w T - 1 (critically damped), or, where T damps enough by itself, Kp = 1/(4 T) and no derivative.
 TEST_P(DesignOfTheAltitudeLoop, GivesTheGainsOfItsEquations) {
   const model::AltitudeGains gains = design_altitude(GetParam().climb, model::AltitudeGains{});
   EXPECT_NEAR(gains.proportional_per_s, GetParam().proportional_per_s, 1e-3);
@@ -112,8 +113,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Loop{"SecondOrder", second_order(3.0, 0.7, 0.1), 1.3256, 0.5730}),  // T = 0.4667, w = 1.6854
     [](const auto& tested) { return tested.param.name; });
 
-// Worked by hand: (1 + 0.2 s + 0.04 s^2) / (1 + 0.05 s) = 1 + 0.15 s + (0.04 - 0.05 * 0.15) s^2 + ...; catches a second
-// term that knows nothing of the lead zero.
+// Worked out by hand: (1 + 0.2 s + 0.04 s^2) / (1 + 0.05 s) = 1 + 0.15 s + (0.04 - 0.05 * 0.15) s^2 + ...; catches a
+// second-order term that ignores the lead zero.
 TEST(InverseLags, DivideByTheLeadZero) {
   model::StickAxis axis = second_order(5.0, 0.5, 0.03);
   EXPECT_NEAR(inverse_lags(axis).first_s, 0.2, 1e-12);
@@ -135,7 +136,7 @@ struct Turn {
 };
 class YawTurns : public ::testing::TestWithParam<Turn> {};
 
-// Catches the long way round.
+// Catches a turn that takes the long way round.
 TEST_P(YawTurns, GoTheShortWay) {
   const YawP<double> yaw(model::YawGain{.proportional_per_s = 1.5, .rate_limit_rad_s = 1.0});
   EXPECT_NEAR(yaw.update(GetParam().wanted_rad, 0.0, GetParam().yaw_rad), GetParam().rate_rad_s, 1e-9);

@@ -15,7 +15,7 @@ using Abort = Excitation<double>::Abort;
 
 core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(static_cast<std::int64_t>(seconds * 1e6))); }
 
-/// Two pieces, each of 10 samples: roll, then yaw.
+/// An excitation of two pieces of 10 samples each: roll, then yaw.
 struct ExcitationTest : ::testing::Test {
   std::vector<std::int16_t> counts = std::vector<std::int16_t>(20, 100);
   std::vector<ExcitationPiece> pieces{{.axis = ExcitedStick::kRoll, .begin = 0, .count = 10},
@@ -28,7 +28,7 @@ struct ExcitationTest : ::testing::Test {
   double now_s = 1.0;
 
   ExcitationTest() { excitation.start(at(now_s)); }
-  /// Ticks of 10 ms.
+  /// Runs ticks of 10 ms.
   void fly(double seconds, bool may = true, bool brakes = false) {
     for (int tick = 0; tick < static_cast<int>(seconds * 100.0 + 0.5); ++tick) {
       now_s += 0.01;
@@ -56,10 +56,10 @@ TEST_F(ExcitationTest, MovesOneStickAfterTheOtherAndThenNone) {
   EXPECT_EQ(excitation.piece(), 2U);
 }
 
-// Catches sticks that swing about a balancing point of before: wind and a wrong trim carry the aircraft off.
+// Catches sticks that move about an outdated balance point: wind and a wrong trim then carry the aircraft away.
 TEST_F(ExcitationTest, SwingsAboutTheSticksThatHeldThePlace) {
   estimate.x.velocity_m_s = 1.0;
-  for (int tick = 0; tick < 100; ++tick) {  // what is felt while it moves is of no use
+  for (int tick = 0; tick < 100; ++tick) {  // counts observed while it moves must be ignored
     excitation.rest_at({.roll_counts = -500.0, .pitch_counts = -500.0});
     fly(0.01);
   }
@@ -90,7 +90,7 @@ TEST_F(ExcitationTest, WaitsUntilTheAircraftIsAtRestAtItsPlace) {
   EXPECT_EQ(excitation.abort(), Abort::kNotAtRest);
 }
 
-// The time counts from where the way back began, and its last moment belongs to it.
+// The time-out counts from the beginning of the return, and its last moment is still allowed.
 TEST_F(ExcitationTest, WaitsForAsLongAsItSays) {
   const core::TimePoint began = at(now_s);
   estimate.x.velocity_m_s = 0.3;
@@ -107,7 +107,7 @@ struct LimitCase {
   Abort expected;
 };
 class Limit : public ExcitationTest, public ::testing::WithParamInterface<LimitCase> {};
-// Stick right goes to -y: distances and speeds count along it.
+// Stick right moves the aircraft to -y; distances and speeds are measured along the moved stick's axis.
 INSTANTIATE_TEST_SUITE_P(
     Of, Limit,
     ::testing::Values(LimitCase{"NoneAtRest", 0, 0, 0, 0, true, false, Abort::kNone},
@@ -150,7 +150,7 @@ TEST(WithoutAPlan, ThereIsNothingToFly) {
   EXPECT_EQ(none.counts(), 0);
 }
 
-// Catches two reasons of one name in a log: the reader could not tell why an excitation ended.
+// Catches two reasons with the same name: a log would not tell why an excitation ended.
 TEST(AbortName, IsAnotherWordForEach) {
   std::set<std::string_view> words;
   for (const Abort abort : {Abort::kNone, Abort::kLadder, Abort::kFence, Abort::kDistance, Abort::kTilt, Abort::kSpeed,

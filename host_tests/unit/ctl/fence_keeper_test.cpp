@@ -17,7 +17,7 @@ namespace {
 
 core::Fence box() { return {.side = {core::Fence::Side{-5, 5}, core::Fence::Side{-5, 5}, core::Fence::Side{0.5, 4}}}; }
 
-/// Of the vehicle that ships: the law gives each axis 22.2 degrees where both brake.
+/// Braking of the shipped vehicle: the law gives each axis 22.2 degrees when both brake.
 Braking shipped() { return braking_of(mpc::generated::kVehicle, 0.408); }
 
 ref::Window<double> goal(double x_m, double z_m) {
@@ -70,7 +70,7 @@ TEST(FenceKeeper, SaysHowFarOutsideThePlaceIs) {
   EXPECT_EQ(outside(0.0, 0.0, 4.5), 0.5);
 }
 
-/// An aircraft whose attitude follows a command that is late (transport and command period).
+/// An aircraft whose attitude follows the command after a delay (transport and command period).
 struct Aircraft {
   const char* name;
   double natural_frequency_rad_s;
@@ -96,7 +96,7 @@ struct Start {
   double drag_per_s;
 };
 
-/// Way to a stop with all the tilt that one axis surely has; gusts of 30 % of 5 m/s in the worst phase.
+/// Way to a stop with all the tilt that one axis is sure to have, with gusts of 30 % of 5 m/s in the worst phase.
 double way_to_a_stop(const Aircraft& aircraft, const Start& start) {
   constexpr double kStep_s = 1e-3;
   const double w = aircraft.natural_frequency_rad_s, limit_rad = std::atan(aircraft.slope_limit);
@@ -114,8 +114,8 @@ double way_to_a_stop(const Aircraft& aircraft, const Start& start) {
 
 class EveryAircraft : public ::testing::TestWithParam<Aircraft> {};
 
-/// Speeds, tilts, winds and drags, as far as a tilt is left to brake with: what happens beyond is the ladder's (a place
-/// that cannot be held).
+/// Combinations of speed, tilt, wind and drag for which some tilt is left to brake with. Beyond them the ladder acts
+/// (the place cannot be held).
 std::vector<Start> starts_of(const Aircraft& aircraft) {
   std::vector<Start> out;
   for (double speed = 0.5; speed <= 6.0; speed += 0.5) {
@@ -132,9 +132,9 @@ std::vector<Start> starts_of(const Aircraft& aircraft) {
   return out;
 }
 
-// By construction: whatever state is admitted, full braking ends inside. Catches a reserve that forgets the way until
-// the attitude has turned, the speed that is still gained meanwhile, the wind, the drag that the speed has hidden in
-// it, or whose aircraft it is.
+// From every admitted state full braking must end inside the fence. Catches a reserve that ignores the way until the
+// attitude has turned, the speed gained meanwhile, the wind, the drag that the speed hides in the wind estimate, or the
+// parameters of the aircraft.
 TEST_P(EveryAircraft, StopsInsideFromWhateverStateIsAdmitted) {
   RecordProperty("promise", "R16");
   const Aircraft& aircraft = GetParam();
@@ -176,16 +176,17 @@ TEST(Settle, BrakesThenHoldsTrimAndWind) {
   const double braking = shipped().acceleration_m_s2;
   EXPECT_NEAR(settle(estimate, shipped()).pitch_rad, std::atan((-braking - 1.0) / 9.8066 - 0.02), 1e-12);
   estimate.x.velocity_m_s = 0.0;
-  estimate.x.tilt_rad = -1.0 / 9.8066;  // it holds the wind: nothing is gained or lost
+  estimate.x.tilt_rad = -1.0 / 9.8066;  // it holds against the wind: no acceleration
   EXPECT_NEAR(settle(estimate, shipped()).pitch_rad, std::atan(-1.0 / 9.8066 - 0.02), 1e-12);
   estimate.x.velocity_m_s = 4.0;
-  estimate.x.velocity_variance_m2_s2 = 2.0;  // worthless
+  estimate.x.velocity_variance_m2_s2 = 2.0;  // a useless estimate
   EXPECT_NEAR(settle(estimate, shipped()).pitch_rad, std::atan(-1.0 / 9.8066 - 0.02), 1e-12);
   estimate.predicts = false;
   EXPECT_EQ(settle(estimate, shipped()).pitch_rad, 0.0);
 }
 
-// Catches a level rung that takes longer to stop than the fence reckons and begins earlier by (0.4 m), or swings back.
+// Catches a LEVEL rung that needs more way to a stop than the fence predicts plus the 0.4 m by which the fence brakes
+// early, or that swings back.
 TEST_P(EveryAircraft, SettlesWithinTheWayThatTheFenceReckonsWith) {
   RecordProperty("promise", "R16");
   const Aircraft& aircraft = GetParam();
@@ -216,8 +217,8 @@ TEST_P(EveryAircraft, SettlesWithinTheWayThatTheFenceReckonsWith) {
   }
 }
 
-// Catches a limit of each axis alone: 4 m/s over the diagonal against wind tilted by 35 degrees, and a large wind,
-// beyond 50, was unsound and became no command at all.
+// Catches a tilt limit that is applied to each axis alone: 4 m/s over the diagonal against wind then tilted by 35
+// degrees, and a large wind gave more than 50, which was unsound, so no command was left.
 TEST(Settle, TiltsBothAxesTogetherByThirtyDegreesAtMost) {
   for (const double yaw_rad : {0.0, 0.7, -2.0}) {
     for (const double wind_m_s2 : {1.0, 3.0, 20.0}) {

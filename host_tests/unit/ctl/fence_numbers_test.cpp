@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The fence's reckoning in numbers worked out by hand from its equations (fence_keeper.h), on both axes and to both
+// The numbers of the fence, worked out by hand from its equations (fence_keeper.h), on both axes and towards both
 // sides.
 #include <gtest/gtest.h>
 
@@ -15,10 +15,11 @@ core::Fence box(double half_m) {
   return {.side = {side, side, core::Fence::Side{0.5, 4.0}}, .wind_m_s = 4.0};  // pushes by 1.0, gusts by 0.3 m/s^2
 }
 
-/// The x axis at 2 m/s, leaning onwards by 0.1 rad, pushed by 0.2 m/s^2. The speed may hide 0.6 of the 0.8 m/s^2 that
-/// are left to the class, a third of which counts: 0.4. With gusts and 0.2 of the force's offset that nobody sees 0.9,
-/// so braking is 2.1. With a tick until it is looked at again the reaction is 0.51 s; in 0.46 s of turning round it
-/// gains (0.98066 + 0.9) 0.46 = 0.865104 m/s, and stops within
+/// The x axis at 2 m/s, tilted by 0.1 rad in the direction of motion, pushed by 0.2 m/s^2. The wind class leaves 0.8
+/// m/s^2, of which the speed may hide 0.6 as drag; a third of that counts, so the push is 0.4. With gusts (0.3) and the
+/// unobserved offset of the force (0.2) it is 0.9, so 2.1 are left for braking. With one tick until the next check the
+/// reaction time is 0.51 s. In the 0.46 s in which the tilt reverses the aircraft gains (0.98066 + 0.9) 0.46 = 0.865104
+/// m/s, and it stops within
 ///   2 * 0.51 + 0.865104 (0.51 - 0.23) + 2.865104^2 / (2 * 2.1) = 3.216710 m.
 constexpr double kStop_m = 1.02 + 0.865104 * 0.28 + 2.865104 * 2.865104 / 4.2;
 
@@ -48,7 +49,7 @@ TEST(FenceNumbers, LeaningBackAndHeadWindAreNoHelpThatIsCountedOn) {
   est::Estimate<double> estimate;
   estimate.x = fast(1.0, 0.0, 1.0);
   estimate.x.tilt_rad = -0.2;
-  estimate.x.disturbance_m_s2 = -1.5;  // the wind may be hidden drag: 0.6 of it, a third: -1.3, which is no push
+  estimate.x.disturbance_m_s2 = -1.5;  // 0.6 may be hidden drag, a third counts: -1.3 is still no push
   ref::Window<double> window;
   keeper.hold(window, estimate);
   const double gained = 0.5 * 0.46, top = 2.0 + gained;
@@ -66,7 +67,8 @@ TEST(FenceNumbers, AWindThatLeavesNothingStillLeavesAnAnswer) {
   EXPECT_NEAR(keeper.reserve_m(), 1000.0 - (0.51 + gained * 0.28 + top * top / (2.0 * 0.05)), 1e-6);
 }
 
-// From four tenths of a metre before three sigmas and the way to a stop reach the side, the reference goes behind.
+// Over the last 0.4 m before the way to a stop plus three sigmas reaches the side, the reference moves behind the
+// aircraft.
 TEST(FenceNumbers, BrakingIsTakenUpOverFourTenthsOfAMetre) {
   struct Case {
     double room_m, share;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr Braking kBraking{.acceleration_m_s2 = 3.8, .holds_m_s2 = 3.8, .reaction_s = 0.35};
 
-/// For so long one state beside a reference at 0.
+/// Shows the watch one constant state for `time_s`, with a reference at 0.
 double lost_after(double time_s, const est::AxisEstimate<double>& y) {
   PlaceWatch<double> watch(kBraking);
   est::Estimate<double> estimate;
@@ -19,7 +19,8 @@ double lost_after(double time_s, const est::AxisEstimate<double>& y) {
   return watch.lost_s();
 }
 
-// Catches an alarm over a wind that is held, over a gust, and over a long way upwind; and one for one direction only.
+// Catches an alarm in a wind that can be held, in a gust, and on a long way upwind; and an alarm that works in one
+// direction only.
 TEST(PlaceWatch, SpeaksWhereAStrongWindKeepsTheAircraftAway) {
   const est::AxisEstimate<double> kLost{.position_m = -1.0, .disturbance_m_s2 = -4.5};
   EXPECT_GT(lost_after(7.0, kLost), 3.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is taken off the limit of the tilt where the aircraft tilts beyond it.
+// How far the tilt limit is lowered when the aircraft tilts beyond it.
 #include "firmware/ctl/tilt_room.h"
 
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ TEST(TiltRoom, TakesTwiceWhatIsBeyondTheLimitAndNeverMoreThanHalf) {
   EXPECT_EQ(most_slope(std::numeric_limits<double>::quiet_NaN(), 0.0, kLimit), kLimit);
 }
 
-// R12: an aircraft that leans beside its command, and answers with more than it is told, and overshoots. Catches a
-// limit of the command alone: 30 degrees, gained by 5 %, leaned over by 3 and overshot are 36.7.
+// R12: an aircraft with a trim error, too high a gain and overshoot. Catches a limit of the command alone: 30 degrees
+// with a gain of 1.05, a trim of 3 degrees and overshoot make 36.7.
 TEST(TiltRoom, KeepsTheTiltOfAnAircraftThatDoesNotDoAsItIsTold) {
   RecordProperty("promise", "R12");
   constexpr double kStep_s = 0.01, kPulsation_rad_s = 7.0, kDamping = 0.6, kGain = 1.05;
@@ -52,7 +52,7 @@ TEST(TiltRoom, KeepsTheTiltOfAnAircraftThatDoesNotDoAsItIsTold) {
   EXPECT_NEAR(std::atan(slope) / kDegree, 31.5, 0.5) << "at rest a third of the error is left";
 }
 
-// Catches a level rung that asks for all its tilt where the aircraft has more than that already.
+// Catches a LEVEL rung that commands its full tilt although the aircraft already tilts further.
 TEST(TiltRoom, IsKeptByTheCommandThatBrakes) {
   const Braking braking = ctl::braking_of(mpc::generated::kVehicle, 0.408);
   est::Estimate<double> fast;

@@ -12,12 +12,12 @@ namespace {
 constexpr double kTick_s = 0.01;
 using Vector2 = core::Vector<double, 2>;
 
-/// Braking to and fro about both axes, as fast as a loop swings.
+/// Commands that alternate on both axes, as fast as an oscillating loop.
 Vector2 asked(double t_s) { return {0.1 * std::sin(2.5 * t_s), 0.08 * std::cos(3.1 * t_s)}; }
 
 class AnswerCheckTest : public ::testing::Test {
  protected:
-  /// @returns after how long the tilt is called unanswered, or the time flown.
+  /// @returns after what time the tilt is called unanswered, or the time flown.
   double fly(double seconds, const std::function<Vector2(double t_s)>& told, bool ours = true, double size = 1.0) {
     for (double t_s = 0.0; t_s < seconds; t_s += kTick_s) {
       Estimate<double> estimate;
@@ -64,7 +64,7 @@ TEST_F(AnswerCheckTest, ATiltWithOtherAxesDoesNotAnswer) {
   }
 }
 
-// Catches a check that divides by what a still hover moves, and one that takes the pilot's sticks for ours.
+// Catches a check that divides by the small motion of a still hover, and one that takes the pilot's sticks for ours.
 TEST_F(AnswerCheckTest, SaysNothingWhileNothingIsAskedOrTheSticksAreThePilots) {
   RecordProperty("promise", "R17");
   const auto shakes = [](double t_s) { return Vector2(0.006 * std::sin(9.0 * t_s), 0.006 * std::cos(7.0 * t_s)); };

@@ -11,7 +11,7 @@
 namespace m100::est {
 namespace {
 
-/// Velocity after one tick from rest at a tilt that the command keeps: in proportion to the acceleration.
+/// Velocity after one tick from rest at a tilt that equals the command; it is proportional to the acceleration.
 double gained(double tilt_rad) {
   using Filter = AxisFilter<double>;
   AxisModel model;
@@ -23,8 +23,8 @@ double gained(double tilt_rad) {
   return filter.state(Filter::kV);
 }
 
-// Catches a coefficient of the approximated tangent: 1 % at the largest tilt is 0.07 m/s^2, which would be told as
-// wind.
+// Catches a wrong coefficient of the approximated tangent: an error of 1 % at the largest tilt is 0.07 m/s^2 and would
+// be estimated as wind.
 TEST(AxisFilter, AcceleratesByTheTangentOfTheTilt) {
   const double unit = gained(0.01) / std::tan(0.01);
   EXPECT_GT(unit, 0.0);
@@ -33,8 +33,8 @@ TEST(AxisFilter, AcceleratesByTheTangentOfTheTilt) {
   }
 }
 
-// Numbers that a double holds exactly: 36 s is (0.75 m)^2, so 0.75 m are six sigmas. Each bound is still inside, and
-// the next number is not.
+// The numbers are exact in double: 36 s is (0.75 m)^2, so 0.75 m are six sigmas. Each bound is still inside; the next
+// number is not.
 TEST(InsideGate, EachBoundIsInsideAndTheNextNumberIsNot) {
   constexpr double kSixSigmas_m = 0.75, kScaled = kSixSigmas_m * kSixSigmas_m / 36.0, kLarge = 100.0;
   core::Arithmetic<double> a;

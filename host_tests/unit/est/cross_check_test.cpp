@@ -14,8 +14,8 @@ namespace {
 constexpr double kTick_s = 0.01;
 constexpr double kGravity_m_s2 = 9.8066;
 
-/// An aircraft whose pose and autopilot agree, until a test lets them differ. Its place stands: MotionCheck has tests
-/// of its own.
+/// An aircraft whose pose and autopilot agree until a test makes them differ. Its position stays fixed: MotionCheck has
+/// tests of its own.
 class CrossCheckTest : public ::testing::Test {
  protected:
   CrossCheckTest() {
@@ -43,7 +43,7 @@ class CrossCheckTest : public ::testing::Test {
 };
 
 TEST_F(CrossCheckTest, IsSilentWhileBothAgreeUnderAnOffset) {
-  felt_.force_b.x() = 0.4;  // measured logs: a few tenths of a m/s^2
+  felt_.force_b.x() = 0.4;  // as in measured logs: a few tenths of a m/s^2
   fly(60.0);
   felt_.force_b.x() += 2.0;
   fly(1.0, 2.0);
@@ -65,7 +65,7 @@ TEST_F(CrossCheckTest, NamesAPoseThatStandsWhileTheForcePushes) {
 TEST_F(CrossCheckTest, TurnsTheForceWithTheHeading) {
   estimate_.yaw_rad = felt_.yaw_rad = M_PI / 2.0;
   fly(20.0);
-  felt_.force_b.y() = -2.0;  // to the right of an aircraft that looks along +y: the world's +x
+  felt_.force_b.y() = -2.0;  // to the right of an aircraft that points along +y, which is the world's +x
   fly(1.0, 2.0);
   EXPECT_EQ(reported(), Check::kNone);
   fly(1.0, -2.0);
@@ -74,19 +74,19 @@ TEST_F(CrossCheckTest, TurnsTheForceWithTheHeading) {
 
 TEST_F(CrossCheckTest, TakesGravityOutOfATiltedForce) {
   fly(20.0);
-  felt_.pitch_rad = 0.3;  // hovers against wind: level force of 1 g in the world, none along it
+  felt_.pitch_rad = 0.3;  // hovers against wind: a force of 1 g upwards in the world, none horizontally
   felt_.force_b = {-kGravity_m_s2 * std::sin(0.3), 0.0, kGravity_m_s2 * std::cos(0.3)};
   fly(5.0);
   EXPECT_EQ(reported(), Check::kNone);
 }
 
-// A turn of the heading in a wind that is leaned against. Catches an offset that belongs to the heading's axes instead
-// of the body's: its z then turns with the lean, against the wind, and a healthy pose was called a lie.
+// The heading turns while the aircraft leans against a wind. Catches an offset that is kept in heading axes instead of
+// body axes: its z component then turns with the lean, and a healthy pose was rejected as a lie.
 TEST_F(CrossCheckTest, AnOffsetOfTheBodyThatLeansAgainstTheWindIsNoLieInATurn) {
   RecordProperty("promise", "R17");
   constexpr double kLean = 0.33;  // slope, along the world's +x
   check_ = CrossCheck<double>();
-  felt_.attitude_is_new = felt_.climb_is_new = false;  // nothing but the force speaks
+  felt_.attitude_is_new = felt_.climb_is_new = false;  // only the force check runs
   felt_.climb_m_s = 0.0;
   double last_evidence_s = 0.0;
   for (double t_s = 0.0; t_s < 40.0; t_s += kTick_s) {
@@ -108,7 +108,7 @@ TEST_F(CrossCheckTest, AnOffsetOfTheBodyThatLeansAgainstTheWindIsNoLieInATurn) {
   EXPECT_NEAR(check_.felt_h_m_s2()->norm(), 0.0, 0.02) << "nothing moves";
 }
 
-// Catches a push of the wind that is turned the wrong way, and one with the tilt or the force's offset in it.
+// Catches a wind push that is rotated the wrong way, and one that still contains the tilt or the offset of the force.
 TEST_F(CrossCheckTest, TellsWhatPushesBesideTheTilt) {
   felt_.force_b.x() = 0.4;
   fly(60.0);
@@ -116,7 +116,7 @@ TEST_F(CrossCheckTest, TellsWhatPushesBesideTheTilt) {
   EXPECT_FALSE(check_.push().is_known) << "no prediction to be mended";
   estimate_.predicts = true;
   estimate_.yaw_rad = felt_.yaw_rad = M_PI / 2.0;
-  felt_.pitch_rad = 0.2;  // tilted along the world's +y, and the air holds against it by 0.5 m/s^2
+  felt_.pitch_rad = 0.2;  // tilted along the world's +y, with 0.5 m/s^2 of wind against it
   const double accelerates_m_s2 = kGravity_m_s2 * std::tan(0.2) - 0.5;
   felt_.force_b = {accelerates_m_s2 * std::cos(0.2) - kGravity_m_s2 * std::sin(0.2) + 0.4, 0.0,
                    kGravity_m_s2 * std::cos(0.2) + accelerates_m_s2 * std::sin(0.2)};
@@ -154,10 +154,11 @@ TEST_F(CrossCheckTest, ReadsGAsWellAsMetresAndNothingWithoutGravity) {
   EXPECT_EQ(reported(), Check::kNone) << "gravity is taken away: in which axes, nobody says";
 }
 
-// The tick at which it speaks, for a pose that is mirrored while the force grows as the closed loop makes it grow.
+// A mirrored pose while the force grows as it does in the closed loop: the check must object before the aircraft is
+// fast.
 TEST_F(CrossCheckTest, NamesAMirroredRunawayBeforeItIsFast) {
   RecordProperty("promise", "R14");
-  fly(2.0);  // still in its first look
+  fly(2.0);  // the check is still in its first seconds
   double speed_m_s = 0.0;
   for (double force_m_s2 = 0.2; reported() == Check::kNone && speed_m_s < 3.0; force_m_s2 *= 1.04) {
     felt_.force_b.x() = force_m_s2;
@@ -228,8 +229,8 @@ TEST_F(CrossCheckTest, JudgesNothingThatTheObserverDoesNotUse) {
   EXPECT_EQ(reported(), Check::kNone);
 }
 
-// A load that is picked up: 0.15 m/s between two messages, which no force has in it, but the autopilot's own climb
-// does. Catches a path upwards that takes a blow for a lie.
+// A picked-up load changes the climb speed by 0.15 m/s between two messages. The force does not show it, but the
+// autopilot's own climb speed does. Catches a vertical check that takes the jerk for a lie.
 TEST_F(CrossCheckTest, ABlowThatTheAutopilotsOwnClimbHasIsNoLie) {
   RecordProperty("promise", "R17");
   check_ = CrossCheck<double>();

@@ -14,7 +14,7 @@ constexpr double kTick_s = 0.01;
 constexpr double kGravity_m_s2 = 9.8066;
 using Vector2 = core::Vector<double, 2>;
 
-/// An aircraft that tilts, a wind that pushes it, and three witnesses of both, each of which a test lets lie.
+/// A tilted aircraft in a wind, and three witnesses of its motion; each test lets one of them lie.
 class DeadReckoningTest : public ::testing::Test {
  protected:
   DeadReckoningTest() {
@@ -24,7 +24,8 @@ class DeadReckoningTest : public ::testing::Test {
   }
   void turn_to(double yaw_rad) { estimate_.yaw_rad = felt_.yaw_rad = yaw_rad; }
 
-  /// @param tilt_m_s2 what the tilt accelerates by, along the world's x; @param push_m_s2 the wind.
+  /// @param tilt_m_s2 acceleration by the tilt, along the world's x.
+  /// @param push_m_s2 acceleration by the wind.
   void fly(double seconds, double tilt_m_s2, double push_m_s2) {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
       const double cosine = std::cos(estimate_.yaw_rad), sine = std::sin(estimate_.yaw_rad);
@@ -56,7 +57,7 @@ class DeadReckoningTest : public ::testing::Test {
   double force_lies_m_s2_ = 0.0;
 };
 
-// The speed of another body, which the pose told before control was taken, is not what is braked afterwards.
+// Before control is taken, the pose may show the speed of another body; that speed must not be braked afterwards.
 TEST_F(DeadReckoningTest, WhileThePilotFliesItStands) {
   RecordProperty("promise", "R14");
   pilots_ = true;
@@ -64,7 +65,7 @@ TEST_F(DeadReckoningTest, WhileThePilotFliesItStands) {
   estimate_.x.velocity_m_s = 0.5;
   fly(3.0, 0.0, 0.0);
   EXPECT_NEAR(reckoning_.velocity_w_m_s().norm(), 0.0, 0.01);
-  estimate_.x.velocity_m_s = 1.5;  // he does not hover
+  estimate_.x.velocity_m_s = 1.5;  // too fast for a hover
   fly(20.0, 0.0, 0.0);
   EXPECT_NEAR(reckoning_.velocity_w_m_s().x(), 1.5, 0.05);
 }
@@ -77,11 +78,11 @@ TEST_F(DeadReckoningTest, KnowsTheSpeedThatAnHonestFlightHas) {
   EXPECT_LT(error_m_s(), 0.15);
 }
 
-// Catches a brake that flies on what the observer has learned from the lie.
+// Catches braking that uses estimates which the observer learned from the lie.
 TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   RecordProperty("promise", "R14");
   fly(5.0, -0.5, 0.5);
-  pose_tells_ = false;  // mirrored: the faster the aircraft, the faster the other way; a wind explains it
+  pose_tells_ = false;  // mirrored: shows the speed with the wrong sign, explained by a wind
   for (int tick = 0; tick < 80; ++tick) {
     fly(kTick_s, 2.0, 0.5);
     estimate_.x.velocity_m_s = -speed_m_s_;
@@ -95,7 +96,7 @@ TEST_F(DeadReckoningTest, RemembersTheMotionThatALyingPoseDenies) {
   EXPECT_NEAR(reckoning_.push_w_m_s2().x(), 0.5, 0.15);
 }
 
-// A hand at the frame, a tether, an offset that is new: no tilt explains it, and the pose sees nothing of it.
+// A hand at the frame, a tether or a new offset of the force: no tilt explains the force, and the pose shows no motion.
 TEST_F(DeadReckoningTest, AForceThatNoTiltExplainsInventsNoMotion) {
   RecordProperty("promise", "R14");
   fly(5.0, 0.0, 0.0);

@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A vehicle that hovers in a wind, tilted against it; measured with noise of a fixed seed.
+/// A vehicle that hovers in a wind, tilted against it, measured with noise of a fixed seed.
 template <typename Real>
 class Hover {
  public:
@@ -93,7 +93,7 @@ TYPED_TEST(AllScalars, FindsStateWindAndTrim) {
   EXPECT_EQ(filter.counters().covariance.repairs, 0U);
 }
 
-// Catches a filter that takes an old pose for a new one: at 2 m/s and 75 ms that is 15 cm.
+// Catches a filter that takes an old pose for a current one: at 2 m/s and 75 ms the error is 15 cm.
 TYPED_TEST(AllScalars, AnOldPoseIsPutWhereItBelongs) {
   using Real = typename TypeParam::Real;
   for (const int age_ms : {0, 10, 35, 75, 200}) {
@@ -110,10 +110,9 @@ TYPED_TEST(AllScalars, AnOldPoseIsPutWhereItBelongs) {
   }
 }
 
-// Catches an observer that ignores what the sender of the pose says of its own accuracy.
-// Catches a variance of the poses under which the filter's own meets its ceiling: its sigma was then halved again and
-// again, the gain of the velocity changed its sign, and a flight with all its poses in view was estimated at 5 m/s
-// instead of 1.6.
+// Catches a pose variance for which the filter's own covariance reaches its ceiling: the sigma was then halved again
+// and again, the gain of the velocity changed its sign, and a flight with all its poses was estimated at 5 m/s instead
+// of 1.6.
 TYPED_TEST(AllScalars, PosesOfAnUnknownTimeLeaveHowItsErrorsGoTogether) {
   using Real = typename TypeParam::Real;
   typename TypeParam::Filter filter(vehicle());
@@ -127,7 +126,7 @@ TYPED_TEST(AllScalars, PosesOfAnUnknownTimeLeaveHowItsErrorsGoTogether) {
   EXPECT_EQ(filter.counters().covariance.ceilings, met);
   EXPECT_EQ(filter.counters().covariance.repairs, 0U);
   EXPECT_NEAR(e.x.velocity_m_s, Real(3.0), Real(0.1));
-  // The gate has the whole of what the time may make of a pose: six times 0.12 m.
+  // The gate allows the full effect of the uncertain time on a pose: six times 0.12 m.
   const std::uint64_t refused = filter.counters().poses_refused;
   hover.position.x() += 0.5;
   run(filter, hover, 1);
@@ -137,6 +136,7 @@ TYPED_TEST(AllScalars, PosesOfAnUnknownTimeLeaveHowItsErrorsGoTogether) {
   EXPECT_EQ(filter.counters().poses_refused, refused + 1);
 }
 
+// Catches an observer that ignores the accuracy which the sender of a pose reports.
 TYPED_TEST(AllScalars, APoseThatClaimsLittleMovesLittle) {
   using Real = typename TypeParam::Real;
   const auto moved_by_one_pose = [](Real told_m2) {
@@ -186,7 +186,8 @@ TYPED_TEST(AllScalars, NumbersThatAreNoneAreDroppedCountedAndForgotten) {
   EXPECT_EQ(filter.counters().recoveries, 0U);
 }
 
-// The gate: one wild pose does nothing; twenty that agree win, once, and the reason is told.
+// The innovation gate: a single outlier has no effect; twenty poses that agree are accepted, once, and the reason is
+// reported.
 TYPED_TEST(AllScalars, AJumpOfThePoseSourceIsRefusedThenBelieved) {
   using Real = typename TypeParam::Real;
   typename TypeParam::Filter filter(vehicle());
@@ -232,7 +233,7 @@ TYPED_TEST(AllScalars, ComesBackAfterALongDropoutSomewhereElse) {
     Measurement<Real> m = hover.measurement();
     m.pose.is_new = false;
     const Estimate<Real> e = filter.update(m, hover.command(), core::kTickPeriod);
-    EXPECT_EQ(e.healthy, i < 100) << i;  // a second without a pose: not healthy any more
+    EXPECT_EQ(e.healthy, i < 100) << i;  // after a second without a pose it is no longer healthy
     EXPECT_EQ(e.pose_age, milliseconds(20 + 10 * (i + 1)));
   }
   hover.position += core::Vector<double, 3>{0.6, 0.3, 0.1};
@@ -269,7 +270,7 @@ TYPED_TEST(AllScalars, StartsInFlightWithTheVelocityItHas) {
   EXPECT_EQ(filter.counters().poses_refused, 0U);
 }
 
-// Catches an age in other units than the filter's where it begins: at 2 m/s a pose of 100 ms ago is 0.2 m behind.
+// Catches an age in the wrong unit at the start of the filter: at 2 m/s a pose that is 100 ms old is 0.2 m behind.
 TYPED_TEST(AllScalars, StartsWhereItIsNotWhereTheOldPoseWas) {
   using Real = typename TypeParam::Real;
   typename TypeParam::Filter filter(vehicle());
@@ -283,13 +284,13 @@ TYPED_TEST(AllScalars, StartsWhereItIsNotWhereTheOldPoseWas) {
   }
   ASSERT_EQ(filter.counters().poses_used, 1U);
   const core::Vector<double, 3> truth = hover.position - 0.01 * hover.velocity;  // of the last measurement
-  // Two poses 2 mm off, 0.1 s apart, carried on by 0.1 s: 5 mm.
+  // Two poses with errors of 2 mm, 0.1 s apart, extrapolated by 0.1 s: 5 mm.
   EXPECT_NEAR(static_cast<double>(e.x.position_m), truth.x(), 0.02);
   EXPECT_NEAR(static_cast<double>(e.y.position_m), truth.y(), 0.02);
   EXPECT_NEAR(static_cast<double>(e.height_m), truth.z(), 0.02);
 }
 
-// A stall: what comes after it must be as if the ticks had been there.
+// After a stall the estimate must be as if the missing ticks had run.
 TYPED_TEST(AllScalars, AStallOfThreeTicksIsCaughtUp) {
   using Real = typename TypeParam::Real;
   typename TypeParam::Filter filter(vehicle());
@@ -297,14 +298,14 @@ TYPED_TEST(AllScalars, AStallOfThreeTicksIsCaughtUp) {
   hover.wind_x_m_s2 = 0.0;
   hover.velocity = {1.0, 0.0, 0.0};
   run(filter, hover, 500);
-  hover.position.x() += 0.02;  // two ticks that did not happen
+  hover.position.x() += 0.02;  // the way of the two missing ticks
   filter.update(hover.measurement(), hover.command(), milliseconds(30));
   const Estimate<Real> e = run(filter, hover, 5);
   EXPECT_NEAR(static_cast<double>(e.x.position_m), hover.position.x() - 0.01, 0.01);
   EXPECT_EQ(filter.counters().poses_refused, 0U);
 }
 
-// The pieces under it.
+// Tests of the parts of the filter.
 
 TEST(Fixed, RoundsToNearestSaturatesAndCounts) {
   using core::Fixed;
@@ -321,7 +322,7 @@ TEST(Fixed, RoundsToNearestSaturatesAndCounts) {
   EXPECT_EQ(n(1e9).raw(), n(127.99999).raw());
 }
 
-/// An axis that has begun to turn: one tick under a large command.
+/// An axis that begins to turn: one tick under a large command.
 AxisFilter<double> turning() {
   AxisModel model;
   model.attitude = vehicle().pitch;
@@ -331,13 +332,13 @@ AxisFilter<double> turning() {
   return filter;
 }
 
-// Catches a wrong sign of what the axis has turned since the measurement: the gate is 5 rad/s to either side of the
-// rate that it had then, and the axis has gained 3 rad/s since.
+// Catches a wrong sign of the rate that the axis has gained since the measurement: the gate is +-5 rad/s about the rate
+// at the time of the measurement, and the axis has gained 3 rad/s since then.
 TEST(RateGate, StandsAboutTheRateOfTheTimeOfTheMeasurement) {
   using Filter = AxisFilter<double>;
   const Filter before = turning();
   const Age<double> age = Age<double>::of(0.1);
-  const double gained = age.units * 64.0 * before.state(Filter::kRate);  // from rest in a tick, 64 of which are a unit
+  const double gained = age.units * 64.0 * before.state(Filter::kRate);  // from rest in one tick, 1/64 of a unit
   ASSERT_GT(gained, 2.0 * kTimeUnit_s);
   const double rate_then = before.state(Filter::kRate) - gained;
   const double tilt_then = before.state(Filter::kTilt) - age.units * (before.state(Filter::kRate) - 0.5 * gained);
@@ -350,7 +351,7 @@ TEST(RateGate, StandsAboutTheRateOfTheTimeOfTheMeasurement) {
   }
 }
 
-// Catches a gate about the negative of the rate.
+// Catches a gate that is centred on the negative of the rate.
 TEST(RateGate, LetsAFastTurnPassAndNotItsOpposite) {
   using Filter = AxisFilter<double>;
   Filter filter = turning();
@@ -369,13 +370,13 @@ struct Shape {
   static constexpr std::array<std::string_view, 2> kRows{"1x", "01"};
 };
 
-// Catches a repair that makes things worse: whatever comes in, positive comes out within a few checks.
+// Catches a repair that makes the covariance worse: from any input it must become positive within a few checks.
 TEST(ScaledCovariance, IsRepairedWhenPositivityIsLost) {
   ScaledCovariance<double, 2> p;
   p.set_diagonal({1.0, 1.0});
   ScaledCovariance<double, 2>::Matrix phi{};
   phi[0][1] = 1.0;
-  p.predict<Shape>(phi, {-1.0, 0.0});  // a negative "noise": [1 1; 1 1], singular
+  p.predict<Shape>(phi, {-1.0, 0.0});  // a negative process noise: [1 1; 1 1], singular
   p.predict<Shape>(phi, {-1.5, 0.0});
   for (int i = 0; i < 20; ++i) {
     p.check();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Without a pose the observer is led by what the specific force shows (Measurement::push).
+// Without a pose the observer uses the specific force to predict the push (Measurement::push).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,16 +17,16 @@ TYPED_TEST_SUITE(FeltPush, Scalars);
 constexpr double kDrag_per_s = 0.3;
 constexpr double kSpeed_m_s = 4.0;
 constexpr double kPosesFor_s = 4.0;
-constexpr double kLag_s = 0.2;  // of the attitude behind its command
+constexpr double kLag_s = 0.2;  // lag of the attitude
 
-/// What the aircraft flies: at a steady speed against its drag, and braking from the moment on in which the poses end.
+/// The flight: a steady speed against the drag, then braking from the last pose on.
 struct Brake {
   double believed_drag_per_s = 0.01;
   bool force_comes = true;
   double force_offset_m_s2 = 0.0;
 };
 
-/// @returns how far the estimated velocity is from the true one a second and a half after the last pose, m/s.
+/// @returns the error of the estimated velocity 1.5 s after the last pose, m/s.
 template <typename TypeParam>
 double error_m_s(const Brake& brake) {
   using Real = typename TypeParam::Real;
@@ -63,20 +63,20 @@ double error_m_s(const Brake& brake) {
   return std::abs(static_cast<double>(estimate.x.velocity_m_s) - v_m_s);
 }
 
-// Catches a prediction that goes on with the drag of a speed that braking has taken away: half a metre per second after
-// a second and a half, and the aircraft comes to rest behind its fence.
+// Catches a prediction that keeps the drag of a speed that braking has already removed: the error is 0.5 m/s after 1.5
+// s, and the aircraft stops outside its fence.
 TYPED_TEST(FeltPush, TakesTheDragAwayWithTheSpeed) {
   EXPECT_LT(error_m_s<TypeParam>({}), 0.12);
   EXPECT_GT(error_m_s<TypeParam>({.force_comes = false}), 0.4) << "what this test is about";
 }
 
-// Catches a force that is taken as it stands: an offset of a tenth or two of a m/s^2 is healthy.
+// Catches a force that is used without removing its offset: an offset of 0.1 or 0.2 m/s^2 is normal.
 TYPED_TEST(FeltPush, AnOffsetOfTheForceChangesNothing) {
   EXPECT_NEAR(error_m_s<TypeParam>({.force_offset_m_s2 = 0.1}), error_m_s<TypeParam>({}), 0.03);
   EXPECT_NEAR(error_m_s<TypeParam>({.force_offset_m_s2 = -0.1}), error_m_s<TypeParam>({}), 0.03);
 }
 
-// Catches a drag that is reckoned twice, by the vehicle file and by the force.
+// Catches a drag that is counted twice, from the vehicle file and from the force.
 TYPED_TEST(FeltPush, DragThatTheVehicleFileKnowsIsNotTakenTwice) {
   EXPECT_LT(error_m_s<TypeParam>({.believed_drag_per_s = kDrag_per_s}), 0.12);
 }

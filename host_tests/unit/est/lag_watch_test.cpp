@@ -14,7 +14,7 @@ namespace {
 constexpr double kPose_s = 0.01;
 constexpr LagWatch<double>::Covariance kOwn{.pp_m2 = 1e-6, .pv_m2_s = 5e-6, .vv_m2_s2 = 1e-4};
 
-/// A watch that has seen a steady lag: every pose corrects position and velocity by as much.
+/// A watch that has seen a steady lag: every pose corrects position, velocity and disturbance by the same amounts.
 LagWatch<double> lagging(double p_m, double v_m_s, double a_m_s2, double nis) {
   LagWatch<double> watch;
   for (int k = 0; k < 3000; ++k) {
@@ -23,7 +23,7 @@ LagWatch<double> lagging(double p_m, double v_m_s, double a_m_s2, double nis) {
   return watch;
 }
 
-// Catches a claim that knows nothing of a lag, and one that counts pushes a pose instead of pushes a second.
+// Catches a claimed variance without the lag, and one that counts corrections per pose instead of per second.
 TEST(LagWatch, ASteadyPushIsClaimedAsTheErrorThatItCorrects) {
   const auto claimed = lagging(0.002, 0.05, 0.3, 1.0).claimed(kOwn, 0.0, 0.0);
   EXPECT_NEAR(claimed.pp_m2 - kOwn.pp_m2, 0.002 * 0.002, 1e-8);
@@ -31,7 +31,7 @@ TEST(LagWatch, ASteadyPushIsClaimedAsTheErrorThatItCorrects) {
   EXPECT_EQ(claimed.pv_m2_s, kOwn.pv_m2_s) << "how position and velocity go together is not claimed";
 }
 
-// Catches a claim that stands still while no pose comes: p + v t + a t^2 / 2 and v + a t.
+// Catches a claimed error that does not grow while no pose comes: p + v t + a t^2 / 2 and v + a t.
 TEST(LagWatch, WithoutAPoseTheErrorGrowsAsItsRateSays) {
   const auto claimed = lagging(0.002, 0.05, 0.3, 1.0).claimed(kOwn, 0.5, 0.48);
   const double p_m = 0.002 + 0.05 * 0.5 + 0.5 * 0.3 * 0.25;
@@ -40,7 +40,8 @@ TEST(LagWatch, WithoutAPoseTheErrorGrowsAsItsRateSays) {
   EXPECT_NEAR(std::sqrt(claimed.vv_m2_s2 - kOwn.vv_m2_s2), v_m_s, 0.02 * v_m_s);
 }
 
-// Catches a prediction that is called worthless though the force leads it: the level rung would let go of it in motion.
+// Catches a prediction that is called useless although the measured force supports it: the LEVEL rung would give up
+// braking in motion.
 TEST(LagWatch, AnAccelerationThatIsFeltIsWrongByItsOffsetAlone) {
   const auto claimed = lagging(0.002, 0.05, 1.0, 1.0).claimed(kOwn, 1.0, 1.0, true);
   EXPECT_NEAR(std::sqrt(claimed.pp_m2 - kOwn.pp_m2), std::hypot(0.052, 0.1), 0.002);
@@ -53,7 +54,7 @@ TEST(LagWatch, ADropoutOfAMinuteIsClaimedLikeOneOfASecond) {
   EXPECT_EQ(watch.claimed(kOwn, 60.0, 60.0).vv_m2_s2, watch.claimed(kOwn, 1.0, 1.0).vv_m2_s2);
 }
 
-// Catches noise that is taken for a lag: calm air would be told as a storm.
+// Catches noise that is taken for a lag: calm air would be reported as a storm.
 TEST(LagWatch, NoiseFromPoseToPoseIsNoLag) {
   LagWatch<double> watch;
   std::mt19937 random(7);
@@ -74,8 +75,7 @@ TEST(LagWatch, AClaimThatIsTooLargeShrinksToHalfASigmaAndOnlyWhilePosesCome) {
   EXPECT_EQ(lagging(0.0, 0.0, 0.0, 4.0).claimed(kOwn, 0.02, 0.01).pp_m2, kOwn.pp_m2);
 }
 
-/// What the observer claims in a hover in which the wind's push swings, over what is true: mean squares of the
-/// velocity.
+/// Ratio of the claimed to the true mean square error of the velocity, in a hover in an oscillating wind.
 double claimed_over_true(double gust_m_s2, double pulsation_rad_s) {
   model::Vehicle vehicle;
   vehicle.climb.time_constant_s = 0.334;
@@ -105,7 +105,7 @@ double claimed_over_true(double gust_m_s2, double pulsation_rad_s) {
   return claimed / error;
 }
 
-// The finding: in a wind of 8 m/s the observer claimed 11 mm/s where it was wrong by 59, a thirtieth of the square.
+// Once, in a wind of 8 m/s, the observer claimed 11 mm/s while its error was 59 mm/s: a thirtieth of the square.
 TEST(LagWatch, TheObserverClaimsWhatItIsWrongByInGusts) {
   for (const double gust_m_s2 : {0.0, 0.3, 1.0, 2.0}) {
     for (const double pulsation_rad_s : {0.7, 1.3, 2.5}) {

@@ -14,7 +14,7 @@ namespace {
 constexpr double kTick_s = 0.01;
 using Vector2 = core::Vector<double, 2>;
 
-/// An aircraft that is pushed about, and what its pose makes of that.
+/// An aircraft that is accelerated, and the pose that a test makes of its motion.
 class MotionCheckTest : public ::testing::Test {
  protected:
   struct Seen {
@@ -26,7 +26,9 @@ class MotionCheckTest : public ::testing::Test {
 
   static Seen truly(const Vector2& place_m, const Vector2& speed_m_s, double) { return {place_m, speed_m_s}; }
 
-  /// Flies on; @returns after how many seconds it speaks, or the time flown. @param push m/s^2 at a time.
+  /// Continues the flight.
+  /// @param push acceleration in m/s^2 at a time.
+  /// @returns after how many seconds the check objects, or the time flown.
   double fly(double seconds, const std::function<Vector2(double t_s)>& push, const Tell& tell) {
     for (double t_s = 0.0; t_s < seconds - 1e-9; t_s += kTick_s) {
       const Vector2 acceleration = push(now_s_);
@@ -46,11 +48,11 @@ class MotionCheckTest : public ::testing::Test {
   }
   Vector2 noise() { return {normal_(random_), normal_(random_)}; }
 
-  /// A hover that is kept within centimetres, at the frequencies of a loop.
+  /// A hover within centimetres, with the frequencies of the control loop.
   static Vector2 hovers(double t_s) {
     return {0.05 * std::sin(1.3 * t_s) + 0.03 * std::sin(2.9 * t_s), 0.05 * std::sin(1.7 * t_s + 1.0)};
   }
-  /// To and fro by metres at 2 m/s.
+  /// Alternating motion over metres at 2 m/s.
   static Vector2 travels(double t_s) { return {3.0 * std::sin(1.5 * t_s), 0.0}; }
 
   MotionCheck<double> check_;
@@ -74,7 +76,7 @@ TEST_F(MotionCheckTest, IsSilentForTenMinutesOfHoverAndOfTravel) {
   EXPECT_EQ(fly(300.0, travels, truly), 300.0);
 }
 
-// Attitude that wanders by a tenth of a degree in two seconds is felt as a force that is none.
+// An attitude that drifts by a tenth of a degree within two seconds shows a force that does not exist.
 TEST_F(MotionCheckTest, IsSilentUnderAWanderingAttitude) {
   RecordProperty("promise", "R17");
   double wander_m_s2 = 0.0;
@@ -93,7 +95,7 @@ TEST_F(MotionCheckTest, NamesAStandingBody) {
   const Vector2 stands = place_m_;
   const auto pushed = [](double t_s) -> Vector2 {
     return hovers(t_s) + Vector2(0.1, 0.0);
-  };  // nothing holds it against the air
+  };  // no control holds it against the air
   EXPECT_LT(fly(30.0, pushed,
                 [&](const Vector2&, const Vector2&, double) {
                   return Seen{stands, Vector2::Zero()};
@@ -101,8 +103,8 @@ TEST_F(MotionCheckTest, NamesAStandingBody) {
             4.0);
 }
 
-// In calm air a body that stands differs from a hover by less than what is allowed at any moment: only the sum over
-// some seconds tells. Catches a sum that is not made, or not once the paths have settled.
+// In calm air a body that stands differs from a hover by less than the limit at any moment; only the sum over some
+// seconds tells. Catches a check without that sum, or one that does not sum after the paths have settled.
 TEST_F(MotionCheckTest, NamesAStandingBodyInACalmHoverByTheSumOfSeconds) {
   RecordProperty("promise", "R14");
   const auto calmly = [](double t_s) -> Vector2 { return 0.7 * hovers(t_s); };
@@ -133,7 +135,8 @@ TEST_F(MotionCheckTest, NamesAFrameThatIsTurnedOnceSomethingMoves) {
   EXPECT_LT(fly(10.0, travels, turned), 5.0);
 }
 
-// A pose whose time is told wrong by 80 ms shows the same path, a little beside it: found, and no lie.
+// A pose whose time stamp is wrong by 80 ms shows the same path with a small shift: this is found elsewhere and is no
+// lie.
 TEST_F(MotionCheckTest, AWrongTimeIsNoLie) {
   RecordProperty("promise", "R17");
   const Tell late = [](const Vector2& p, const Vector2& v, double) { return Seen{p - 0.08 * v, v}; };
@@ -141,7 +144,7 @@ TEST_F(MotionCheckTest, AWrongTimeIsNoLie) {
   EXPECT_EQ(fly(60.0, travels, late), 60.0);
 }
 
-// Half a second without a pose, every four seconds, after which the observer was wrong by 10 cm and 0.2 m/s.
+// Half a second without a pose every four seconds, after which the observer is wrong by 10 cm and 0.2 m/s.
 TEST_F(MotionCheckTest, IsSilentOverGaps) {
   RecordProperty("promise", "R17");
   const Tell gaps = [](const Vector2& p, const Vector2& v, double t_s) {
@@ -154,11 +157,12 @@ TEST_F(MotionCheckTest, IsSilentOverGaps) {
   EXPECT_EQ(fly(100.0, travels, gaps), 100.0);
 }
 
-// Would catch one that bridges a gap of before over what comes behind: the path that was looked at no longer counts.
+// Would catch a check that applies a gap before the restart to the time after it: the path of that time no longer
+// counts.
 TEST_F(MotionCheckTest, ARestartForgetsTheGapBefore) {
   MotionCheck<double> fresh;
   MotionCheck<double> restarted;
-  for (int tick = 0; tick < 600; ++tick) {  // the scales take turns: a multiple of three
+  for (int tick = 0; tick < 600; ++tick) {  // the time scales take turns, so a multiple of three
     restarted.update({.force_m_s2 = travels(0.01 * tick), .place_m = {9.0, 9.0}, .speed_m_s = {1.0, 0.0}}, tick < 570,
                      kTick_s);
   }
@@ -175,8 +179,8 @@ TEST_F(MotionCheckTest, ARestartForgetsTheGapBefore) {
   EXPECT_GE(most, 1.0) << "else the two agree about nothing";
 }
 
-// The height of a body that stands, while the aircraft's own wanders by 5 cm/s as in the measured logs. Catches a sum
-// that waits for two axes, and one that speaks of an honest height.
+// The pose shows a body at rest while the height of the aircraft oscillates at 7 cm/s, about as in the measured logs.
+// Catches a sum that waits for two axes, and a check that objects to a true height.
 TEST(MotionCheckUpwards, NamesAHeightThatStandsAndNoHonestOne) {
   RecordProperty("promise", "R14");
   using Vector1 = core::Vector<double, 1>;
@@ -199,8 +203,8 @@ TEST(MotionCheckUpwards, NamesAHeightThatStandsAndNoHonestOne) {
   EXPECT_LT(seen_s, 63.0);
 }
 
-// Who leans by 25 degrees against a gust, and rises again, turns a part of the offsets of x and y upwards: 0.2 m/s^2 of
-// them are a force of 0.085 that moves nothing. Catches a check that calls the place a lie for it.
+// An aircraft that leans by 25 degrees against a gust and returns turns part of the offsets of x and y upwards: offsets
+// of 0.2 m/s^2 give a force of 0.085 that moves nothing. Catches a check that takes the height for a lie.
 TEST(MotionCheckUpwards, IsSilentOverOffsetsThatALeanTurnsUpwards) {
   RecordProperty("promise", "R17");
   using Vector1 = core::Vector<double, 1>;
@@ -220,7 +224,8 @@ TEST(MotionCheckUpwards, IsSilentOverOffsetsThatALeanTurnsUpwards) {
   }
 }
 
-// Five times the rotors' shaking and poses that scatter by a centimetre, once both are told; not told, they are a lie.
+// Five times the rotor vibration and poses that scatter by a centimetre: no objection if both are known; if not, they
+// look like a lie.
 TEST_F(MotionCheckTest, IsSilentOverWorseSensorsThatWereMeasured) {
   RecordProperty("promise", "R17");
   for (const bool told : {true, false}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A number that is none, or too large to be one, reaches a check once: what would stay in its sums for good, and agree
-// with everything, does not (promises R11 and R14).
+// A value that is NaN, infinite or far too large reaches a check once. It must not stay in the check's sums, where it
+// would agree with everything for good (promises R11 and R14).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@
 namespace m100::est {
 namespace {
 
-// What the log and the operator read where the observer began anew: a name for each, and none twice.
+// The log and the operator read why the observer started anew: each reason has a name, and no two share one.
 TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
   std::set<std::string_view> names;
   for (const Recovery recovery :
@@ -32,7 +32,7 @@ TEST(Estimate, EachReasonToBeginAnewHasAnotherName) {
   EXPECT_EQ(names.size(), 5U);
 }
 
-// Who has estimated nothing yet says nothing good: no field of a fresh estimate lets anybody fly.
+// A fresh estimate, before any measurement: no field of it may permit a flight.
 TEST(Estimate, AFreshOneIsWorthNothing) {
   const Estimate<double> fresh;
   EXPECT_FALSE(fresh.healthy);
@@ -57,7 +57,7 @@ constexpr float kTick_s = 0.01F;
 constexpr float kGravity_m_s2 = 9.8066F;
 using Vector2 = core::Vector<float, 2>;
 
-/// Single precision, as on the board: there 1e30 has no square.
+/// Single precision, as on the board, where the square of 1e30 overflows.
 constexpr std::array kBad{std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30F};
 
 class BadNumber : public ::testing::TestWithParam<float> {};
@@ -101,7 +101,7 @@ TEST_P(BadNumber, APathThatStandsIsStillSeen) {
       const Vector2 force_m_s2(std::sin(1.5F * t_s), 0.F);
       speed_m_s += force_m_s2 * kTick_s;
       place_m += speed_m_s * kTick_s;
-      const float seen = t_s > 8.F ? 0.F : 1.F;  // then it lies
+      const float seen = t_s > 8.F ? 0.F : 1.F;  // then the pose stands still
       Motion motion{.force_m_s2 = force_m_s2, .place_m = seen * place_m, .speed_m_s = seen * speed_m_s};
       if (t_s > 4.F && t_s < 4.F + 1.5F * kTick_s) {
         (motion.*input).x() = GetParam();
@@ -117,8 +117,8 @@ INSTANTIATE_TEST_SUITE_P(Checks, BadForce, ::testing::ValuesIn(kBad), [](const a
   return std::isnan(tested.param) ? "NaN" : std::isinf(tested.param) ? "Infinity" : "Huge";
 });
 
-// Each number of an estimate and of what is felt, once. Catches a force that is no force for a minute after one message
-// of 1e30, because its mean length is.
+// Spoils each number of an estimate and of the autopilot's data once. Catches a check that ignores the force for a
+// minute after one message of 1e30, because its mean length is spoilt.
 TEST_P(BadForce, APoseThatStandsIsStillContradicted) {
   RecordProperty("promise", "R14");
   const std::function<void(Felt<float>&, Estimate<float>&, float)> spoils[] = {

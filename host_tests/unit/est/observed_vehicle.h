@@ -5,7 +5,7 @@
 
 namespace m100::est {
 
-/// The vehicle that these tests observe; what is not named has the model's defaults.
+/// The vehicle of these tests; fields that are not set have the model's defaults.
 inline model::Vehicle vehicle() {
   model::Vehicle v;
   for (model::StickAxis* axis : {&v.roll, &v.pitch}) {

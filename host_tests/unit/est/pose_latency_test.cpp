@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How late the poses are, against motion that is known: each rule of the estimate on its own. Flights with a whole
-// source of pose are in the property tests.
+// Estimation of the pose latency from a known motion: each rule on its own. Flights with a complete pose source are in
+// the property tests.
 #include "firmware/est/pose_latency.h"
 
 #include <gtest/gtest.h>
@@ -24,8 +24,8 @@ struct PoseLatencyTest : ::testing::Test {
     const double w = 2.0 * 3.14159265358979 / kTurn_s;
     return Vector2(static_cast<T>(size * std::cos(w * t_s)), static_cast<T>(size * std::sin(w * t_s)));
   }
-  /// Flies a circle; its poses are older by `late_s` than their times of capture say, and the world is pushed aside
-  /// steadily, which nobody sees.
+  /// Flies a circle. The poses are older than their capture times by `late_s`, and a steady push that no sensor reports
+  /// displaces the position.
   void fly(double length_s, double late_s, double radius_m = 0.15, T push_m_s2 = T(0)) {
     const double w = 2.0 * 3.14159265358979 / kTurn_s;
     for (int k = 0; k < static_cast<int>(length_s * 100.0); ++k) {
@@ -41,7 +41,7 @@ struct PoseLatencyTest : ::testing::Test {
 using BothReals = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(PoseLatencyTest, BothReals);
 
-// 3 ms: a tick of 10 ms is a third of that off where the integral is cut in the wrong place.
+// Tolerance 3 ms: an integral that is cut at the wrong place is off by a third of a tick of 10 ms.
 TYPED_TEST(PoseLatencyTest, IsFoundInMotionWhateverWasBelieved) {
   for (const double late_s : {0.03, 0.06, 0.15}) {
     for (const double believed_s : {0.0, 0.02, 0.1}) {
@@ -60,7 +60,7 @@ TYPED_TEST(PoseLatencyTest, ASteadyPushThatNobodySeesIsNoLatency) {
   EXPECT_NEAR(this->latency.tau_s(), 0.06, 0.003);
 }
 
-// In a still hover nothing tells it: the belief stays, with its own uncertainty.
+// A still hover gives no information: the belief stays, with its uncertainty.
 TYPED_TEST(PoseLatencyTest, WithoutMotionTheBeliefStays) {
   this->latency.believe(TypeParam(0.04), TypeParam(0.03));
   EXPECT_FALSE(this->latency.is_observable());
@@ -70,7 +70,7 @@ TYPED_TEST(PoseLatencyTest, WithoutMotionTheBeliefStays) {
   EXPECT_FALSE(this->latency.is_observable());
 }
 
-// No pose comes before it was captured, and none that is older than 250 ms is flown by (R3).
+// A pose cannot arrive before its capture, and poses older than 250 ms are not used for flight (R3).
 TYPED_TEST(PoseLatencyTest, IsFromNoughtTo250Milliseconds) {
   this->latency.believe(TypeParam(0.4), TypeParam(0.001));
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0.25));
@@ -80,7 +80,8 @@ TYPED_TEST(PoseLatencyTest, IsFromNoughtTo250Milliseconds) {
   EXPECT_EQ(this->latency.tau_s(), TypeParam(0.25));
 }
 
-// Poses that come again after a second without any, or after something else has moved them: a window is never joined.
+// Poses return after a gap, or after something other than flight has moved them: a window must not span the
+// interruption.
 TYPED_TEST(PoseLatencyTest, AWindowThatWasInterruptedIsLeftOut) {
   this->latency.believe(TypeParam(0.02), TypeParam(0.02));
   this->fly(20.0, 0.06);

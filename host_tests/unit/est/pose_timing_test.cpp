@@ -17,7 +17,7 @@ core::SenderTime stamp(double seconds) {
 }
 core::TimePoint at(double seconds) { return core::TimePoint(core::Duration(std::llround(seconds * 1e6))); }
 
-/// A source that captures at a steady rate on its own clock and whose messages are late by up to `jitter_s`.
+/// A source that captures at a steady rate of its own clock; its messages are late by up to `jitter_s`.
 struct Source {
   double rate_hz = 100.0;
   double latency_s = 0.0;
@@ -25,13 +25,14 @@ struct Source {
   double drift_ppm = 0.0;
   std::mt19937 random{5};
 
-  /// What its clock shows then.
+  /// The time stamp of capture `n` on the source's clock.
   core::SenderTime stamp_of(int n) const { return stamp(n / rate_hz); }
   double captured_s(int n) const { return 0.0031 + n / rate_hz * (1.0 + 1e-6 * drift_ppm); }
   double way_s() { return latency_s + jitter_s * std::uniform_real_distribution<>(0.0, 1.0)(random); }
 };
 
-// Catches a clock that follows the jitter (spread), or that runs away from the source's (mean).
+// Catches a clock that follows the jitter (spread of the error), or that drifts away from the source's (mean of the
+// error).
 TEST(PoseClock, TakesTheJitterAwayAtEveryRateAndDrift) {
   for (const double rate_hz : {30.0, 100.0, 240.0}) {
     for (const double drift_ppm : {-100.0, 0.0, 100.0}) {
@@ -50,8 +51,8 @@ TEST(PoseClock, TakesTheJitterAwayAtEveryRateAndDrift) {
         }
       }
       const double mean_s = sum / count;
-      // The lower envelope stands sqrt(2 jitter rise) above the least, rise = 3e-4 of an interval: 0.3 to 0.9 ms, and
-      // more while the interval is uncertain.
+      // The lower envelope lies sqrt(2 jitter rise) above the minimum, with rise = 3e-4 of an interval: 0.3 to 0.9 ms,
+      // and more while the interval is uncertain.
       EXPECT_NEAR(mean_s, 0.0, 0.003) << rate_hz << " Hz, " << drift_ppm << " ppm";
       EXPECT_LT(std::sqrt(squares / count - mean_s * mean_s), 0.002) << rate_hz << " Hz, " << drift_ppm << " ppm";
       EXPECT_NEAR(core::seconds<double>(clock.interval()), 1.0 / rate_hz, 0.01 / rate_hz);
@@ -61,7 +62,7 @@ TEST(PoseClock, TakesTheJitterAwayAtEveryRateAndDrift) {
   }
 }
 
-// Catches a clock that counts poses instead of believing their stamps.
+// Catches a clock that counts poses instead of using their time stamps.
 TEST(PoseClock, LostCapturesChangeNothing) {
   Source source{.jitter_s = 0.004};
   PoseClock clock;
@@ -79,7 +80,8 @@ TEST(PoseClock, LostCapturesChangeNothing) {
   EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.0003);
 }
 
-// Catches an interval that follows a source which has become slower over seconds: the flight would be over by then.
+// Catches an interval estimate that needs seconds to follow a source that has become slower: the flight would end
+// before.
 TEST(PoseClock, ASlowerSourceIsKnownAfterFourCaptures) {
   PoseClock clock;
   for (int n = 0; n < 500; ++n) {
@@ -95,8 +97,8 @@ TEST(PoseClock, ASlowerSourceIsKnownAfterFourCaptures) {
   EXPECT_NEAR(core::seconds<double>(clock.interval()), 0.010, 0.001) << "and the way back";
 }
 
-// Would catch a clock that follows a way which has become longer: poses 0.4 s old would be called fresh after a second,
-// and where nothing flies yet nobody would see it.
+// Would catch a clock that adapts to a longer transport delay: poses 0.4 s old would be called fresh after a second,
+// and before the flight nobody would notice.
 TEST(PoseClock, WhatComesLaterIsOlderHoweverLongItLasts) {
   for (const int begins : {60, 500}) {
     Source source;
@@ -109,17 +111,17 @@ TEST(PoseClock, WhatComesLaterIsOlderHoweverLongItLasts) {
         EXPECT_NEAR(core::seconds<double>(found - at(captured_s)), 0.0, 0.06) << n << " of " << begins;
       }
     }
-    const int n = begins + 1501;  // and in time again
+    const int n = begins + 1501;  // on time again
     const double captured_s = source.captured_s(n);
     EXPECT_NEAR(core::seconds<double>(clock.note(source.stamp_of(n), at(captured_s)) - at(captured_s)), 0.0, 0.001);
   }
 }
 
-// Stamps that tick at another rate than time were never a clock: arrivals count.
+// Stamps that run at another rate than time are not a clock; the arrival times are used instead.
 TEST(PoseClock, StampsThatNeverFollowedTheArrivalsAreNotBelieved) {
   PoseClock clock;
   for (int n = 0; n < 500; ++n) {
-    clock.note(stamp(0.0001 * n), at(0.01 * n));  // a tenth of a millisecond for ten
+    clock.note(stamp(0.0001 * n), at(0.01 * n));  // 0.1 ms per 10 ms
   }
   EXPECT_FALSE(clock.is_regular());
   EXPECT_EQ(clock.note(stamp(0.05), at(5.0)), at(5.0));
@@ -137,25 +139,25 @@ TEST(PoseClock, BeginsAnewWhereTheSendersClockWasSet) {
   }
 }
 
-/// An aircraft that swings to and fro, its attitude, and poses that are late.
+/// An aircraft that oscillates, its attitude, and poses that are late.
 template <typename T>
 class Swing {
  public:
   double amplitude_m = 0.3;
-  double pulsation_rad_s = 3.0;   ///< as fast as a step of a metre
-  core::ClockOffset offset;       ///< what was found about the two clocks
-  double stamped_late_s = 0.0;    ///< the sender's stamps are wrong by so much
-  double drag_per_s = 0.0;        ///< pushes back by so much of the speed
-  bool feels_drag = true;         ///< whether a force tells it
-  double attitude_age_s = 0.005;  ///< as is believed
-  double attitude_later_s = 0.0;  ///< and what it is older than that
-  double pause_at_s = 1e9;        ///< nothing comes for pause_s; what has piled up then comes as fast as the line can
+  double pulsation_rad_s = 3.0;   ///< as in a step of a metre
+  core::ClockOffset offset;       ///< the measured offset of the two clocks
+  double stamped_late_s = 0.0;    ///< error of the sender's stamps
+  double drag_per_s = 0.0;        ///< drag per speed
+  bool feels_drag = true;         ///< whether a force shows it
+  double attitude_age_s = 0.005;  ///< believed age
+  double attitude_later_s = 0.0;  ///< how much older it really is
+  double pause_at_s = 1e9;        ///< nothing comes for pause_s; the queue then empties as fast as the line permits
   double pause_s = 0.0;
-  double later_from_s = 1e9;  ///< the way takes later_s more, for good
+  double later_from_s = 1e9;  ///< from here on the transport delay is later_s longer
   double later_s = 0.0;
   Source source;
 
-  /// The state of the timing after so many seconds.
+  /// Flies and returns the timing report at the end.
   PoseTimingReport<T> fly(double seconds) {
     PoseTiming<T> timing;
     int next = 0;
@@ -174,7 +176,7 @@ class Swing {
   }
 
  private:
-  /// Puts the pose of that time on its way.
+  /// Captures a pose at that time and sends it.
   void send(double captured_s) {
     core::Pose<T> pose;
     pose.captured = stamp(captured_s + stamped_late_s);
@@ -194,7 +196,7 @@ class Swing {
       measured.pose.offset = offset;
     }
   }
-  /// The attitude that makes it swing, and the drag beside it.
+  /// Measures the attitude that causes the oscillation, and the drag.
   void feel(double now_s, Measurement<T>& measured) const {
     measured.attitude.is_new = true;
     measured.attitude.age = core::Duration(std::llround(attitude_age_s * 1e6));
@@ -219,15 +221,16 @@ class PoseTimingOf : public ::testing::Test {};
 using Reals = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(PoseTimingOf, Reals);
 
-/// The offset as it is, or as unequal ways there and back show it.
+/// The measured clock offset; `wrong_s` is its error, for example from unequal delays of the two directions.
 core::ClockOffset found_offset(double wrong_s, double bound_s) {
   return {.known = true,
           .to_ours = core::Duration(std::llround(wrong_s * 1e6)) - core::Duration(1763757191000000),
           .bound = core::Duration(std::llround(bound_s * 1e6))};
 }
 
-// Catches an observer that believes an age which the inertial sensors contradict, and one that cannot find it in 20 s:
-// nothing is told; all is told; the stamps are 20 ms late; the ways there and back differ by 90 ms.
+// Catches an observer that believes an age which the inertial sensors contradict, and one that does not find it within
+// 20 s. Cases: no age is reported; the true age is reported; the stamps are 20 ms late; the delays of the two
+// directions differ by 90 ms.
 TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
   struct Told {
     core::ClockOffset offset;
@@ -248,8 +251,8 @@ TYPED_TEST(PoseTimingOf, LatencyIsFoundIn20SecondsOfMotionWhateverIsTold) {
   }
 }
 
-// Catches a belief that keeps its weight though motion contradicts it. A swing of 5 cm does so a little: a sender that
-// says 20 ms and is 100 ms late was taken to be 78 ms late, give or take 11.
+// Catches a belief that keeps its weight although motion contradicts it. An oscillation of 5 cm contradicts it only a
+// little: a sender that reported 20 ms and was 100 ms late was estimated at 78 ms +- 11 ms.
 TYPED_TEST(PoseTimingOf, WhatIsToldIsBelievedOnlyAsFarAsMotionAgrees) {
   Swing<TypeParam> swing;
   swing.amplitude_m = 0.05;
@@ -261,9 +264,9 @@ TYPED_TEST(PoseTimingOf, WhatIsToldIsBelievedOnlyAsFarAsMotionAgrees) {
   EXPECT_LE(std::abs(core::seconds<double>(report.least) - 0.1), static_cast<double>(report.sigma_s));
 }
 
-// Catches a window whose poses are all taken for younger than the newest attitude: no integral reaches them, nothing is
-// learned, and what was believed stays for good. So flew half of the simulated flights in wind, in which the first
-// windows, that no force had corrected yet, had told a latency of nought.
+// Catches a window in which all poses are taken for younger than the newest attitude: no integral reaches them, nothing
+// is learned, and the belief stays for good. This happened in half of the simulated flights in wind, where the first
+// windows, not yet corrected by a force, had given a latency of zero.
 TYPED_TEST(PoseTimingOf, ALatencyThatIsBelievedToBeNoughtIsLookedAtAgain) {
   Swing<TypeParam> swing;
   swing.attitude_age_s = 0.012;
@@ -275,8 +278,8 @@ TYPED_TEST(PoseTimingOf, ALatencyThatIsBelievedToBeNoughtIsLookedAtAgain) {
   EXPECT_NEAR(core::seconds<double>(report.least), 0.025, 0.005);
 }
 
-// Where everything that is seen is shifted in time alike, nothing that is seen changes: how old the attitude is cannot
-// be told from how old the poses are, but for their difference, and that is what all that is computed from both needs.
+// Shifting all measurements in time changes nothing that can be observed. So the age of the attitude and the age of the
+// poses cannot be told apart; only their difference is observable, and only the difference is needed.
 TYPED_TEST(PoseTimingOf, OnlyHowMuchOlderThePosesAreThanTheAttitudeIsSeen) {
   for (const double later_s : {-0.005, 0.0, 0.01, 0.02}) {
     Swing<TypeParam> swing;
@@ -289,8 +292,8 @@ TYPED_TEST(PoseTimingOf, OnlyHowMuchOlderThePosesAreThanTheAttitudeIsSeen) {
   }
 }
 
-// Catches a limit of freshness that one pause of the network lifts for a minute, and one that does not follow a way
-// which has become longer within the time of a coast.
+// Catches a freshness limit that a single pause of the network raises for a minute, and one that does not follow a
+// longer transport delay within the time of COAST.
 TYPED_TEST(PoseTimingOf, AQueueIsOneEventAndALongerWayIsNot) {
   Swing<TypeParam> pausing;
   pausing.source = {.rate_hz = 97.0, .latency_s = 0.05, .jitter_s = 0.005};
@@ -304,7 +307,8 @@ TYPED_TEST(PoseTimingOf, AQueueIsOneEventAndALongerWayIsNot) {
   EXPECT_GT(core::seconds<double>(worse.fly(10.6).jitter), 0.09);
 }
 
-// Catches a timing that takes the tilt for all that accelerates: drag of the speed alone looks like c / w^2 = 33 ms.
+// Catches a timing that takes the tilt for the whole acceleration: the drag alone looks like a latency of c / w^2 = 33
+// ms.
 TYPED_TEST(PoseTimingOf, DragThatTheForceTellsIsNoLatency) {
   for (const bool feels : {true, false}) {
     Swing<TypeParam> swing;
@@ -320,7 +324,8 @@ TYPED_TEST(PoseTimingOf, DragThatTheForceTellsIsNoLatency) {
   }
 }
 
-// Would catch who takes the middle of there and back for an age: it may be wrong by half of it, and says so.
+// Would catch an estimate that takes half of the round trip for the age without saying that it may be wrong by that
+// half.
 TYPED_TEST(PoseTimingOf, InAStillHoverComparedClocksTellTheAgeAsFarAsTheWaysAllow) {
   struct Case {
     double wrong_s;
@@ -347,7 +352,7 @@ TYPED_TEST(PoseTimingOf, AStillHoverTellsNothingAndSaysSo) {
   EXPECT_NEAR(core::seconds<double>(report.untold), 0.030, 0.002) << "what is believed of a sender that tells nothing";
 }
 
-// The finding: at 4.5 m/s a pose of honest jitter is 45 mm from where it has to be, and the gate was 12 mm wide.
+// Once, at 4.5 m/s, a pose with normal jitter was 45 mm from its predicted place, and the gate was 12 mm wide.
 TEST(PoseGate, GivesRoomToThePoseOfAnUncertainTime) {
   model::Vehicle vehicle;
   vehicle.climb.time_constant_s = 0.334;
@@ -363,7 +368,7 @@ TEST(PoseGate, GivesRoomToThePoseOfAnUncertainTime) {
       m.pose.set_captured_at(m.now);
       m.pose.time_sigma_s = sigma_s;
       x_m += 0.045;
-      m.pose.position_w_m.x() = x_m - (tick > 300 && tick % 10 == 0 ? 0.045 : 0.0);  // 10 ms older than told
+      m.pose.position_w_m.x() = x_m - (tick > 300 && tick % 10 == 0 ? 0.045 : 0.0);  // 10 ms older than its stamp
       refused = std::max(refused, filter.update(m, {}, core::kTickPeriod).refused_poses);
     }
     EXPECT_EQ(refused > 0, sigma_s == 0.0) << sigma_s;

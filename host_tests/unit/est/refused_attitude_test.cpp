@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the observer does where attitudes are refused by the gate, and the words for what it did.
+// How the observer reacts when the gate refuses attitudes, and the names of its recoveries.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -16,7 +16,7 @@ template <typename Ekf>
 class RefusedAttitude : public ::testing::Test {};
 TYPED_TEST_SUITE(RefusedAttitude, Scalars);
 
-// Catches an observer that holds on to a tilt which no attitude agrees with any more, and one that gives up too early.
+// Catches an observer that keeps a tilt which every attitude contradicts, and one that gives it up too early.
 TYPED_TEST(RefusedAttitude, StartsItAnewAfterHalfASecond) {
   using Real = typename TypeParam::Real;
   typename TypeParam::Filter filter(vehicle());

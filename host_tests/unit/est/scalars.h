@@ -7,7 +7,7 @@
 
 namespace m100::est {
 
-/// The observer in each of its number types, and the type of what it tells, for typed tests.
+/// The observer in each of its scalar types, with the type of its estimate, for typed tests.
 struct InDouble {
   using Filter = DoubleEkf;
   using Real = double;

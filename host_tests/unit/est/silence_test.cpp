@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the observer believes while ticks come late, poses stop or telemetry is silent.
+// What the observer estimates while ticks are late, poses are missing or telemetry is silent.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A level aircraft that glides at a constant speed; measured without noise, poses of this moment.
+/// A level aircraft at constant speed, measured without noise; the poses have no age.
 template <typename Ekf, typename Real>
 struct Glide {
   Ekf filter{vehicle()};
@@ -55,7 +55,7 @@ class Silence : public ::testing::Test {};
 using Scalars = ::testing::Types<Glide<DoubleEkf, double>, Glide<FloatEkf, float>, Glide<FixedEkf, float>>;
 TYPED_TEST_SUITE(Silence, Scalars);
 
-// Catches a refusal that goes on while nothing comes that could be refused: it would end coasting after 0.3 s.
+// Catches a refusal that continues while no pose comes: it would end COAST after 0.3 s.
 TYPED_TEST(Silence, RefusesNothing) {
   TypeParam glide;
   glide.run(300);
@@ -67,7 +67,7 @@ TYPED_TEST(Silence, RefusesNothing) {
   EXPECT_EQ(e.refused_for, milliseconds(10)) << "from the first to the second";
 }
 
-// Catches ticks that are rounded one by one: 17 and 3 ms were predicted as 30.
+// Catches ticks that are rounded one by one: 17 and 3 ms were predicted as 30 ms.
 TYPED_TEST(Silence, IsPredictedForTheTimeThatHasPassedWhateverTheJitter) {
   TypeParam glide;
   glide.speed_m_s = 2.0;
@@ -78,10 +78,10 @@ TYPED_TEST(Silence, IsPredictedForTheTimeThatHasPassedWhateverTheJitter) {
     glide.tick(milliseconds(3));
   }
   const auto e = glide.tick();
-  EXPECT_NEAR(static_cast<double>(e.x.position_m), glide.x_m(), 0.03);  // 0.38 s: 0.38 m too far before
+  EXPECT_NEAR(static_cast<double>(e.x.position_m), glide.x_m(), 0.03);  // 0.38 s: it was 0.38 m too far
 }
 
-// Catches a stall of which only the first 50 ms are predicted, and a pose that is compared with a state of the past.
+// Catches a stall of which only the first 50 ms are predicted, and a pose that is compared with an outdated state.
 TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpOverTheNextTicks) {
   TypeParam glide;
   glide.speed_m_s = 2.0;
@@ -98,9 +98,8 @@ TYPED_TEST(Silence, OfTheLoopItselfIsCaughtUpOverTheNextTicks) {
   EXPECT_EQ(glide.filter.counters().poses_refused, 0U);
 }
 
-// A pilot had the aircraft for seconds without a pose, and it drifted by decimetres. Catches a first pose that is
-// shared out by a covariance which has met its ceiling: half a metre became 1.6 m/s, and true poses were refused as
-// lies.
+// A pilot flew for seconds without a pose, and the aircraft drifted by decimetres. Catches a first pose that is
+// weighted with a covariance at its ceiling: half a metre became 1.6 m/s, and true poses were refused as lies.
 TYPED_TEST(Silence, OfManySecondsEndsWithTheVelocityThatIs) {
   for (const double off_m : {0.2, 0.5, 1.0}) {
     TypeParam glide;
@@ -121,7 +120,7 @@ TYPED_TEST(Silence, OfManySecondsEndsWithTheVelocityThatIs) {
   }
 }
 
-// Catches an observer that gives up with the first stale telemetry: the ladder coasts from 100 to 500 ms.
+// Catches an observer that gives up at the first stale telemetry: the ladder coasts from 100 to 500 ms.
 TYPED_TEST(Silence, OfTelemetryIsPredictedThroughWhilePosesCome) {
   this->RecordProperty("promise", "R12");
   TypeParam glide;
@@ -137,7 +136,7 @@ TYPED_TEST(Silence, OfTelemetryIsPredictedThroughWhilePosesCome) {
   }
 }
 
-// An attitude that comes and is refused is another matter: nobody knows which of the two is right.
+// A refused attitude is not a missing one: nobody knows whether the attitude or the estimate is right.
 TYPED_TEST(Silence, IsNotTakenForAnAttitudeThatIsRefused) {
   TypeParam glide;
   glide.run(300);
@@ -146,8 +145,8 @@ TYPED_TEST(Silence, IsNotTakenForAnAttitudeThatIsRefused) {
   EXPECT_FALSE(glide.run(3).predicts);
 }
 
-// Catches a limit that fixed point needs and the others do not: what a sender tells of its own accuracy was cut to
-// 37 mm.
+// Catches a limit of fixed point that is also applied to the other scalars: the sender's reported accuracy was limited
+// to 37 mm.
 TYPED_TEST(Silence, APoseOfAFewDecimetresIsTakenForWhatItIs) {
   const auto moved_m = [](double off_m, double variance_m2) {
     TypeParam glide;

@@ -21,7 +21,7 @@ class TiltCheckTest : public ::testing::Test {
   Felt<double> felt_;
 };
 
-/// Tilts to and fro as a hover does, a quarter of a degree, with a turn of the heading.
+/// Tilts as in a hover, by a quarter of a degree.
 void lean(Felt<double>& felt, double t_s, double amplitude_rad = 0.0045) {
   felt.roll_rad = amplitude_rad * std::sin(2.0 * t_s);
   felt.pitch_rad = amplitude_rad * std::cos(1.7 * t_s);
@@ -33,7 +33,7 @@ TEST_F(TiltCheckTest, IsSilentWhileTheRatesMakeTheTilt) {
   for (const double amplitude_rad : {0.0045, 0.3}) {
     check_ = TiltCheck<double>();
     for (double t_s = 0.0; t_s < 20.0; t_s += kTick_s) {
-      // Rates 20 ms old and 5 % wrong, and an attitude that is corrected by a degree within two seconds.
+      // Rates that are 20 ms old and 5 % wrong, and an attitude that is corrected by a degree.
       lean(felt_, t_s - 0.02, amplitude_rad);
       const core::Vector<double, 3> rates = 1.05 * felt_.rate_b_rad_s;
       lean(felt_, t_s, amplitude_rad);
@@ -66,8 +66,8 @@ TEST_F(TiltCheckTest, NamesAnAttitudeThatDoesNotFollowItsRatesBeforeAnyPoseCame)
   }
 }
 
-// The search's worst fault of the rates once flew 1.4 m unnoticed behind its own scatter: 3 rad/s of noise were taken
-// for turns so fast that 80 ms of delay were a matter of course.
+// The worst fault of the rates that fault_search found once flew 1.4 m unnoticed because of its own noise: 3 rad/s of
+// noise were taken for turns so fast that a delay of 80 ms was within the limit.
 TEST_F(TiltCheckTest, RatesThatScatterExcuseNoDelay) {
   RecordProperty("promise", "R14");
   std::mt19937 random(1);
@@ -89,7 +89,7 @@ TEST_F(TiltCheckTest, NoiseOfAnHonestRateIsSilent) {
   std::normal_distribution<double> noise(0.0, 1.0);
   for (double t_s = 0.0; t_s < 200.0; t_s += kTick_s) {
     lean(felt_, t_s, 0.1);
-    felt_.roll_rad += 5e-4 * noise(random);  // several times what both measured logs have
+    felt_.roll_rad += 5e-4 * noise(random);  // several times the noise of both measured logs
     felt_.rate_b_rad_s += core::Vector<double, 3>(0.02 * noise(random), 0.02 * noise(random), 0.0);
     check_.update(felt_, kTick_s);
     ASSERT_FALSE(check_.contradicts()) << t_s << " s";

@@ -16,7 +16,7 @@ Estimate<double> hovering(double pitch_offset_rad, double roll_offset_rad, doubl
   Estimate<double> estimate;
   estimate.healthy = true;
   estimate.yaw_rad = yaw_rad;
-  // The body's offsets turned into the yaw-free frame, by the inverse of what the watch does.
+  // The body's offsets in the yaw-free frame: the inverse of the watch's rotation.
   estimate.x.input_offset_rad = std::cos(yaw_rad) * pitch_offset_rad + std::sin(yaw_rad) * roll_offset_rad;
   estimate.y.input_offset_rad = -std::sin(yaw_rad) * pitch_offset_rad + std::cos(yaw_rad) * roll_offset_rad;
   return estimate;
@@ -42,7 +42,7 @@ TEST(TrimWatch, FindsTheBalancingPointsOfThePaperUnderAnyHeading) {
   }
 }
 
-// Catches a wind that is leant with instead of against, and one that does not turn with the heading.
+// Catches a lean with the wind instead of against it, and a wind that does not rotate with the heading.
 TEST(TrimWatch, KnowsTheSticksThatHoldThePlaceInWind) {
   const model::Vehicle vehicle = model::paper_vehicle();
   const TrimWatch<double> trim(vehicle);
@@ -54,7 +54,7 @@ TEST(TrimWatch, KnowsTheSticksThatHoldThePlaceInWind) {
   EXPECT_NEAR(trim.holding(estimate).pitch, -26.0 - lean / vehicle.pitch.scale_per_count, 0.01);
   EXPECT_NEAR(trim.holding(estimate).roll, lean / vehicle.roll.scale_per_count, 0.01);
   Estimate<double> turned = hovering(0.0, 0.0, 0.5 * core::kPi);
-  turned.x.disturbance_m_s2 = kPush_m_s2;  // the nose looks to the left of the world: it comes from the left
+  turned.x.disturbance_m_s2 = kPush_m_s2;  // the nose points along world +y, so the wind comes from the left
   EXPECT_NEAR(trim.holding(turned).pitch, 0.0, 0.01);
   EXPECT_NEAR(trim.holding(turned).roll, -lean / vehicle.roll.scale_per_count, 0.01);
 }
@@ -67,7 +67,7 @@ TEST(TrimWatch, SaysNothingBeforeItHasSeenEnoughHover) {
   EXPECT_FALSE(trim.report().settled);
   EXPECT_FALSE(trim.report().drifted);
   for (int tick = 0; tick < 1000; ++tick) {
-    trim.update(estimate, false, kTick_s);  // a moving reference is no hover
+    trim.update(estimate, false, kTick_s);  // not a hover: the reference moves
     Estimate<double> fast = estimate;
     fast.x.velocity_m_s = 1.0;
     trim.update(fast, true, kTick_s);

@@ -29,7 +29,8 @@ TEST_P(Kind, StaysInsideTheFence) {
 INSTANTIATE_TEST_SUITE_P(All, Kind, ::testing::Values("doublet", "3211", "chirp", "mixed"),
                          [](const auto& tested) { return "k" + tested.param; });
 
-// Catches a piece that goes on for seconds with nothing in hand: a trim that is a little off carries it over the fence.
+// Catches a piece that runs for seconds without a margin: a small error of the trim then carries the aircraft over the
+// fence.
 TEST(Fit, HoldsThoughSomethingPushesThroughEveryPiece) {
   constexpr double kPush_m_s2 = 0.25;
   for (const double fence_m : {1.5, 3.0, 6.0}) {
@@ -48,7 +49,8 @@ TEST(Fit, HoldsThoughSomethingPushesThroughEveryPiece) {
   }
 }
 
-// Catches a small room in which the slow movements, which show dead zone and trim, are dropped and not flown in parts.
+// Catches slow movements, which show dead zone and trim, that are left out in a small room instead of being flown in
+// parts.
 TEST(Fit, FliesInPartsWhatIsTooLongForASmallRoom) {
   const Manoeuvre wide = make({.amplitude_counts = 150.0, .fence_m = 20.0}, kAxis);
   EXPECT_EQ(wide.in_parts, 0);
@@ -80,7 +82,7 @@ const Forecast& of(const std::vector<Forecast>& table, const std::string& effect
   return *std::find_if(table.begin(), table.end(), [&](const Forecast& one) { return one.effect == effect; });
 }
 
-// Catches a forecast that does not look at the manoeuvre: small sticks cannot show a saturation of the stick law's end.
+// Catches a forecast that does not depend on the manoeuvre: a longer flight must show each effect more clearly.
 TEST(Forecast, SaysThatLongerFlightsShowMore) {
   const Wish brief{.duration_s = 20.0, .fence_m = 20.0};
   const Wish longer{.duration_s = 80.0, .fence_m = 20.0};
@@ -99,7 +101,7 @@ TEST(Forecast, SaysThatMixedManoeuvresTellDeadZoneFromCurveBetterThanDoublets) {
 
 const model::StickAxis kClimb{.scale_per_count = 3e-3, .natural_frequency_rad_s = 5.0, .damping_ratio = 0.8};
 
-// Catches a climb that is flown like a tilt: its fence is about height, and it has to come back to where it began.
+// Catches a climb that is planned like a tilt: its fence limits the height, and it must return to its start.
 TEST(RateAxis, StaysInsideItsFenceAndComesBack) {
   for (const char* kind : {"doublet", "3211", "chirp", "mixed"}) {
     const Wish wish{

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The checks that a board runs by itself (host_tests/target/self_test.cpp), against the mock and against Linux.
+// Runs the checks of a board's self test (host_tests/target/self_test.cpp) against the mock and against Linux.
 #include "host_tests/target/conformance.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class Expectations final : public target::Report {
   int failures_ = 0;
 };
 
-/// Counts what does not hold, for a machine that must fail.
+/// Counts failed checks, for a machine that must fail.
 class Failures final : public target::Report {
  public:
   void check(std::string_view, bool holds) override { count_ += holds ? 0 : 1; }
@@ -62,7 +62,7 @@ TEST(Conformance, ALinuxPortPasses) {
   Expectations report;
   const auto wait = [] {
     std::this_thread::sleep_for(std::chrono::microseconds(100));
-    return true;  // what never comes, the time limit of ctest ends
+    return true;  // if bytes never come, ctest's time limit ends the test
   };
   target::check_cable(port, far, 1024, wait, report);
   target::check_full_sender(port, far, std::vector<std::byte>(1 << 20), wait, report);
@@ -88,7 +88,7 @@ TEST(Conformance, TheMockWatchdogPassesAndResetsAtTheSecondHunger) {
   EXPECT_TRUE(watchdog.has_reset());
 }
 
-// The checks can fail: a cable that loses, doubles or damages bytes does not pass.
+// Proves that the checks can fail: a cable that loses, doubles or damages bytes does not pass.
 TEST(Conformance, ABadCableDoesNotPass) {
   for (const LineFaults& faults : {LineFaults{.drop_per_byte = 0.01}, LineFaults{.duplicate_per_byte = 0.01},
                                    LineFaults{.flip_per_bit = 0.001}, LineFaults{.parity_error_per_byte = 0.01}}) {
@@ -96,7 +96,7 @@ TEST(Conformance, ABadCableDoesNotPass) {
     UartPair pair{clock, 230400};
     pair.a_to_b().set_faults(faults);
     Failures report;
-    int patience = 20000;  // a byte that is lost never comes
+    int patience = 20000;  // bounds the wait for a lost byte
     const auto wait = [&] {
       clock.advance(std::chrono::milliseconds(1));
       return --patience > 0;

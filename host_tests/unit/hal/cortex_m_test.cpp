@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The register code of the Cortex-M machine against structs of registers; interrupt handlers are called by hand.
+// The register code of the Cortex-M machine runs on structs of registers; the tests call the interrupt handlers.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -26,7 +26,7 @@ struct Board {
     uart.on_receive();
     registers.state = registers.state & ~kReceiverFull;
   }
-  /// The transmitter takes what is in the data register and asks for more.
+  /// Acts as the transmitter: takes each byte from the data register and asks for the next.
   std::vector<std::uint32_t> transmit_all() {
     std::vector<std::uint32_t> sent;
     constexpr std::uint32_t kNothing = 0xFFFFFFFF;
@@ -59,7 +59,7 @@ TEST(CmsdkUart, GivesWhatArrivedInOrderAndAcknowledgesFirst) {
   EXPECT_EQ(board.uart.read(bytes).value(), 0U);
 }
 
-// Would catch: a handler that believes every interrupt.
+// Would catch: a handler that reads a byte at every interrupt.
 TEST(CmsdkUart, ReadsNothingWhenTheReceiverIsEmpty) {
   Board board;
   board.uart.on_receive();
@@ -75,7 +75,7 @@ TEST(CmsdkUart, CountsWhatDoesNotFit) {
   EXPECT_EQ(board.uart.received(), CmsdkUart::kReceiveBytes + 5);
 }
 
-// A byte that came before the last was taken: the register counts as well as the ring, and the flag is given back.
+// Overruns of the data register and of the ring both count, and the overrun flag of the register is cleared.
 TEST(CmsdkUart, CountsOverrunsOfTheRegisterAndOfTheRing) {
   Board board;
   constexpr std::uint32_t kReceiverOverran = 8;
@@ -90,7 +90,7 @@ TEST(CmsdkUart, CountsOverrunsOfTheRegisterAndOfTheRing) {
   EXPECT_EQ(board.uart.line_errors().value().overrun, 1U + 2U);
 }
 
-// The flag is cleared by writing it, and by writing nothing else: the other bits of the register are the device's.
+// The flag is cleared by writing its bit. No other bit may be written, because the others belong to the device.
 TEST(CmsdkUart, ClearsTheOverrunFlagAlone) {
   Board board;
   board.registers.state = 8U | kReceiverFull | kTransmitterFull;
@@ -125,7 +125,7 @@ TEST(CmsdkUart, TakesNoMoreThanItsRingHolds) {
   EXPECT_EQ(board.uart.accepted(), CmsdkUart::kTransmitBytes);
 }
 
-// Last words: what waits leaves first, and a line that is dead does not hold the program for ever.
+// The last bytes of a failing program: waiting bytes leave first, and a dead line must not block the program for ever.
 TEST(CmsdkUart, WritesWithoutInterruptsAndGivesUpOnADeadLine) {
   Board board;
   const std::array<std::byte, 2> bytes{std::byte{1}, std::byte{2}};
@@ -139,7 +139,7 @@ TEST(CmsdkUart, WritesWithoutInterruptsAndGivesUpOnADeadLine) {
   EXPECT_NE(board.registers.data, 2U);
 }
 
-// A locked watchdog cannot be stopped by a stray write, so it is locked again after each visit.
+// A stray write cannot stop a locked watchdog, so it must be locked again after each access.
 TEST(CmsdkWatchdog, CountsThePatienceInterruptsThenResetsAndLocksItself) {
   CmsdkWatchdogRegisters registers{};
   volatile std::uint32_t lock = 1;

@@ -10,7 +10,7 @@
 
 namespace m100::hal {
 
-/// Bytes that tell their place: 0, 1, 2 and so on.
+/// Bytes whose values are their positions: 0, 1, 2 and so on.
 inline std::vector<std::byte> counting(std::size_t size) {
   std::vector<std::byte> bytes(size);
   for (std::size_t i = 0; i < size; ++i) {

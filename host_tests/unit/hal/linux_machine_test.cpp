@@ -25,7 +25,7 @@ core::Duration raw_time() {
          std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(now.tv_nsec));
 }
 
-// However long the machine stops between two of these lines, the order of the readings holds.
+// The order of the readings holds however long the machine stops between two of these lines.
 TEST(MonotonicClock, CountsFromItsConstruction) {
   RecordProperty("promise", "R9");
   const core::Duration before = raw_time();
@@ -38,7 +38,7 @@ TEST(MonotonicClock, CountsFromItsConstruction) {
   EXPECT_GE(clock.now().time_since_epoch(), after - constructed);
 }
 
-/// What the kernel was asked for.
+/// One call of the kernel's sleep.
 struct Sleep {
   clockid_t clock;
   int flags;
@@ -55,8 +55,8 @@ int note_sleep(clockid_t clock, int flags, const timespec* until, timespec*) {
 }
 constexpr SystemCalls kNoted{.sleep = &note_sleep};
 
-// Catches a sleep of relative length, whose lateness adds up from tick to tick, and one on the wall clock: what is
-// asked of the kernel is the deadline itself, whatever the time is.
+// Catches a relative sleep, whose lateness adds up from tick to tick, and a sleep on the wall clock: the kernel must be
+// given the deadline itself, whatever the time is.
 TEST(MonotonicClock, AsksForAbsoluteDeadlinesSoThatLatenessDoesNotAddUp) {
   RecordProperty("promise", "R9");
   sleeps.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A simulated port whose host is not there, or gone. With one: unit.lockstep.
+// A simulated port whose host is missing or has ended. unit.lockstep tests one with a host.
 #include <gtest/gtest.h>
 
 #include <cerrno>
@@ -22,7 +22,7 @@ TEST(PortClock, GoesOnAtTheMachinesPaceWhereThereIsNoHost) {
   clock.sleep_until(first + milliseconds(40));
   EXPECT_EQ(clock.now(), first + milliseconds(40)) << "to the microsecond, however late the machine wakes up";
   EXPECT_GE(machine.now() - began, milliseconds(40));
-  clock.sleep_until(first + milliseconds(1070));  // a second and a part
+  clock.sleep_until(first + milliseconds(1070));  // more than a second
   EXPECT_EQ(clock.now(), first + milliseconds(1070));
   EXPECT_GE(machine.now() - began, milliseconds(1070));
   clock.sleep_until(first + milliseconds(1070));

@@ -20,11 +20,11 @@
 namespace m100::hal {
 namespace {
 
-/// Between two looks. The kernel carries bytes through a pseudo-terminal when it has time for that, so a test that
-/// expects some looks until they are there; if they never come, the time limit of ctest ends it.
+/// Pause between two attempts. The kernel carries bytes through a pseudo-terminal when it has time, so a test repeats
+/// an attempt until it succeeds. If it never does, ctest's time limit ends the test.
 constexpr std::chrono::milliseconds kPatience{1};
 
-/// The far side of a pseudo-terminal, with a name that can be moved to another one as udev does with adapters.
+/// The far side of a pseudo-terminal, whose name can be moved to another one, as udev does with adapters.
 class FarSide {
  public:
   FarSide() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
@@ -118,7 +118,7 @@ TEST(SerialPort, AQuietLineReadsAsNothingAndDoesNotBlock) {
   FarSide far;
   SerialPort port(far.name(), 230400);
   std::array<std::byte, 16> destination;
-  EXPECT_EQ(port.read(destination).value(), 0U);  // a port that blocks would wait here for ever
+  EXPECT_EQ(port.read(destination).value(), 0U);  // a blocking port would wait here for ever
 }
 
 TEST(SerialPort, AFullLineTakesPartThenNothing) {
@@ -127,7 +127,7 @@ TEST(SerialPort, AFullLineTakesPartThenNothing) {
   const std::string much(1 << 20, 'x');
   std::size_t taken = 0;
   std::size_t last = 1;
-  for (int i = 0; i < 100 && last > 0; ++i) {  // the kernel may make room once more in between
+  for (int i = 0; i < 100 && last > 0; ++i) {  // the kernel may make room in between
     const core::Expected<std::size_t> count = port.write(bytes_of(much));
     ASSERT_TRUE(count.has_value());
     last = *count;
@@ -142,7 +142,7 @@ TEST(SerialPort, WhatWaitedInTheDriverBeforeOpeningIsThrownAway) {
   FarSide far;
   SerialPort port(far.name(), 230400);
   ASSERT_EQ(port.open(), core::Status::kOk);
-  port.close();  // the line stays raw, so the old bytes wait in the driver
+  port.close();  // the line stays raw, so the driver keeps the old bytes
   const int witness = ::open(far.name().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
   far.send("old");
   for (int waiting = 0; waiting < 3;) {
@@ -198,7 +198,7 @@ TEST(SerialPort, ReopeningIsNotTriedAtEveryTick) {
   for (int i = 0; i < 1000; ++i) {
     EXPECT_EQ(port.read(destination).status(), core::Status::kUnavailable);
   }
-  const auto elapsed = std::chrono::steady_clock::now() - before;  // the longer it took, the more it may have tried
+  const auto elapsed = std::chrono::steady_clock::now() - before;  // the longer it took, the more attempts are allowed
   EXPECT_EQ(port.openings(), 0U);
   EXPECT_GE(attempts, 1);
   EXPECT_LE(attempts, 1 + elapsed / SerialPort::kReopenInterval);
@@ -211,8 +211,7 @@ int counting_driver(int, serial_icounter_struct* counters) {
 }
 constexpr SystemCalls kCounting{.line_counters = &counting_driver};
 
-// Catches a port that blames its line for what happened before it was opened, or forgets what happened before it was
-// opened again.
+// Catches a port that counts errors from before it was first opened, or forgets those from before it was opened again.
 TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   FarSide far;
   SerialPort port(far.name(), 230400, kCounting);
@@ -230,7 +229,7 @@ TEST(SerialPort, CountsWhatWentWrongSinceItWasOpenedFirst) {
   const LineErrors wanted{.framing = 5, .parity = 1, .overrun = 5, .breaks = 4};
   EXPECT_EQ(port.line_errors().value(), wanted);
   port.close();
-  driver = {};  // another device of the same name
+  driver = {};  // another device with the same name
   ASSERT_EQ(port.open(), core::Status::kOk);
   EXPECT_EQ(port.line_errors().value(), wanted);
   driver.frame += 1;
@@ -272,7 +271,8 @@ ssize_t interrupted_write(int descriptor, const void* source, std::size_t size) 
 }
 constexpr SystemCalls kInterrupted{.read = &interrupted_read, .write = &interrupted_write};
 
-// Catches a mark that outlives a killed program: a service that does not run as root could never open its port again.
+// Catches an exclusive-use mark (TIOCEXCL) that survives a killed program: a service that does not run as root could
+// never open its port again.
 TEST(SerialPort, AProgramThatDiesLeavesThePseudoTerminalToTheNext) {
   FarSide far;
   const pid_t child = fork();
@@ -286,7 +286,7 @@ TEST(SerialPort, AProgramThatDiesLeavesThePseudoTerminalToTheNext) {
   SerialPort next(far.name(), 230400);
   EXPECT_EQ(next.open(), core::Status::kOk);
   int marked = 1;
-  EXPECT_EQ(ioctl(next.descriptor(), TIOCGEXCL, &marked), 0);  // root opens it in any case, so look at the mark itself
+  EXPECT_EQ(ioctl(next.descriptor(), TIOCGEXCL, &marked), 0);  // root can always open it, so the test reads the mark
   EXPECT_EQ(marked, 0);
 }
 
@@ -306,12 +306,12 @@ TEST(SerialPort, AnInterruptedCallIsRepeatedAndNeverForEver) {
 
 int writes = 0;
 ssize_t full_after_an_interruption(int, const void*, std::size_t) {
-  errno = EINTR;  // of the first call; a call that succeeds leaves it as it is
+  errno = EINTR;  // set by the first call; a successful call does not reset it
   return ++writes == 1 ? -1 : 0;
 }
 constexpr SystemCalls kFullAfterAnInterruption{.write = &full_after_an_interruption};
 
-// Would catch a line without room that is asked again because an older call was interrupted.
+// Would catch a write to a full line that is repeated because of the errno of an earlier call.
 TEST(SerialPort, NoRoomIsAnAnswer) {
   FarSide far;
   SerialPort port(far.name(), 230400, kFullAfterAnInterruption);
@@ -335,7 +335,7 @@ TEST(SerialPort, AnErrorOfTheDeviceClosesIt) {
   }
 }
 
-// Catches a port that is lost in a write and opened again before anybody has read that it was gone.
+// Catches a port that is lost during a write and opened again before any read has reported the loss.
 TEST(SerialPort, ALossThatAWriteFoundIsToldToTheNextRead) {
   FarSide far;
   std::array<std::byte, 4> destination;

@@ -12,12 +12,12 @@
 namespace m100::hal {
 namespace {
 
-/// A service manager's end of the line.
+/// The service manager's end of the socket.
 class Manager {
  public:
   Manager() {
     address_.sun_family = AF_UNIX;
-    const std::string path = "m100_watchdog_" + std::to_string(getpid());  // a name without a file
+    const std::string path = "m100_watchdog_" + std::to_string(getpid());  // an abstract socket name
     std::memcpy(address_.sun_path + 1, path.data(), path.size());
     const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + path.size());
     EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address_), length), 0);
@@ -27,7 +27,7 @@ class Manager {
     close(socket_);
     unsetenv("NOTIFY_SOCKET");
   }
-  /// What came; empty: nothing did.
+  /// @returns what has arrived; empty: nothing.
   std::string heard() const {
     std::array<char, 256> words{};
     const ssize_t size = recv(socket_, words.data(), words.size(), MSG_DONTWAIT);
@@ -64,7 +64,7 @@ TEST(ServiceWatchdog, SaysThatItIsEndingSoThatWritingTheLogIsNoHang) {
   EXPECT_EQ(manager.heard(), "STOPPING=1");
 }
 
-// A manager that reads nothing fills the line; the tick must not wait for it.
+// The tick must not wait for a manager that reads nothing and so fills the socket.
 TEST(ServiceWatchdog, DoesNotWaitForAManagerThatDoesNotListen) {
   const Manager manager;
   ServiceWatchdog watchdog;
@@ -79,7 +79,7 @@ TEST(ServiceWatchdog, IsSilentWhereThereIsNoManager) {
   ServiceWatchdog watchdog;
   watchdog.start(std::chrono::seconds(1));
   watchdog.feed();
-  setenv("NOTIFY_SOCKET", std::string(200, 'x').c_str(), 1);  // longer than a name may be
+  setenv("NOTIFY_SOCKET", std::string(200, 'x').c_str(), 1);  // longer than a socket name may be
   ServiceWatchdog other;
   other.start(std::chrono::seconds(1));
   unsetenv("NOTIFY_SOCKET");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The faults of the mock line one by one: what they do, what they count, and what they leave alone.
+// The faults of the mock line, one by one: their effect, their counts, and what they leave unchanged.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct UartFaults : ::testing::Test {
   UartPair pair{clock, 230400};
 };
 
-// A line that nobody has set up does nothing but take its time, and has counted nothing but the bytes.
+// A line without faults only delays the bytes, and counts only bytes.
 TEST_F(UartFaults, AnUntouchedLineIsWholeAndCountsBytesOnly) {
   const auto sum = [&] {
     const Line::Stats& s = pair.a_to_b().stats();
@@ -62,7 +62,7 @@ TEST_F(UartFaults, EachFaultIsCounted) {
   EXPECT_EQ(line.stats().overruns, 0U);
 }
 
-// Noise of which half the values never come would not find half the faults of a parser.
+// Noise with only half of the byte values would miss half of a parser's faults.
 TEST_F(UartFaults, NoiseHasEveryValue) {
   const auto values_of = [&](const LineFaults& faults, std::size_t size) {
     pair.a_to_b().set_faults(faults);
@@ -81,7 +81,7 @@ TEST_F(UartFaults, ALostByteTakesItsTimeOnTheLineAllTheSame) {
   (void)pair.a().write(counting(9));
   pair.a_to_b().set_faults({});
   (void)pair.a().write(counting(1));
-  clock.advance(microseconds(434));  // ten bytes of 43.4028 us are not over
+  clock.advance(microseconds(434));  // ten bytes of 43.4028 us each take longer
   EXPECT_TRUE(read_all(pair.b()).empty());
   clock.advance(microseconds(1));
   EXPECT_EQ(read_all(pair.b()).size(), 1U);
@@ -120,7 +120,7 @@ TEST_F(UartFaults, OfTwoScriptedWindowsTheFirstCounts) {
   EXPECT_EQ(read_all(pair.b()).size(), 4U);
 }
 
-// More than what may wait to leave and to be read is on a line only where a fault puts it there.
+// Only a fault can put more bytes on the line than the sender and the receiver may hold.
 TEST_F(UartFaults, WhatFindsNoRoomOnTheLineIsLostAndCounted) {
   pair.a_to_b().set_faults({.duplicate_per_byte = 1.0, .burst_per_write = 1.0, .burst_bytes = 10});
   EXPECT_EQ(pair.a().write(counting(Line::kSenderBytes)).value(), Line::kSenderBytes);
@@ -144,7 +144,7 @@ TEST_F(UartFaults, EverySecondOfSwappedWritesIsHeldBackAndALostCableForgetsIt) {
   EXPECT_EQ(read_all(pair.b()), (std::vector{std::byte{6}})) << "neither the fifth nor the ninth";
 }
 
-// The scripted fault and the pulled cable are one, in either direction.
+// The scripted fault acts like a pulled cable, in one direction.
 TEST_F(UartFaults, AScriptedLossOfTheCableIsReportedAtBothCalls) {
   (void)pair.a().write(counting(3));
   clock.advance(milliseconds(1));

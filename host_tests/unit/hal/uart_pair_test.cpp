@@ -22,7 +22,7 @@ struct UartPairTest : ::testing::Test {
   UartPair pair{clock, 230400};
 };
 
-// Catches a mock that delivers at once and hides every problem of a slow line. Protocol, section 10: 6.16 ms.
+// Catches a mock that delivers at once, which would hide every problem of a slow line. Protocol, section 10: 6.16 ms.
 TEST_F(UartPairTest, AFullTelemetryFrameTakesItsTimeOnTheLine) {
   ASSERT_EQ(pair.a().write(counting(142)).value(), 142U);
   clock.advance(microseconds(6163));

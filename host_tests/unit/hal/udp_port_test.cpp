@@ -13,7 +13,7 @@
 namespace m100::hal {
 namespace {
 
-/// Somebody else on this machine's loopback.
+/// Another program on the loopback of this machine.
 class Peer {
  public:
   Peer() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -34,7 +34,7 @@ class Peer {
                        sizeof(address)),
               static_cast<ssize_t>(text.size()));
   }
-  /// The next packet; waits for it if need be. ctest's time limit ends a test for which none comes.
+  /// The next packet; waits for it. If none comes, ctest's time limit ends the test.
   std::string receive() const {
     std::string text(2000, '\0');
     text.resize(static_cast<std::size_t>(::recv(descriptor_, text.data(), text.size(), 0)));
@@ -57,7 +57,7 @@ class Peer {
   std::uint16_t port_ = 0;
 };
 
-/// A port that nobody holds: one that was held a moment ago.
+/// A free port: one that was in use a moment ago.
 std::uint16_t free_port() { return Peer().port(); }
 
 struct UdpPortTest : ::testing::Test {
@@ -66,7 +66,7 @@ struct UdpPortTest : ::testing::Test {
   Peer peer;
   void SetUp() override { ASSERT_EQ(port.open(), core::Status::kOk); }
 
-  /// Reads until something comes.
+  /// Repeats the read until bytes come.
   std::string read(std::size_t at_most) {
     std::vector<std::byte> bytes(at_most);
     std::size_t count = 0;
@@ -94,7 +94,8 @@ TEST_F(UdpPortTest, GivesTheBytesOfPacketsInOrderAndSaysWhereOneBegins) {
   EXPECT_TRUE(port.begins_packet());
 }
 
-// Would catch a port that gives the beginning of what it cannot hold, or that takes an empty packet for the end.
+// Would catch a port that delivers the beginning of a packet that is too long, or that takes an empty packet for the
+// end.
 TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
   peer.send(number, "");
   peer.send(number, std::string(UdpPort::kMostPacketBytes + 1, 'x'));
@@ -102,7 +103,7 @@ TEST_F(UdpPortTest, PassesOverWhatIsEmptyOrTooLong) {
   EXPECT_EQ(read(2000), std::string(UdpPort::kMostPacketBytes, 'y'));
 }
 
-// Would catch a port that answers whoever sent last: anybody could draw the answers to himself.
+// Would catch a port that answers the last sender: a stranger could redirect the answers to himself.
 TEST_F(UdpPortTest, AnswersWhomItIsToldToAndNobodyBefore) {
   const std::array greeting{std::byte{'h'}, std::byte{'i'}};
   Peer stranger;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every kind of bad input to `m100-lab identify` ends in one line that says where: file, line, key.
+// Every kind of bad input to `m100-lab identify` ends in a one-line message with the file, line and key.
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
@@ -21,7 +21,7 @@ stick_roll = { column = "rc_roll", offset = -1024 }
 attitude_roll = "roll"
 )";
 
-/// Forty seconds of a stick that moves and a roll that follows, unless the case says otherwise.
+/// Forty seconds in which the stick moves and the roll follows.
 std::string flight(const std::string& names, double stick_size) {
   std::string text = names + "\n";
   double roll = 0.0;
@@ -33,7 +33,7 @@ std::string flight(const std::string& names, double stick_size) {
   return text;
 }
 
-/// The same clock, and a word where the roll should stand.
+/// The same time stamps, with a word in the roll column.
 std::string words() {
   std::string text = "t_s,rc_roll,roll\n";
   for (int row = 0; row < 4000; ++row) {

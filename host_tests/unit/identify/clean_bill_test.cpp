@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A clean bill is given only to what was tested: logs of both kinds of input, parts that test nothing, lines that lie
-// in pieces of the log.
+// Only a model that was tested gets a clean bill: logs with either kind of input, validation parts that test nothing,
+// spectral lines that are spread over pieces of the log.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,7 +70,7 @@ struct Turn {
 
 class YawLog : public ::testing::TestWithParam<Turn> {};
 
-// A stick is positive to the right, a rate to the left; a commanded rate has the frame of the rate itself.
+// A stick is positive to the right, a rate to the left; a commanded rate has the sign of the rate itself.
 TEST_P(YawLog, KnowsItsHealthySign) {
   SyntheticAxis vehicle;
   FlightLog log = vehicle.fly();
@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(Table, YawLog,
                                            Turn{"StickReversed", Signal::kStickYaw, 1.0, 1.0, true}),
                          [](const auto& tested) { return tested.param.name; });
 
-// Degrees are told by the size of the angle only where it passes half a turn; the gain tells below that.
+// The size of an angle shows degrees only beyond half a turn; below that the gain shows them.
 TEST(Units, AGainThatNoAircraftHasIsAWrongUnit) {
   const SyntheticAxis vehicle;
   const auto verdict = [&](Signal input, double input_factor, Signal response, double response_factor,
@@ -116,7 +116,7 @@ TEST(Units, AGainThatNoAircraftHasIsAWrongUnit) {
   EXPECT_FALSE(found(quick, "wrong_unit")) << said(quick);
 }
 
-// One broken sample beyond half a turn must not make radians of the whole log into degrees.
+// One bad sample beyond half a turn must not convert the whole log from degrees to radians.
 TEST(Units, OneOutlierDoesNotMakeDegrees) {
   FlightLog log = SyntheticAxis{}.fly();
   std::vector<double> angle = log.of(Signal::kAttitudeRoll);
@@ -126,12 +126,12 @@ TEST(Units, OneOutlierDoesNotMakeDegrees) {
   EXPECT_EQ(angle, before);
 }
 
-// Catches a clean bill from a part in which the stick rests: what is predicted there is rest.
+// Catches a clean bill from a validation part in which the stick rests: there the model only predicts rest.
 TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   const FlightLog flown = SyntheticAxis{}.fly();
   FlightLog rested = flown;
   SyntheticAxis vehicle;
-  vehicle.gain_rad = 0.0;  // the air alone
+  vehicle.gain_rad = 0.0;  // only air
   rested.of(Signal::kAttitudeRoll) = vehicle.fly().of(Signal::kAttitudeRoll);
   std::fill(rested.of(Signal::kStickRoll).begin(), rested.of(Signal::kStickRoll).end(), 0.0);
   const IdentifyResult result = ask(flown, "roll", &rested);
@@ -139,7 +139,7 @@ TEST(ValidationPart, ThatNeverMovesTheStickTestsNothing) {
   EXPECT_NE(said(result).find("it tests nothing"), std::string::npos) << said(result);
 }
 
-// The longer side of a change may have too little for a study of its own: the change is the answer all the same.
+// The longer side of a change may have too few data for a study of its own; the change must still be reported.
 TEST(Change, WithALongerSideOfGapsIsStillFound) {
   SyntheticAxis vehicle;
   vehicle.change_s = 16.0;
@@ -152,13 +152,13 @@ TEST(Change, WithALongerSideOfGapsIsStillFound) {
   EXPECT_NEAR(result.changes[0].at_s, 16.0, 1.0);
 }
 
-// What lies outside of the ranges is not asked about: a landing may be as rough as it likes.
+// Samples outside the ranges are not judged: a landing may be rough.
 TEST(SpoiltSamples, OutsideOfTheRangesDoNotMatter) {
   const FlightLog clean = SyntheticAxis{}.fly();
   FlightLog spoilt = clean;
   std::vector<double>& angle = spoilt.of(Signal::kAttitudeRoll);
   for (std::size_t i = 20; i < 260; i += 20) {
-    angle[i] = 9.0;  // beyond half a turn, too
+    angle[i] = 9.0;  // also beyond half a turn
   }
   std::fill(angle.begin() + 4420, angle.begin() + 4490, angle[4420]);
   const IdentifyResult result = ask(spoilt);
@@ -179,7 +179,7 @@ TEST(ValidationLog, OfOtherInputsIsRefused) {
   EXPECT_THROW(ask(sticks, "roll", &commands), InputError);
 }
 
-// Catches columns that are taken for each other's or read beyond their end: the address sanitizer sees it.
+// Catches columns that are mixed up or read beyond their end (seen by the address sanitizer).
 TEST(ValidationLog, MayHaveOtherChannels) {
   FlightLog rich = SyntheticAxis{}.fly();
   rich.extra["battery"].assign(rich.size, 12.0);
@@ -206,13 +206,13 @@ struct Line {
   const char* name;
   double hz;
   double length_s;
-  double piece_s;  ///< pieces take turns: first all of the training part, then all of the validation part
+  double piece_s;  ///< pieces alternate between the parts; all training pieces come first
   bool two_logs;
 };
 
 class ResidualLine : public ::testing::TestWithParam<Line> {
  protected:
-  /// Air of 4 mrad, a sensor of 2 mrad and a sine, in the order of time.
+  /// Air of 4 mrad, sensor noise of 2 mrad and a sine, in the order of time.
   static std::vector<double> flown(double sine_rad, const Line& line, std::uint64_t seed) {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> normal;
@@ -234,7 +234,7 @@ class ResidualLine : public ::testing::TestWithParam<Line> {
     input.flight.push_back(of_second_log ? 1 : 0);
     input.residuals[0].push_back(residual);
   }
-  /// What a model leaves of that flight, in the order of the parts.
+  /// The residual of a model of that flight, in the order of the parts.
   static ResidualInput remainder(double sine_rad, const Line& line, std::uint64_t seed) {
     const std::vector<double> all = flown(sine_rad, line, seed);
     ResidualInput input;
@@ -260,12 +260,12 @@ class ResidualLine : public ::testing::TestWithParam<Line> {
   }
 };
 
-// Catches a phase that is taken from the row and not from the time, and bins that are wider than a line.
+// Catches a phase that is computed from the row instead of the time, and bins that are wider than a line.
 TEST_P(ResidualLine, IsFoundWhereverItsPiecesLie) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const std::string text = line_in(remainder(0.0057, GetParam(), seed));
     ASSERT_NE(text, "") << "seed " << seed;
-    // Half of the spacing of independent frequencies of the shortest case, 60 s.
+    // Tolerance: half the spacing of independent frequencies in the shortest case, 60 s.
     EXPECT_NEAR(std::stod(text.substr(std::string("periodic ").size())), GetParam().hz, 0.01) << "seed " << seed;
   }
 }
@@ -285,20 +285,20 @@ INSTANTIATE_TEST_SUITE_P(Table, ResidualLine,
                                            Line{"TwoLogs", 0.45, 120.0, 60.0, true}),
                          [](const auto& tested) { return tested.param.name; });
 
-// A response that turns round in flight is another gain of nearly the same size. Catches signs that make it "no
-// answer".
+// A response that reverses its sign in flight has another gain of nearly the same size. Catches an analysis that calls
+// this "no answer".
 TEST(Changes, AReversedAnswerIsAnAnswer) {
   SyntheticAxis vehicle;
   vehicle.change_s = 24.0;
   vehicle.hidden_later = {{"gain", -0.9}};
   const IdentifyResult result = ask(vehicle.fly());
-  EXPECT_EQ(said(result).find("is not answered"), std::string::npos) << said(result);
+  EXPECT_EQ(said(result).find("does not answer"), std::string::npos) << said(result);
   ASSERT_EQ(result.changes.size(), 1U) << said(result);
   EXPECT_EQ(result.changes.front().name, "gain") << said(result);
   EXPECT_NEAR(result.changes.front().at_s, 24.0, 0.5);
 }
 
-// Catches a residual that is passed because there was too little of it to ask.
+// Catches a residual that passes because there was too little of it to test.
 TEST(Residual, ThatWasNotTestedIsNoCleanOne) {
   ResidualInput input;
   input.residuals.push_back(std::vector<double>(1000, 0.001));

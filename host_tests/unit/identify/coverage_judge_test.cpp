@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The judge of soak.identify_coverage can say no.
+// Proves that the judge of soak.identify_coverage can fail.
 #include "host_tests/property/identify/coverage_judge.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ TEST(CoverageJudge, HoldsEveryParameterToWhatIsStated) {
   EXPECT_EQ(offences("yaw_rate delay_s", 500, 490, 460), 1U) << "an axis of which nothing is stated";
 }
 
-// Catches a judge that one log of another structure disarms, and one that all refusals please.
+// Catches a judge that one log with another structure disables, and one that passes if every log is refused.
 TEST(CoverageJudge, WantsAnswers) {
   EXPECT_EQ(offences("roll delay_s", 500, 499, 400), 1U);
   EXPECT_EQ(offences("roll delay_s", 500, 430, 410), 1U);

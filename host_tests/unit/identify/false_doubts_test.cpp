@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What looks like a defect of a log and is none: pulses of a machine, a rounded signal that rests and starts.
+// Healthy logs that look defective: pulses of a program, a rounded signal that rests and then moves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kPeriod_s = 0.01;
 constexpr std::size_t kSamples = 6000;
 
-/// Pulses of 0.3 to 1.8 s to either side.
+/// Pulses of 0.3 to 1.8 s to both sides.
 std::vector<double> pulses() {
   std::vector<double> out(kSamples);
   double value = 120.0;
@@ -28,7 +28,7 @@ std::vector<double> pulses() {
   return out;
 }
 
-/// A hand's slow swings, cut where the log's range ends.
+/// Slow movements of a hand, cut off at the limits of the log's range.
 std::vector<double> cut_hand() {
   std::vector<double> out(kSamples);
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -38,7 +38,7 @@ std::vector<double> cut_hand() {
   return out;
 }
 
-// Catches a log of pulses, the oldest excitation there is, that is refused for standing at its stops.
+// Catches a log of pulses, a classic excitation, that is refused because the stick seems to be at its stops.
 TEST(CutShare, IsThatOfAHandAndNotOfPulses) {
   const std::vector<char> used(kSamples, 1);
   const Clock clock{0.0, kPeriod_s, kPeriod_s};
@@ -46,13 +46,13 @@ TEST(CutShare, IsThatOfAHandAndNotOfPulses) {
   EXPECT_GT(cut_share(cut_hand(), used, clock), 0.2);
 }
 
-// Rows every 0.1 s do not tell the two apart: then the doubt stays.
+// Rows of 0.1 s cannot tell the two apart, so the doubt remains.
 TEST(CutShare, StaysInDoubtWhereRowsAreSlow) {
   const std::vector<char> used(kSamples, 1);
   EXPECT_GT(cut_share(pulses(), used, {0.0, kPeriod_s, 0.1}), 0.9);
 }
 
-/// A climb speed rounded to 0.01 m/s: it rests on one step for two seconds, then follows a pulse of the stick.
+/// A climb speed that is rounded to 0.01 m/s: it rests on one value for two seconds, then follows a pulse of the stick.
 std::vector<double> rounded_steps() {
   std::vector<double> out(kSamples);
   double speed = 0.0;
@@ -67,7 +67,7 @@ std::vector<double> rounded_steps() {
   return out;
 }
 
-// Catches a rest that is called frozen because the signal is counted in steps and then starts.
+// Catches a resting signal that is called frozen because it is quantised and then starts to move.
 TEST(RoundedSignal, RestsAndStartsWithoutBeingFrozen) {
   std::vector<double> speed = rounded_steps();
   std::vector<char> used(kSamples, 1);
@@ -76,7 +76,7 @@ TEST(RoundedSignal, RestsAndStartsWithoutBeingFrozen) {
   }
 }
 
-// And one that freezes while it moves is found.
+// A signal that freezes in motion must still be found.
 TEST(RoundedSignal, IsFrozenWhereItStopsInMotion) {
   std::vector<double> speed(kSamples);
   for (std::size_t i = 0; i < speed.size(); ++i) {

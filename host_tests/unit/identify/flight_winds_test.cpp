@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Several flights of one vehicle, each in its own wind: drag is shared, the wind is not.
+// Several flights of one vehicle in different winds: the drag is shared, the wind is not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kDrag_per_s = 0.25;
 
-/// A flight of 45 s of the vehicle with drag; a wind along x is the tilt that it asks for.
+/// A flight of 45 s of the vehicle with drag; a wind along x is injected as the tilt that holds against it.
 logs::FlightLog flight(std::uint64_t seed, double wind_m_s2) {
   hidden::FlightPlan plan;
   plan.axis = "translation";
@@ -37,7 +37,7 @@ Request about(const logs::FlightLog& log, std::vector<std::string> declared) {
   return request;
 }
 
-/// Ranges of every flight on its own clock, from there to there.
+/// The same range of every flight, in the clock of each flight.
 std::vector<Range> of_each(const logs::FlightLog& log, double from_s, double to_s) {
   std::vector<Range> out;
   for (std::size_t k = 0; k < std::max<std::size_t>(1, log.flights.size()); ++k) {
@@ -81,7 +81,7 @@ logs::FlightLog three_flights() {
   return logs::joined(std::move(all));
 }
 
-// One wind for all flights leaves half a metre per second squared in the residual, or is found as a change at a joint.
+// Catches one wind for all flights: it leaves 0.5 m/s^2 in the residual, or is found as a change at a joint.
 TEST(FlightWinds, AreFittedBesideWhatIsShared) {
   const logs::FlightLog log = three_flights();
   Request request = about(log, {"rigid_body", "linear_drag", "steady_wind"});
@@ -99,7 +99,7 @@ TEST(FlightWinds, AreFittedBesideWhatIsShared) {
   EXPECT_LT(result.final_model.validation_rmse, 0.08) << "the validation part of a flight has the flight's wind";
 }
 
-// Catches winds that are fitted although nobody declared any: the declared model lacks them.
+// Catches winds that are fitted although none was declared: the declared model does not contain them.
 TEST(FlightWinds, ThatDifferForbidACleanBillUnlessDeclared) {
   const logs::FlightLog log = three_flights();
   Request request = about(log, {"rigid_body", "linear_drag"});
@@ -110,7 +110,7 @@ TEST(FlightWinds, ThatDifferForbidACleanBillUnlessDeclared) {
   EXPECT_TRUE(result.changes.empty());
 }
 
-// Catches a wind per flight that eats the air: equal winds are one.
+// Catches a wind per flight that absorbs the noise of the air: equal winds must be reported as one.
 TEST(FlightWinds, ThatAreEqualAreOne) {
   std::vector<logs::FlightLog> all{flight(41, 0.2), flight(42, 0.2)};
   const logs::FlightLog log = logs::joined(std::move(all));
@@ -123,8 +123,8 @@ TEST(FlightWinds, ThatAreEqualAreOne) {
   EXPECT_NEAR(parameter(result, "accel_x_m_s2"), 0.2, 0.02);
 }
 
-// The protocol of a wind tunnel: one model, the wind of each flight from its first 10 s; the judged flight has a wind
-// that no training flight had.
+// The procedure of a wind tunnel: one model, and the wind of each flight from its first 10 s. The validation flight has
+// a wind that no training flight had.
 TEST(WindFromFirst, JudgesAFlightInAnotherWind) {
   const logs::FlightLog log = three_flights();
   const logs::FlightLog other = flight(34, 0.25);

@@ -10,7 +10,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// One number for each block; the model is their mean, of which theory knows the interval.
+/// One number per block. The model is their mean, whose interval is known from theory.
 class Means final : public Family {
  public:
   explicit Means(std::vector<double> blocks) : blocks_(std::move(blocks)) {}
@@ -44,7 +44,7 @@ Interval interval_of(const Means& family, std::size_t refits) {
       .front();
 }
 
-// Of a mean the jackknife is the textbook's interval: t(9) = 2.2622 times the standard error of ten numbers.
+// For a mean the jackknife gives the textbook interval: t(9) = 2.2622 times the standard error of ten numbers.
 TEST(Jackknife, OfAMeanIsStudentsInterval) {
   const Interval found = interval_of(Means({3, 1, 4, 1, 5, 9, 2, 6, 5, 3}), 40);
   EXPECT_NEAR(found.value, 3.9, 1e-12);
@@ -52,7 +52,7 @@ TEST(Jackknife, OfAMeanIsStudentsInterval) {
   EXPECT_NEAR(found.value - found.low, found.high - found.value, 1e-12);
 }
 
-// Catches intervals that are too narrow for few blocks, as quantiles of a bootstrap are (86 % of ten blocks).
+// Catches intervals that are too narrow for few blocks, as bootstrap quantiles are (86 % coverage with ten blocks).
 TEST(Jackknife, HoldsTheTruthInNineteenOfTwentyLogsOfTenBlocks) {
   constexpr int kLogs = 2000;
   std::mt19937_64 random(20261123);
@@ -66,10 +66,10 @@ TEST(Jackknife, HoldsTheTruthInNineteenOfTwentyLogsOfTenBlocks) {
     const Interval found = interval_of(Means(blocks), 40);
     held += found.low <= 0.0 && 0.0 <= found.high ? 1 : 0;
   }
-  EXPECT_NEAR(static_cast<double>(held) / kLogs, 0.95, 0.02);  // four standard errors of 2000 logs
+  EXPECT_NEAR(static_cast<double>(held) / kLogs, 0.95, 0.02);  // four standard errors for 2000 logs
 }
 
-// Catches a number of fits that grows with the log: an hour has 1440 blocks.
+// Catches a number of fits that grows with the log: one hour has 1440 blocks.
 TEST(Jackknife, OfALongLogLeavesOutGroupsOfBlocks) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is wrong with a log is said, and never called an effect of the aircraft.
+// Defects of a log must be reported, and never named as effects of the aircraft.
 #include "host_tests/lab/identify/log_defects.h"
 
 #include <gtest/gtest.h>
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(
                  counts = std::clamp(counts, -60.0, 60.0);
                }
              },
-             "unexplained", "was the log cut there?"},
+             "unexplained", "the log may have clipped it there"},
         Case{"ReversedStick",
              [](FlightLog& log) {
                for (double& counts : log.of(Signal::kStickRoll)) {
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
                }
              },
              "unexplained", "sign_reversed: "},
-        // Catches a restart in the middle of a gap, and input that is believed although nobody logged it.
+        // Catches a simulation that restarts within a gap, and input in a gap that is used although it was not logged.
         Case{"Gaps",
              [](FlightLog& log) {
                for (std::size_t from = 350; from < 4200; from += 310) {
@@ -183,7 +183,7 @@ TEST(DamagedLogs, DegreesAreSaidAndTurned) {
   EXPECT_NEAR(result.final_model.parameters[0].value, gain, 1e-3 * gain);
 }
 
-// Sticks that were logged as commands in radians: the ground is seen in them too.
+// Sticks logged as commands in radians: time on the ground must be found in them too.
 TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
   FlightLog log = clean_flight(606);
   for (const auto& [stick, command] :
@@ -204,14 +204,14 @@ TEST(DamagedLogs, GroundIsKeptOutOfCommandsToo) {
   EXPECT_NE(said(ask(log)).find("on_ground: "), std::string::npos) << said(ask(log));
 }
 
-// Catches a detector that takes a hover with centred sticks for standing, and cuts good data off.
+// Catches a detector that takes a hover with centred sticks for standing on the ground and removes good data.
 TEST(GroundTimes, AFlightThatBeginsInAHoverHasNone) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     EXPECT_TRUE(ground_times(clean_flight(seed)).empty()) << "seed " << seed;
   }
 }
 
-/// A roll axis as flown; the climb hardly moves, and its noise is a tenth of that.
+/// A roll axis as flown; the climb axis hardly moves, and its noise is a tenth of its motion.
 FlightLog quiet_climb(std::uint64_t seed) {
   FlightLog log = host_tests::SyntheticAxis::random(seed).fly();
   std::mt19937_64 random(seed);
@@ -226,7 +226,7 @@ FlightLog quiet_climb(std::uint64_t seed) {
   return log;
 }
 
-/// The vehicle stands: its sticks move, and sensors show their noise only.
+/// The vehicle stands on the ground: the sticks move, and the sensors show only noise.
 void stand(FlightLog& log, std::size_t from, std::size_t to) {
   std::mt19937_64 random(from + 17);
   std::normal_distribution<double> normal;
@@ -236,7 +236,7 @@ void stand(FlightLog& log, std::size_t from, std::size_t to) {
   }
 }
 
-// Catches a bound of standing that is smaller than the noise of an axis that hardly flies.
+// Catches a threshold for standing that is below the noise of an axis that hardly moves.
 TEST(GroundTimes, AreFoundBesideAnAxisThatHardlyMoves) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     FlightLog log = quiet_climb(seed);
@@ -244,7 +244,7 @@ TEST(GroundTimes, AreFoundBesideAnAxisThatHardlyMoves) {
     stand(log, 3600, log.size);
     const auto times = ground_times(log);
     ASSERT_EQ(times.size(), 2U) << "seed " << seed;
-    // A hand that rests before landing or after take-off looks like standing a little longer.
+    // Sticks at rest before the landing or after the take-off lengthen the found time a little.
     EXPECT_NEAR(times[0].second, 10.9, 1.0) << "seed " << seed;
     EXPECT_NEAR(times[1].first, 35.1, 1.0) << "seed " << seed;
     const IdentifyResult result = ask(log);
@@ -253,7 +253,7 @@ TEST(GroundTimes, AreFoundBesideAnAxisThatHardlyMoves) {
   }
 }
 
-// A stick that is held when the log ends is answered by a roll that stays: catches a landing seen in it.
+// Catches a landing seen where the stick is held at the end of the log and the roll holds as well.
 TEST(GroundTimes, AHeldStickThatIsAnsweredIsNone) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     FlightLog log = quiet_climb(seed);
@@ -268,7 +268,7 @@ TEST(GroundTimes, AHeldStickThatIsAnsweredIsNone) {
   }
 }
 
-// Pitch flies on, so that it does not stand; roll answers no longer. That is no other gain.
+// Pitch still moves, so the vehicle does not stand, but roll no longer responds. That is not a change of the gain.
 TEST(GroundTimes, AStickThatIsNoLongerAnsweredHasNoOtherGain) {
   FlightLog log = quiet_climb(3);
   stand(log, 3300, log.size);
@@ -280,10 +280,10 @@ TEST(GroundTimes, AStickThatIsNoLongerAnsweredHasNoOtherGain) {
   EXPECT_TRUE(ground_times(log).empty());
   EXPECT_EQ(result.verdict, "unexplained") << said(result);
   EXPECT_TRUE(result.changes.empty()) << said(result);
-  EXPECT_NE(said(result).find("is not answered after 3"), std::string::npos) << said(result);
+  EXPECT_NE(said(result).find("does not answer stick_roll after 3"), std::string::npos) << said(result);
 }
 
-/// Written in rows that are slower than the log's clock, and not in step with it.
+/// Resamples the log to rows slower than its clock and not in step with it.
 void write_slowly(FlightLog& log, double row_s) {
   for (const Signal signal : {Signal::kStickRoll, Signal::kStickPitch, Signal::kAttitudeRoll}) {
     const std::vector<double> fast = log.of(signal);
@@ -300,7 +300,7 @@ void write_slowly(FlightLog& log, double row_s) {
   }
 }
 
-/// Every so often a sample of the stick is far off, for as long as a row, so that one row has it.
+/// At random times sets the stick far off for the length of a row, so that one row is spoilt.
 void spoil_the_stick(FlightLog& log, double row_s) {
   std::mt19937_64 random(3);
   for (std::size_t k = 300; k < log.size; k += 120 + random() % 200) {
@@ -310,7 +310,7 @@ void spoil_the_stick(FlightLog& log, double row_s) {
   }
 }
 
-// Catches saturations and curves that are invented where a stick was logged with spoilt samples.
+// Catches saturations and curves that are found because a stick was logged with spoilt samples.
 TEST(SpoiltStick, IsSaidAndMended) {
   for (const double row_s : {0.01, 0.034}) {
     FlightLog log = host_tests::SyntheticAxis::random(12).fly();
@@ -325,7 +325,7 @@ TEST(SpoiltStick, IsSaidAndMended) {
   }
 }
 
-// A hand, steps of a program and a stick that hardly moves are no spoilt samples.
+// A hand, the steps of a program and a stick that hardly moves must not be taken for spoilt samples.
 TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     for (const double row_s : {0.01, 0.02, 0.034, 0.05, 0.1}) {
@@ -346,7 +346,7 @@ TEST(SpoiltStick, IsNotSeenInHealthyOnes) {
   }
 }
 
-// Catches a column that stops while the hand goes on, and that was called a change of the delay.
+// Catches a stick column that freezes while the hand moves on, which was reported as a change of the delay.
 TEST(FrozenStick, IsSaidByName) {
   for (std::uint64_t seed = 21; seed <= 24; ++seed) {
     FlightLog log = clean_flight(seed);
@@ -360,7 +360,7 @@ TEST(FrozenStick, IsSaidByName) {
   }
 }
 
-// Catches a test of samples that looks at straight lines between rows.
+// Catches an outlier test that judges the straight lines interpolated between rows.
 TEST(SlowRows, OutliersOfOneRowAreFound) {
   for (const double row_s : {0.02, 0.034}) {
     FlightLog log = host_tests::SyntheticAxis::random(5).fly();
@@ -384,7 +384,7 @@ TEST(SlowRows, HaveNoLineAboveTheirOwnRate) {
   EXPECT_EQ(fast_line(residual, 0.01, 0.1).share, 0.0);
 }
 
-// A stick that moves between two rows: no delay is known to a fraction of a row, and a reader is told why.
+// If the stick moves between two rows, the delay is not known to a fraction of a row, and the report must say so.
 TEST(SlowRows, UndersampledSticksAreSaidAndChangeNoDelay) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     host_tests::SyntheticAxis vehicle = host_tests::SyntheticAxis::random(seed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A log that says the same thing twice in two units must not get a clean bill, on any axis and in either direction;
-// one whose two voices agree, as well as sensors do, must not be accused.
+// A log that holds the same motion twice in different units must not get a clean bill, on any axis and in either
+// direction. A log whose two signals agree within sensor errors must not be accused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,9 +25,9 @@ struct Voice {
   const char* name;
   const char* axis;
   Signal stick, response;
-  Signal twin;   ///< its slope, or its sum
-  bool sums;     ///< the twin is the sum of the response
-  double scale;  ///< of the response, to a size that is usual there
+  Signal twin;   ///< the derivative or the integral of the response
+  bool sums;     ///< the twin is the integral of the response
+  double scale;  ///< factor of the response to a usual size
   double noise;  ///< of the twin
 };
 
@@ -40,7 +40,7 @@ const std::vector<Voice>& voices() {
   return kVoices;
 }
 
-/// One axis and what another sensor says of the same motion.
+/// One axis and the signal of another sensor for the same motion.
 FlightLog two_voices(const Voice& voice, std::uint64_t seed) {
   SyntheticAxis vehicle = SyntheticAxis::random(seed);
   FlightLog log = vehicle.fly();
@@ -105,7 +105,7 @@ TEST_P(TwoVoices, ContradictEachOtherInEveryUnitInUse) {
   }
 }
 
-// The whole answer, for a response too small to be noticed by its size.
+// Runs the whole identification with a response too small to be noticed by its size.
 TEST_P(TwoVoices, GetNoCleanBillInTwoUnits) {
   FlightLog log = two_voices(GetParam(), 3);
   for (double& value : log.of(GetParam().response)) {
@@ -114,7 +114,7 @@ TEST_P(TwoVoices, GetNoCleanBillInTwoUnits) {
   EXPECT_EQ(ask(log, GetParam().axis).verdict, "unexplained");
 }
 
-// Catches a test that takes the noise of one sensor for a factor: what has little in common says nothing.
+// Catches a test that takes the noise of one sensor for a factor: signals with little in common give no evidence.
 TEST_P(TwoVoices, SayNothingWhereOneIsNoise) {
   FlightLog log = two_voices(GetParam(), 4);
   std::mt19937_64 random(7);
@@ -128,7 +128,7 @@ TEST_P(TwoVoices, SayNothingWhereOneIsNoise) {
 INSTANTIATE_TEST_SUITE_P(Table, TwoVoices, ::testing::ValuesIn(voices()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-// Nothing else tells centimetres here: no height, no accelerometer.
+// Without height and accelerometer only the sign of the thrust reveals centimetres: no rotor pushes down.
 TEST(ClimbAlone, NoRotorPushesDown) {
   FlightLog log = two_voices(voices()[3], 5);
   log.of(Signal::kPositionZ).clear();

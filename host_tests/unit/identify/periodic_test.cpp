@@ -43,13 +43,14 @@ TEST(StrongestLine, IsFoundInNoiseWithItsShare) {
 }
 
 TEST(OwnMotion, AllowsAForceThatMovesTheVehicle) {
-  // v is what 0.5 sin(wt) does to a mass, and slow wandering: without the subtraction the line holds most of it.
+  // v is the velocity of a mass under 0.5 sin(wt), plus slow wandering; without the subtraction the line holds most of
+  // it.
   LineSeries v = noise_and_line(0.0, -0.5 / (2.0 * std::numbers::pi * kLine_hz), 0.02, 3);
   EXPECT_GT(share_at(v, kLine_hz), 0.5);
   EXPECT_EQ(judge_own_motion(gust(v.values)), "");
 }
 
-// The worst trap: a vehicle that flies a periodic path has that line in everything.
+// A vehicle that flies a periodic path shows that line in every signal.
 TEST(OwnMotion, RefusesALineThatTheVehicleFlies) {
   const LineSeries v = noise_and_line(1.5, 0.0, 0.1, 3);
   EXPECT_NE(judge_own_motion(gust(v.values)).find("velocity_x has"), std::string::npos);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The search that adds effects to a model, on a family of its own: straight lines.
+// The search that adds effects to a model, tested on a simple family: linear models.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -22,8 +22,8 @@ constexpr std::size_t kBlocks = 12;
 constexpr std::size_t kSamples = 60;
 constexpr std::array<const char*, 3> kNames{"one", "other", "idle"};
 
-/// y = sum of what is in the structure, each times a number of its own. "one" and "other" are nearly the same signal,
-/// and the truth is their difference: alone, either explains two hundredths of it, with a size that means nothing.
+/// y = sum of the columns in the structure, each times its parameter. "one" and "other" are nearly the same signal, and
+/// the truth is their difference. Alone, either explains 2 % of it, with an insignificant size.
 class Lines final : public Family {
  public:
   Lines() {
@@ -101,9 +101,9 @@ class Lines final : public Family {
   Eigen::VectorXd y_{kBlocks * kSamples};
 };
 
-// Two effects that hide each other (a trim of -26 counts and a gain asymmetry of 0.8, in one flight out of eight):
-// alone neither fits better, and neither has a size. Catches a search that asks a size of each alone, or that sets the
-// pair against a single one that was never judged.
+// Two effects that hide each other (as a trim of -26 counts and a gain asymmetry of 0.8 did in one flight out of
+// eight): neither improves the fit alone, and neither has a significant size alone. Catches a search that requires this
+// of each one, or that compares the pair with a single effect that was never judged.
 TEST(Selection, FindsTwoEffectsThatHideEachOther) {
   const Lines lines;
   const Selection found = select(lines, {"base"}, {});
@@ -127,8 +127,8 @@ Judged judged(std::vector<std::vector<double>> errors, std::size_t parameters) {
   return out;
 }
 
-// The finding: in a flight of the vehicle file's own plant a rate limit of 15 rad/s was named. It mended nothing but
-// the first samples of blocks that began while the stick jumped.
+// Once a rate limit of 15 rad/s was named in a flight of the vehicle file's own plant. It improved only the first
+// samples of blocks that began while the stick jumped.
 TEST(Comparison, WhatMendsTheStartsOfBlocksAloneConvincesNobody) {
   constexpr std::size_t kStart = 15;
   std::mt19937_64 random(3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The command line of `m100-lab identify` about logs and ranges: several logs, ranges inside of ranges, spoilt rows.
+// The command line of `m100-lab identify`: several logs, ranges, spoilt rows inside and outside of ranges.
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
@@ -36,7 +36,7 @@ class SeveralLogs : public ::testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// A flight of one vehicle; `spoil` changes a line of its file.
+  /// Writes a flight of one vehicle; `spoil` may change each line of its file.
   template <typename Spoil>
   void write(const std::string& name, const SyntheticAxis& vehicle, double start_s, Spoil&& spoil) const {
     logs::FlightLog log = vehicle.fly();
@@ -54,7 +54,7 @@ class SeveralLogs : public ::testing::Test {
     write(name, vehicle, start_s, [](int, const std::string& line) { return line; });
   }
 
-  /// a.csv and b.csv: one vehicle, with neutral points on either side of the middle.
+  /// Writes a.csv and b.csv: one vehicle, whose neutral point lies on one side of the middle and then on the other.
   void write_two_trims(double duration_s) const {
     SyntheticAxis vehicle;
     vehicle.duration_s = duration_s;
@@ -65,7 +65,7 @@ class SeveralLogs : public ::testing::Test {
     write("b.csv", vehicle, 300.0);
   }
 
-  /// The answer as JSON, or what the program says instead.
+  /// The answer as JSON, or the program's error message.
   std::pair<nlohmann::json, std::string> ask(const std::vector<std::string>& options) const {
     CLI::App lab{"test"};
     add_identify(lab);
@@ -88,7 +88,7 @@ class SeveralLogs : public ::testing::Test {
     return {nlohmann::json::parse(std::ifstream(path("out.json"))), ""};
   }
 
-  /// What a subcommand says instead of doing its work.
+  /// The error message of a subcommand that refuses.
   static std::string refused_by(void (*add)(CLI::App&), const std::vector<std::string>& words) {
     CLI::App lab{"test"};
     add(lab);
@@ -128,14 +128,14 @@ TEST_F(SeveralLogs, ShareTheirParameters) {
                                    "--validate", "1@14:24,2@314:324"});
   ASSERT_EQ(said, "");
   const nlohmann::json& found = answer["final"]["parameters"];
-  // 24 s of air of 0.004 rad about tilts of 0.1 rad: frequency to a few percent.
+  // 24 s with air of 0.004 rad and tilts of 0.1 rad: the frequency is known to a few percent.
   EXPECT_NEAR(found["natural_frequency_rad_s"].get<double>(), 8.5, 0.05 * 8.5);
   EXPECT_NEAR(found["damping_ratio"].get<double>(), 0.68, 0.08);
   EXPECT_EQ(answer["verdict"], "nothing_missing") << answer["unexplained"];
   EXPECT_EQ(gaps_in(answer), "") << "the pause between the logs is no gap of theirs";
 }
 
-// One neutral point for two flights would be found as a change at their joint; gains and dynamics are shared.
+// Catches one neutral point for both flights: it is found as a change at their joint. Gains and dynamics are shared.
 TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
   SyntheticAxis vehicle;
   vehicle.duration_s = 30.0;
@@ -165,8 +165,8 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
   EXPECT_NEAR(std::stod(trims.substr(trims.find("log 1 +") + 7)), 30.0, 5.0) << trims;
 }
 
-// The mean of both trims is nought, so that no trim is found beside those of the flights. Catches a clean bill for a
-// model that none of the two flights alone gets one for.
+// The mean of both trims is zero, so no common trim is found. Catches a clean bill for a model that neither flight
+// alone would get one for.
 TEST_F(SeveralLogs, TrimsThatDifferForbidACleanBillUnlessDeclared) {
   write_two_trims(30.0);
   const std::vector<std::string> two{"--log", path("a.csv"), "--log", path("b.csv"), "--split", "alternate:5"};
@@ -181,7 +181,8 @@ TEST_F(SeveralLogs, TrimsThatDifferForbidACleanBillUnlessDeclared) {
   EXPECT_EQ(healthy["verdict"], "nothing_missing") << healthy["unexplained"];
 }
 
-// A flight that is in the validation part alone lends the fit nothing, its trim neither: what it costs is quoted.
+// A flight that is only in the validation part must not influence the fit, nor may its trim be fitted: the error must
+// include it.
 TEST_F(SeveralLogs, ATrimIsNotFittedOnWhatIsQuoted) {
   write_two_trims(45.0);
   const auto [answer, said] =
@@ -189,11 +190,12 @@ TEST_F(SeveralLogs, ATrimIsNotFittedOnWhatIsQuoted) {
   ASSERT_EQ(said, "");
   EXPECT_NE(answer["verdict"], "nothing_missing");
   EXPECT_EQ(answer["findings"].dump().find("trim of its own"), std::string::npos) << answer["findings"];
-  // 25 counts of 8.5e-4 rad, of which a fitted trim would leave the air's 0.004 rad.
+  // 25 counts of 8.5e-4 rad; with a fitted trim only the air's 0.004 rad would remain.
   EXPECT_GT(answer["declared"]["validation_rmse"].get<double>(), 0.01) << answer["declared"];
 }
 
-// What drifts begins anew with every flight: one clock for both would make the drift of the second ten times too large.
+// A drift starts anew with every flight. With one clock for both, the drift of the second flight would be ten times too
+// large.
 TEST_F(SeveralLogs, DriftFromTheirOwnStart) {
   SyntheticAxis vehicle;
   vehicle.hidden = {{"gain_drift", 0.4}};
@@ -236,7 +238,7 @@ TEST_F(SeveralLogs, SplitStaysWithin) {
   EXPECT_NE(ask({"--log", path("a.csv"), "--train", "5:20", "--validate", "20:30", "--within", "5:30"}).second, "");
 }
 
-// A spoilt row outside of the ranges does not matter; inside, it is a gap that is counted.
+// A spoilt row outside of the ranges does not matter; inside it is a counted gap.
 TEST_F(SeveralLogs, SpoiltRowsMatterInsideOfTheRangesOnly) {
   const std::vector<std::string> ranges{"--train", "3:24", "--validate", "24:40"};
   const auto with = [&](int from, int to) {
@@ -264,7 +266,7 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwritten) {
   EXPECT_NE(ask({"--log", path("a.csv"), "--split", "alternate:5", "--vehicle", "/nowhere/v.toml"})
                 .second.find("cannot be written"),
             std::string::npos);
-  std::ofstream(path("out.json")) << R"({"forecast": {}})";  // where the fixture sends --json
+  std::ofstream(path("out.json")) << R"({"forecast": {}})";  // the fixture's --json file
   for (const char* option : {"--forecast", "--vehicle-believed"}) {
     EXPECT_NE(ask({"--log", path("a.csv"), "--split", "alternate:5", option, path("out.json")})
                   .second.find("would be overwritten"),
@@ -273,7 +275,7 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwritten) {
   }
 }
 
-// The other programs that write beside what they read.
+// The other subcommands that write files next to their input.
 TEST_F(SeveralLogs, NothingThatIsReadIsOverwrittenByInjectAndReport) {
   write("a.csv", SyntheticAxis{});
   const auto size_of = [&](const char* name) { return std::filesystem::file_size(path(name)); };
@@ -297,7 +299,8 @@ TEST_F(SeveralLogs, NothingThatIsReadIsOverwrittenByInjectAndReport) {
   EXPECT_EQ(size_of("page.html"), page_size);
 }
 
-// A gain whose sign is probably the column map's mistake must not fly, nor what was found on a clock that is wrong.
+// No vehicle file may be written from a gain whose sign is probably an error of the column map, or from a log with a
+// wrong clock.
 TEST_F(SeveralLogs, AVehicleFileIsNotWrittenFromAMisreadLog) {
   SyntheticAxis reversed;
   reversed.gain_rad = -reversed.gain_rad;
@@ -306,7 +309,7 @@ TEST_F(SeveralLogs, AVehicleFileIsNotWrittenFromAMisreadLog) {
   early.delay_s = 0.0;
   logs::FlightLog log = early.fly();
   std::vector<double>& stick = log.of(logs::Signal::kStickRoll);
-  std::rotate(stick.rbegin(), stick.rbegin() + 6, stick.rend());  // 60 ms after its response
+  std::rotate(stick.rbegin(), stick.rbegin() + 6, stick.rend());  // the stick comes 60 ms after its response
   logs::write_csv(log, path("early.csv"));
   write("healthy.csv", SyntheticAxis{});
   for (const char* name : {"reversed.csv", "early.csv", "healthy.csv"}) {
@@ -320,7 +323,7 @@ TEST_F(SeveralLogs, AVehicleFileIsNotWrittenFromAMisreadLog) {
   }
 }
 
-// An error quoted on data that the fit has seen is no error on unseen data, whatever the second name of the file.
+// Validation on training data is refused, also under another file name: the quoted error must come from unseen data.
 TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
   write("a.csv", SyntheticAxis{});
   std::filesystem::copy_file(path("a.csv"), path("again.csv"));
@@ -339,7 +342,7 @@ TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
     says(with(logs, "1@3:24", "2@20:40"), "data the fit has seen");
     says(with(logs, "1@3:24,2@10:30", "2@30:40"), "count twice");
   }
-  EXPECT_EQ(ask(with(copied, "1@3:20", "2@20:40")).second, "");  // one flight, but other parts of it
+  EXPECT_EQ(ask(with(copied, "1@3:20", "2@20:40")).second, "");  // different parts of one flight
   std::vector<std::string> split = twice;
   split.insert(split.end(), {"--split", "alternate:5"});
   says(split, "count twice");
@@ -350,7 +353,7 @@ TEST_F(SeveralLogs, TrainingDataDoNotComeBackForValidation) {
        "--validate-log");
 }
 
-// The same script of sticks flown twice is two flights: what was measured differs.
+// The same stick script flown twice is two flights, because the measurements differ.
 TEST_F(SeveralLogs, ARepeatedScriptIsAnotherFlight) {
   logs::FlightLog log = SyntheticAxis{}.fly();
   logs::write_csv(log, path("a.csv"));

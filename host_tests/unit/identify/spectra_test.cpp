@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Spectra, frequency response and correlations of the report, on series of which they are known.
+// Spectra, frequency response and correlations of the report, on series for which they are known.
 #include "host_tests/lab/identify/answer/spectra.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ std::vector<double> noise(std::size_t samples, std::uint64_t seed) {
   return out;
 }
 
-// Catches a density that is off by the window's power, by two, or by the sample period.
+// Catches a density that is wrong by the power of the window, by a factor of two, or by the sample period.
 TEST(Welch, DensityOfWhiteNoiseSumsToItsPower) {
   const std::vector<double> white = noise(60000, 1);
   const Spectra spectra = welch(white, white, {{0, white.size()}}, kPeriod_s);
@@ -33,7 +33,7 @@ TEST(Welch, DensityOfWhiteNoiseSumsToItsPower) {
   EXPECT_NEAR(spectra.frequency_hz.back(), 50.0, 1e-9) << "half of the sample rate";
 }
 
-// A lag of first order: 1 / (1 + j w tau). Catches a response that is the input over the output, or conjugate.
+// First-order lag: 1 / (1 + j w tau). Catches a response that is inverted or conjugated.
 TEST(Welch, ResponseOfAFirstOrderIsThatOfTheFormula) {
   constexpr double kTau_s = 0.2;
   const std::vector<double> input = noise(200000, 2);
@@ -80,7 +80,7 @@ TEST(Stretches, EndWhereTimeJumps) {
   EXPECT_EQ(found[1], (std::pair<std::size_t, std::size_t>{3, 5}));
 }
 
-// An output that is its input 30 samples ago: the peak lies there and not at -30.
+// The output is the input 30 samples earlier: the peak must lie at +30, not at -30.
 TEST(CrossCorrelation, FindsWhatComesLater) {
   const std::vector<double> input = noise(5000, 6);
   std::vector<double> later(input.size(), 0.0);
@@ -91,7 +91,7 @@ TEST(CrossCorrelation, FindsWhatComesLater) {
   EXPECT_NEAR(cross_correlation(input, later, -30, {{0, input.size()}}), 0.0, 0.06);
 }
 
-// Catches the band of white noise around coloured series, which one in two independent pairs would leave.
+// Catches the confidence band of white noise applied to coloured series: one in two independent pairs would exceed it.
 TEST(IndependentBand, HoldsNineteenOfTwentyPairsOfColouredSeries) {
   int inside = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Single samples of a log that are spoilt, and healthy ones that look like it.
+// Spoilt single samples of a log, and healthy samples that look like them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +19,7 @@ logs::FlightLog flight(std::uint64_t seed) {
   return hidden::fly(plan);
 }
 
-// The finding that was repeated: 4 of 90 healthy logs had an "outlier" in a stick at 20 and 25 Hz, the sharpest turn of
-// the hand.
+// Once 4 of 90 healthy logs had an "outlier" in a stick at 20 and 25 Hz: the sharpest turn of the hand.
 TEST(SharpTurn, OfAHandIsNoOutlier) {
   std::vector<double> stick(1500, 0.0);
   const std::vector<double> turn{-20, -39, -81, -136, -139, -114, -75, -38, -6, 0};
@@ -31,16 +30,16 @@ TEST(SharpTurn, OfAHandIsNoOutlier) {
   stick[51] = 280.0;
   const std::vector<char> used(stick.size(), 1);
   EXPECT_TRUE(repair_stick(stick, used, {0.0, 0.04, 0.04}, "stick").empty());
-  stick[700] = -140.0;  // one row away from both of its neighbours
+  stick[700] = -140.0;  // differs from both neighbours
   EXPECT_EQ(repair_stick(stick, used, {0.0, 0.04, 0.04}, "stick").size(), 1U);
 }
 
-// The finding that was repeated: the turning point of a roll that was logged at 10 Hz was an "outlier".
+// Once the turning point of a roll that was logged at 10 Hz was an "outlier".
 TEST(SlowRows, ASmoothTurnIsNoOutlier) {
   const std::vector<double> turn{0.069, 0.016, -0.060, -0.127, -0.178, -0.204, -0.181, -0.112, -0.042, 0.002, 0.0};
   std::vector<double> angle(600, 0.0);
   for (std::size_t k = 0; k < angle.size(); ++k) {
-    angle[k] = 0.002 * std::sin(2.7 * static_cast<double>(k));  // what the air leaves at rest
+    angle[k] = 0.002 * std::sin(2.7 * static_cast<double>(k));  // air noise at rest
   }
   for (std::size_t at = 50; at < 550; at += 100) {
     std::copy(turn.begin(), turn.end(), &angle[at]);
@@ -52,7 +51,7 @@ TEST(SlowRows, ASmoothTurnIsNoOutlier) {
   EXPECT_EQ(repair_samples(angle, used, clock, "attitude_roll").size(), 1U);
 }
 
-// Catches a freeze that ends where the vehicle happens to come by again: there is no jump at its end.
+// Catches a freeze that ends when the vehicle passes the frozen value again, so that there is no jump at its end.
 TEST(FrozenResponse, IsFoundWithoutAJumpAtItsEnd) {
   for (std::uint64_t seed = 31; seed <= 34; ++seed) {
     logs::FlightLog log = flight(seed);

@@ -16,7 +16,7 @@ IdentifyResult second_order_with_dead_zone(const char* shape) {
   return result;
 }
 
-// A dead zone that was declared beforehand is no accepted effect; its shape must reach the vehicle all the same.
+// A declared dead zone is not an accepted effect; its shape must reach the vehicle file all the same.
 TEST(ToVehicle, CarriesTheShapeOfADeclaredDeadZone) {
   model::Vehicle vehicle;
   EXPECT_TRUE(put_axis(second_order_with_dead_zone("jump"), vehicle).empty());
@@ -26,7 +26,7 @@ TEST(ToVehicle, CarriesTheShapeOfADeclaredDeadZone) {
   EXPECT_EQ(vehicle.pitch.dead_zone_shape, model::DeadZoneShape::kContinuous);
 }
 
-// Catches an answer about translation that ends up in the yaw axis, and a wind that is taken for a property of the
+// Catches a translation result that is written into the yaw axis, and a wind that is stored as a property of the
 // vehicle.
 TEST(ToVehicle, TranslationGoesIntoItsOwnSection) {
   model::Vehicle vehicle;
@@ -46,7 +46,7 @@ TEST(ToVehicle, TranslationGoesIntoItsOwnSection) {
   EXPECT_NE(homeless.front().find("steady_wind"), std::string::npos);
 }
 
-// Catches a lead zero of the climb axis that is found and then lost.
+// Catches a lead zero of the climb axis that is found but not stored.
 TEST(ToVehicle, ClimbCarriesEveryEffectThatCanBeFoundThere) {
   model::Vehicle vehicle;
   IdentifyResult result;

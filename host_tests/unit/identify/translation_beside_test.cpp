@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Translation: what is wrong with a log, what changes in mid-flight, and forces that no effect of the table can be.
+// Translation: defects of a log, changes in flight, and forces that no effect of the table explains.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ std::string said(const IdentifyResult& result) {
   return out;
 }
 
-/// Adds an acceleration to what the log shows of the motion along one axis.
+/// Adds an acceleration to the logged motion along one axis.
 void push(FlightLog& log, int axis, const std::function<double(std::size_t)>& acceleration) {
   std::vector<double>& velocity = log.of(logs::offset(Signal::kVelocityX, axis));
   double sum = 0.0;
@@ -126,7 +126,8 @@ INSTANTIATE_TEST_SUITE_P(
              "position_force: "}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
-// Catches dates without an interval, and structures that are chosen on both sides of a change and name its shadow.
+// Catches a date without an interval, and a structure that is chosen across a change and names an effect that mimics
+// it.
 TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
   int inside = 0;
   for (std::uint64_t seed = 811; seed <= 816; ++seed) {
@@ -144,12 +145,12 @@ TEST(TranslationChange, IsDatedAndNothingElseIsNamed) {
   EXPECT_GE(inside, 5);
 }
 
-// Frozen samples are a finding and are kept out; outside of the ranges they do not matter, nor do outliers there.
+// Frozen samples must be reported and excluded. Outside of the ranges neither they nor outliers matter.
 TEST(BesideTranslation, SpoiltSamplesAreKeptOutWhereTheyMatter) {
   const FlightLog clean = flight(808);
   const auto spoil = [&](std::size_t from) {
     FlightLog log = clean;
-    log.signal_gap[Signal::kAttitudeRoll].assign(log.size, 0);  // as a log that was read from a file has them
+    log.signal_gap[Signal::kAttitudeRoll].assign(log.size, 0);  // as in a log that was read from a file
     for (const Signal signal : {Signal::kVelocityX, Signal::kVelocityY}) {
       std::vector<double>& values = log.of(signal);
       std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(from), 60, values[from]);
@@ -173,8 +174,7 @@ TEST(BesideTranslation, SpoiltSamplesAreKeptOutWhereTheyMatter) {
   EXPECT_EQ(result.final_model.validation_rmse, error);
 }
 
-// Catches a scan that takes gusts for a change, and a vehicle that is flown back for a tethered one.
-/// A vehicle that climbs and leans at the same time, without any air; velocity to 2 mm/s.
+/// A vehicle that climbs and tilts at the same time, without air; velocity noise 2 mm/s.
 FlightLog climbing_turns() {
   constexpr double kTurn = 2.0 * std::numbers::pi;
   FlightLog log;
@@ -203,15 +203,15 @@ FlightLog climbing_turns() {
   return log;
 }
 
-// Catches a thrust that was filtered before it was multiplied by the tilt, and then again: 0.021 m/s^2 were left of
-// 0.007, and called periodic.
+// Catches a thrust that is filtered before it is multiplied by the tilt, and then again: the residual was 0.021 instead
+// of 0.007 m/s^2 and was called periodic.
 TEST(Thrust, OfAClimbingVehicleIsFilteredOnce) {
   const IdentifyResult result = ask(climbing_turns());
   EXPECT_LT(result.declared.validation_rmse, 0.012);
   EXPECT_EQ(result.verdict, "nothing_missing") << said(result);
 }
 
-// Catches a motion that was captured as a mean, compared with a prediction that keeps every detail.
+// Catches a velocity that was captured as a mean but is compared with an unaveraged prediction.
 TEST(CapturedVelocity, IsComparedWithTheSameMeanOfThePrediction) {
   FlightLog log = climbing_turns();
   constexpr std::size_t kHalf = 5;
@@ -228,6 +228,7 @@ TEST(CapturedVelocity, IsComparedWithTheSameMeanOfThePrediction) {
   EXPECT_LT(ask(log).declared.validation_rmse, 0.012);
 }
 
+// Catches a scan that takes gusts for a change, and a vehicle that is flown back for a tethered one.
 TEST(BesideTranslation, HealthyFlightsHaveNothingBeside) {
   for (std::uint64_t seed = 801; seed <= 806; ++seed) {
     const IdentifyResult result = ask(flight(seed));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one place where a clean bill is given or refused.
+// The only place where a clean bill is given or refused.
 #include "host_tests/lab/identify/search/verdict.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ std::vector<std::vector<double>> coloured(double size, std::size_t blocks, std::
   return out;
 }
 
-// Catches an F test that takes every sample for independent: it would flag most healthy logs.
+// Catches an F test that treats the samples as independent: it would flag most healthy logs.
 TEST(CompareParts, HealthyColouredResidualsPass) {
   int flagged = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
@@ -42,9 +42,8 @@ TEST(CompareParts, HealthyColouredResidualsPass) {
   EXPECT_LE(flagged, 6) << "of 200: nominal 0.3 %, optimistic by two to three";
 }
 
-// The finding: in 3 of 11 seeds the loop's own plant was "unexplained", for one to three blocks of thirty that began
-// where the stick had just jumped: 0.019 rad in such a block, decaying within half a second, and 0.0043 rad in all
-// others.
+// Once the loop's own plant was "unexplained" in 3 of 11 seeds, because one to three of thirty blocks began where the
+// stick had just jumped: 0.019 rad in such a block, decaying within half a second, and 0.0043 rad in all others.
 TEST(CompareParts, ABlockThatBeginsInAWrongStateIsNoOtherVehicle) {
   int flagged = 0;
   int flagged_with_starts = 0;
@@ -62,9 +61,8 @@ TEST(CompareParts, ABlockThatBeginsInAWrongStateIsNoOtherVehicle) {
   EXPECT_GE(flagged_with_starts, 25) << "else this shows nothing";
 }
 
-// The finding: the loop's own plant was "unexplained" for an error 1.10 to 1.36 times that of training, in air that
-// comes in gusts. Every fourth block is flown in air three times as strong: the autocorrelation within blocks does not
-// know.
+// Once the loop's own plant was "unexplained" for an error 1.10 to 1.36 times that of training, in gusty air. Here
+// every fourth block is flown in air three times as strong, which the autocorrelation within blocks does not show.
 TEST(CompareParts, AirInGustsIsWorthFewerSquares) {
   const auto gusty = [](std::size_t blocks, std::uint64_t seed) {
     std::vector<std::vector<double>> out = coloured(1.0, blocks, seed);
@@ -85,7 +83,8 @@ TEST(CompareParts, AirInGustsIsWorthFewerSquares) {
   EXPECT_LE(flagged, 6) << "of 200: nominal 0.3 %, optimistic by two to three";
 }
 
-// Catches blocks that excuse what is wrong with the validation part: only the training part says what a block is worth.
+// Catches a test in which the spread of the validation blocks hides their error: only the training part may set the
+// weight of a block.
 TEST(CompareParts, AChangeInsideTheValidationPartIsStillSeen) {
   int flagged = 0;
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
@@ -101,7 +100,7 @@ TEST(CompareParts, AChangeInsideTheValidationPartIsStillSeen) {
   EXPECT_GE(flagged, 48) << "of 50";
 }
 
-// Catches a guard that leaves so much out that nothing is left to compare.
+// Catches a guard that leaves out so much that nothing remains to compare.
 TEST(CompareParts, BlocksShorterThanTheirStartsAreComparedWhole) {
   const PartsCompared parts = compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4, 250);
   EXPECT_LT(parts.probability, GuardLimits{}.least_probability);
@@ -121,8 +120,7 @@ TEST(Guard, RefusesACleanBillWhereValidationIsMuchWorse) {
   EXPECT_GT(result.validation_over_training, 2.0);
 }
 
-// The finding: a change was dated 7 s off, the side of it that was fitted held the true one, and validation was 2.6
-// times worse.
+// Once a change was dated 7 s off, so one fitted side contained the true change, and validation was 2.6 times worse.
 TEST(Guard, SidesOfAChangeMustAgreeWithThemselves) {
   PartsCompared parts = compare_parts(coloured(1.0, 10, 1), coloured(3.0, 6, 2), 4);
   IdentifyResult result = fine();
@@ -136,7 +134,7 @@ TEST(Guard, SidesOfAChangeMustAgreeWithThemselves) {
   EXPECT_EQ(verdict_of(across), "explained");
 }
 
-// The finding: the loop's own plant was "unexplained" for an error 1.06 times that of training, in two minutes of log.
+// Once the loop's own plant was "unexplained" for an error 1.06 times that of training, in a log of two minutes.
 TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
   PartsCompared parts{.ratio = 1.06 * 1.06,
                       .beyond_start = 1.06 * 1.06,
@@ -151,8 +149,8 @@ TEST(Guard, AnErrorThatIsHardlyWorseIsNoOtherVehicle) {
   EXPECT_EQ(verdict_of(result), "unexplained");
 }
 
-// The finding: a lead zero was found as it is (0.22 s), and left unexplained for a validation error 2.6 times that of
-// training. All of that stood in the first half second of its blocks, which began while the stick jumped.
+// Once a lead zero was found correctly (0.22 s) but left unexplained, for a validation error 2.6 times that of
+// training. The whole difference was in the first half second of blocks that began while the stick jumped.
 TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
   PartsCompared parts{.ratio = 2.6 * 2.6,
                       .beyond_start = 1.04 * 1.04,
@@ -174,7 +172,7 @@ TEST(Guard, WrongStartsOfBlocksTakeNoNameAway) {
   EXPECT_EQ(verdict_of(worse), "unexplained");
 }
 
-// The finding: a position-mode flight with 48 % fit was "nothing_missing".
+// Once a position-mode flight with a fit of 48 % was "nothing_missing".
 TEST(Guard, RefusesACleanBillToAModelThatExplainsHalf) {
   IdentifyResult result = fine();
   result.final_model.fit_percent = 48.0;

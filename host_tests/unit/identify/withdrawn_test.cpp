@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A name that was withdrawn leaves its cause unexplained, whatever a second look finds.
+// If a named effect is withdrawn, its cause stays unexplained, whatever a second study finds.
 #include <gtest/gtest.h>
 
 #include "host_tests/lab/identify/search/study.h"
@@ -7,7 +7,7 @@
 namespace m100::lab::identify {
 namespace {
 
-/// Models that all fit alike.
+/// A family whose models all fit equally well.
 class Constant final : public Family {
  public:
   std::size_t block_count() const override { return 6; }
@@ -21,7 +21,7 @@ class Constant final : public Family {
   bool big_enough(const Fit&, const std::string&) const override { return true; }
 };
 
-/// Whatever is left beside a named effect has a cause of its own; nothing is seen once the name is gone.
+/// A study that sees a second cause beside the named effect, and sees nothing once the name is gone.
 class Shadow final : public Study {
  public:
   const Family& family() const override { return family_; }

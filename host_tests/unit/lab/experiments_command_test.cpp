@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The command line of `m100-lab experiments`: what it refuses before it flies.
+// The command line of `m100-lab experiments`: inputs that it refuses before it flies.
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
@@ -12,7 +12,7 @@
 namespace m100::lab {
 namespace {
 
-/// What the subcommand refuses before it flies.
+/// The message with which the subcommand refuses.
 std::string refused(std::vector<const char*> words) {
   CLI::App lab{"test"};
   add_experiments(lab);
@@ -25,7 +25,7 @@ std::string refused(std::vector<const char*> words) {
   return "";
 }
 
-// Catches a rate that stops the program at an assertion, tasks that are none, and options that nobody reads.
+// Catches a rate that fails an assertion, unknown tasks, and options that have no effect.
 TEST(ExperimentsOptions, ThatDoNotGoTogetherAreRefused) {
   for (const char* const rate : {"30", "1000", "nan", "-1"}) {
     for (const std::vector<const char*>& kind : {std::vector{"--tasks", "far"}, {"--motion"}, {"--tasks", "paper"}}) {

@@ -1,6 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: BSD-3-Clause
-# m100-lab frames as a user meets it: bytes to lines to bytes, statistics last, one line and exit code 2 for bad input.
+# Tests `m100-lab frames` as a user runs it: bytes to lines to bytes, statistics last, one line of message and exit code
+# 2 for bad input.
 set -u
 lab=$1
 space=$(mktemp -d)

@@ -24,7 +24,7 @@ struct BadLine {
 
 class FrameLine : public ::testing::TestWithParam<BadLine> {};
 
-// One clear error that names file, line and key.
+// A bad line gives one error that names file, line and key.
 TEST_P(FrameLine, IsRefusedByName) {
   try {
     (void)frame_from_line(Json::parse(GetParam().line), {"frames.jsonl", 7}, std::nullopt);
@@ -67,7 +67,7 @@ TEST(FrameLine, FillerMustHaveItsLength) {
   EXPECT_NO_THROW((void)frame_from_line(line, {}, std::nullopt));
 }
 
-/// The line of one frame, and what its bytes become again.
+/// The JSON line of one frame.
 Json decode_one(const std::vector<std::byte>& bytes, const protocol::Cipher* cipher, CommandMemory& memory) {
   protocol::FrameParser parser;
   EXPECT_EQ(parser.push(bytes), bytes.size());
@@ -96,7 +96,7 @@ TEST(FrameJson, WithoutTheKeyNothingIsGuessed) {
   EXPECT_EQ(to_hex(frame_from_line(open, {}, std::nullopt)), to_hex(bytes));
 }
 
-// An acknowledgement carries no id: only the command in the same recording gives it a name.
+// An acknowledgement carries no id; only the command in the same recording identifies it.
 TEST(FrameJson, AnAnswerIsNamedByTheCommandBeforeIt) {
   const std::vector<std::byte> answer = frame_of({.session = 2, .is_ack = true, .sequence = 9}, nullptr,
                                                  protocol::encode_ack(protocol::control_ack::kObtaining));

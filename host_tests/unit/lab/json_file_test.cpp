@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What --json writes, whatever bytes a path has.
+// --json writes valid JSON whatever bytes a path contains.
 #include "host_tests/lab/json_file.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace m100::lab {
 namespace {
 
-// Catches a campaign that ends after the last flight with an exception and an empty file.
+// Catches a campaign that ends with an exception and an empty file after its last flight.
 TEST(JsonFile, APathThatIsNoUtf8CostsNothing) {
   const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_json_file.json").string();
   write_json(file, nlohmann::json{{"world",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the loop declares, and what its trial flights may decide.
+// What the loop declares, and which decisions its trial flights may take.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ namespace {
 using Cells = std::vector<experiments::TaskResult>;
 using Channels = std::set<std::string>;
 
-/// The trajectory in calm air and in wind.
+/// Results of the trajectory in calm air and in wind.
 Cells cells(double calm_m, double wind_m) {
   Cells out(2);
   for (std::size_t i = 0; i < out.size(); ++i) {
@@ -54,11 +54,12 @@ TEST(Declared, IsAllThatTheVehicleFileSays) {
                                               "rate_limit", "backlash", "gain_drift", "cross_axis"}));
 }
 
-/// A minute of turns, felt at once and captured late, with noise of 5 mrad and a heading that drifts.
+/// A minute of turns: the attitude shows them at once, the capture is late, with noise of 5 mrad and a drifting
+/// heading.
 logs::FlightLog turning(double lag_s, double rate_rad_s, std::vector<double>& captured_rad) {
   logs::FlightLog log;
   log.size = 6000;
-  const auto heading = [&](double t_s) { return 3.0 + rate_rad_s / 0.7 * std::sin(0.7 * t_s); };  // across half a turn
+  const auto heading = [&](double t_s) { return 3.0 + rate_rad_s / 0.7 * std::sin(0.7 * t_s); };  // crosses half a turn
   sim::Random random(3, "captured");
   for (std::size_t k = 0; k < log.size; ++k) {
     const double t_s = log.time_s(k);
@@ -69,8 +70,8 @@ logs::FlightLog turning(double lag_s, double rate_rad_s, std::vector<double>& ca
   return log;
 }
 
-// The finding that was repeated: the age that the observer believed was 20 ms wrong, and a climb that was seen too
-// early was called backlash.
+// Once the observer's estimate of the pose age was 20 ms wrong, and a climb that was seen too early was called
+// backlash.
 TEST(Captured, LagIsReadOffTheHeading) {
   for (const double lag_s : {-0.012, 0.0, 0.0235, 0.06}) {
     std::vector<double> captured_rad;
@@ -86,7 +87,7 @@ TEST(Captured, AHeadingThatHardlyTurnsTellsNothing) {
   EXPECT_EQ(capture_lag_s(log, {}, {2.0, 58.0}, 0.017), 0.017);
 }
 
-// A lead zero that cancels a pole may be what a log shows, and the loop must go on without it.
+// A log may show a lead zero that cancels a pole; the loop must continue without it.
 TEST(Uncontrollable, IsALeadZeroThatCancelsAPole) {
   model::Vehicle vehicle = mpc::generated::kVehicle;
   EXPECT_EQ(uncontrollable(vehicle), "");
@@ -96,7 +97,7 @@ TEST(Uncontrollable, IsALeadZeroThatCancelsAPole) {
   EXPECT_NE(uncontrollable(vehicle).find("cancels a pole"), std::string::npos) << uncontrollable(vehicle);
 }
 
-// Catches fixed names, by which two loops at a time read each other's logs, and logs that stay behind.
+// Catches fixed file names, with which two concurrent loops read each other's logs, and logs that are left behind.
 TEST(LogFolder, IsOfOneLoopAloneAndGoesWithIt) {
   namespace fs = std::filesystem;
   std::string first, second;
@@ -122,7 +123,7 @@ TEST(Trial, KeepsWhatIsBetter) {
   EXPECT_EQ(trial.kept, (Channels{"climb", "roll"}));
 }
 
-// The finding that was repeated: one wind cell ended 499 m away, and three good axes were taken back.
+// Once one wind cell ended 499 m away, and three good axes were rejected.
 TEST(Trial, ACellThatDivergesBeforeAndAfterVetoesNothing) {
   const Trial trial =
       try_out({"climb", "pitch", "roll"}, cells(0.2, 450.0), [](const Channels&) { return cells(0.1, 499.0); });
@@ -134,7 +135,7 @@ TEST(Trial, ACellThatDivergesBeforeAndAfterVetoesNothing) {
 TEST(Trial, InWhichAllDivergesHasNoErrorInsteadOfNone) {
   const Trial trial = try_out({"roll"}, cells(400.0, 450.0), [](const Channels&) { return cells(410.0, 499.0); });
   ASSERT_FALSE(trial.said.empty());
-  EXPECT_EQ(trial.said.back(), "trial flights: no cell was flown to its end both before and after");
+  EXPECT_EQ(trial.said.back(), "trial flights: no task was flown to its end both before and after");
 }
 
 TEST(Trial, TakesBackTheOneChannelThatMakesACellDiverge) {
@@ -167,7 +168,7 @@ TEST(TrajectoryErrors, LeaveOutACellThatDivergesAndNameIt) {
   ASSERT_EQ(errors.diverged.size(), 1U);
 }
 
-// Catches a page on which a task that nobody flew has an error of nought.
+// Catches a page that shows an error of zero for a task that was not flown.
 TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
   const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_page.html").string();
   const LoopResult result;
@@ -181,7 +182,7 @@ TEST(Page, WithoutTheTrajectorySaysThatItWasNotFlown) {
   EXPECT_TRUE(to_json(result).at("before").at("experiments").at("cells_above_paper").is_null());
 }
 
-// Catches a drawing that shrinks with the screen: at 400 px its words were five pixels high.
+// Catches a drawing that shrinks with the screen: at 400 px its text was five pixels high.
 TEST(Page, DrawingsKeepTheirSizeOnANarrowScreen) {
   const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_loop_drawing.html").string();
   LoopResult result;
@@ -220,8 +221,8 @@ logs::FlightLog rolled(const model::StickAxis& axis) {
   return log;
 }
 
-// Catches a channel that is taken over for a delay of which the log knows no more than half a tick, and a rule that
-// never takes one over.
+// Catches a channel that is adopted for a delay difference of half a tick, which the log cannot resolve, and a rule
+// that never adopts one.
 TEST(PredictsBetter, IsWhatHalfATickOfDelayDoesNotExplain) {
   model::Vehicle truth = mpc::generated::kVehicle;
   truth.roll = {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 
-/// Thirty seconds in which the roll is as given, in degrees.
+/// Thirty seconds with the given roll in degrees.
 Swing roll_of(const std::function<double(double t_s)>& roll_deg) {
   experiments::Trace trace(3000);
   for (std::size_t i = 0; i < trace.size(); ++i) {
@@ -33,7 +33,7 @@ TEST(Oscillation, IsAPeriodBetweenAThirdOfAHertzAndThree) {
   EXPECT_FALSE(sine(1.0, 4.2).periodic);
   EXPECT_TRUE(sine(0.45, 20.0).periodic);
   EXPECT_TRUE(sine(2.8, 10.0).periodic);
-  EXPECT_FALSE(sine(0.02, 20.0).periodic);  // what the mean of two seconds follows is no oscillation
+  EXPECT_FALSE(sine(0.02, 20.0).periodic);  // the mean over two seconds follows it
 }
 
 TEST(Oscillation, IsSeenWhereItLastsFiveSeconds) { EXPECT_TRUE(sine(1.0, 10.0, 12.0, 17.5).periodic); }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A room's plain packet, read and turned: every text that is no pose is refused, and the axes are those of MAVLink.
+// The plain pose packet of a room, read and converted: every text that is not a pose is refused, and the axes are those
+// of MAVLink.
 #include "host_tests/lab/bridge/plain_pose.h"
 
 #include <gtest/gtest.h>
@@ -47,10 +48,10 @@ struct Turned {
   double heading_rad;  ///< clockwise from x of the wire, of a body that looks along the room's x
 };
 struct Turning : ::testing::TestWithParam<Turned> {};
-// A place at 1, 2, 3 of the room, and a body along its x with its nose 0.1 rad down.
+// A body at (1, 2, 3) in the room that points along x, with its nose 0.1 rad down.
 TEST_P(Turning, IsThatOfTheWire) {
   PlainPose pose{.t_s = 0.0, .position_m = {1.0, 2.0, 3.0}, .body_to_world = {}};
-  const double nose_down = GetParam().axes == Axes::kNed ? -0.05 : 0.05;  // about y: left, or right in NED
+  const double nose_down = GetParam().axes == Axes::kNed ? -0.05 : 0.05;  // about y, which points left, or right in NED
   pose.body_to_world = {std::cos(nose_down), 0.0, std::sin(nose_down), 0.0};
   const mavlink::AttPosMocap message = message_of(pose, GetParam().axes, 77);
   EXPECT_EQ(message.time_usec, 77U);

@@ -10,7 +10,7 @@
 namespace m100::lab::plot {
 namespace {
 
-// Catches thinning by taking every n-th point, which loses the very spike that somebody looks for.
+// Catches thinning that keeps every n-th point: it loses the spike that the reader looks for.
 TEST(Plot, ThinningKeepsASpikeOfOneSample) {
   Line line{.name = "y", .x = {}, .y = {}};
   for (int i = 0; i < 50000; ++i) {

@@ -12,7 +12,7 @@
 
 namespace m100::lab::bridge {
 
-/// Writes what a VRPN server says, from the description of its protocol: big endian, filled to 8 bytes.
+/// Writes the stream of a VRPN server, from the description of its protocol: big endian, padded to 8 bytes.
 struct VrpnStandIn {
   std::vector<std::byte> bytes;
 
@@ -41,7 +41,7 @@ struct VrpnStandIn {
     put32(number_++);
   }
   void fill() { bytes.resize((bytes.size() + 7) / 8 * 8); }
-  /// @param type -1: of a sender; -2: of a type.
+  /// @param type -1: names a sender; -2: names a message type.
   void name(std::int32_t type, std::int32_t id, std::string_view words) {
     header(4 + words.size() + 1, 0.0, id, type);
     put32(static_cast<std::int32_t>(words.size() + 1));

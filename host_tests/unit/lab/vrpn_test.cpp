@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stream of a VRPN server, as its protocol has it, cut anywhere, damaged anywhere.
+// The stream of a VRPN server, cut and damaged anywhere.
 #include "host_tests/lab/bridge/vrpn.h"
 
 #include <gtest/gtest.h>
@@ -63,17 +63,17 @@ TEST(Vrpn, ThePosesOfOneTrackerAndSensorAreRead) {
   }
 }
 
-// A wrong name or sensor is the commonest mistake with VRPN: the refusal says what there is.
+// A wrong name or sensor is the most common mistake with VRPN, so the message names the trackers that exist.
 TEST(Vrpn, WhoeverNamedAnotherIsToldTheNames) {
   VrpnStream wrong("m200", 0), sensor("m100", 5), silent("m100", 0);
   EXPECT_TRUE(read(wrong, some_poses(), 100).poses.empty());
   EXPECT_TRUE(read(sensor, some_poses(), 100).poses.empty());
   EXPECT_EQ(wrong.why_none(), "the server has no tracker 'm200'; it named 'm100', 'other'");
-  EXPECT_NE(sensor.why_none().find("no pose of its sensor 5"), std::string::npos) << sensor.why_none();
+  EXPECT_NE(sensor.why_none().find("no plausible pose of its sensor 5"), std::string::npos) << sensor.why_none();
   EXPECT_EQ(silent.why_none(), "the server has no tracker 'm100'; it named none");
 }
 
-/// What the subcommand refuses; the key's file is not there, so that nothing is ever waited for.
+/// The message with which the subcommand refuses. The key's file does not exist, so the subcommand never waits.
 std::string refused(std::vector<const char*> words) {
   CLI::App lab{"test"};
   add_bridge(lab);
@@ -86,7 +86,7 @@ std::string refused(std::vector<const char*> words) {
   return "";
 }
 
-// Catches a bridge that runs for ever, and options that nobody reads.
+// Catches a duration for which the bridge would run for ever, and options that have no effect.
 TEST(Bridge, OptionsThatMeanNothingAreRefused) {
   for (const char* const duration : {"nan", "inf", "-1", "1e7"}) {
     EXPECT_NE(refused({"--duration", duration}).find("--duration"), std::string::npos) << duration;
@@ -112,7 +112,7 @@ TEST(Vrpn, WhatIsNoVrpnEndsIt) {
   }
 }
 
-// Names are kept for as long as the stream lives. Catches 1000 of them with 64 KiB each.
+// Names are kept as long as the stream lives. Catches a server that sends 1000 names of 64 KiB.
 TEST(Vrpn, ALongNameIsPassedOver) {
   VrpnStandIn server;
   server.cookie();
@@ -124,8 +124,8 @@ TEST(Vrpn, ALongNameIsPassedOver) {
   EXPECT_EQ(stream.senders(), (std::vector<std::string>{std::string(VrpnStream::kMostNameBytes - 1, 'a')}));
 }
 
-// Whatever comes: nothing that is no pose, and no more memory than stated (run with the sanitizers). What a pose may be
-// is asked here in other words than the reader's.
+// No damaged stream may give an impossible pose or use more memory than stated (run with the sanitizers). The
+// conditions for a pose are stated independently of the reader's.
 TEST(Vrpn, DamageGivesNoImpossiblePose) {
   std::mt19937 random(1);
   const std::vector<std::byte> good = some_poses();

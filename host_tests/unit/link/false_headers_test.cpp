@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Twelve bytes with a good header checksum that begin no frame: the link does not wait for the rest.
+// Twelve bytes with a valid header checksum that begin no frame: the link must not wait for the rest.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -17,7 +17,7 @@ using sim::LinkBench;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// The first twelve bytes of a frame that claims so many.
+/// The header of a frame with the length `claimed`.
 std::vector<std::byte> header_of(std::size_t claimed) {
   const protocol::MessageId id = protocol::ids::kTelemetry;
   std::array<std::byte, protocol::kMaxFrameBytes> space{};

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a tick reads of a port in which more waits than one batch holds: as after a stall, or of a device that never
-// stops.
+// How much a tick reads from a port that holds more than one batch, after a stall or from a device that never stops.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// So many bytes wait in it, none of which begins a frame.
+/// A port in which `waiting` bytes wait, none of which begins a frame.
 class Flood final : public hal::Uart {
  public:
   explicit Flood(std::size_t waiting) : waiting_(waiting) {}
@@ -29,7 +28,8 @@ class Flood final : public hal::Uart {
   std::size_t waiting_;
 };
 
-// Catches one that reads a batch a tick: after a stall it would fly on old telemetry for as many ticks as batches wait.
+// Catches a link that reads one batch per tick: after a stall it would fly on old telemetry for as many ticks as
+// batches wait.
 TEST(Flood, OfSomeBatchesIsReadInOneTick) {
   Flood uart(3 * SerialLink::kBatchBytes);
   SerialLink link(uart, {});
@@ -38,7 +38,7 @@ TEST(Flood, OfSomeBatchesIsReadInOneTick) {
   EXPECT_EQ(link.health().bytes_received, 3 * SerialLink::kBatchBytes);
 }
 
-// Catches one that reads for as long as there is something: the tick would never end.
+// Catches a link that reads while there are bytes: the tick would never end.
 TEST(Flood, WithoutAnEndTakesNoMoreThanItsShareOfATick) {
   constexpr std::size_t kShare = SerialLink::kBatchesPerTick * SerialLink::kBatchBytes;
   Flood uart(3 * kShare);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pilot gets the sticks back (promise R15), judged at the autopilot's end: who is its controlling device, and when.
+// The pilot gets the sticks back (promise R15). The test looks at the autopilot: which device controls it, and since
+// when.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -26,7 +27,7 @@ class GivingBack : public ::testing::TestWithParam<Channel> {
   static bool is_pilots(const LinkBench& bench) {
     return !bench.autopilot.client_in_control() && !bench.autopilot.virtual_rc_on();
   }
-  /// @returns after how long the aircraft is the pilot's; nothing: not within two seconds.
+  /// @returns the time until the pilot has control; empty: not within two seconds.
   static std::optional<core::Duration> time_to_the_pilot(LinkBench& bench) {
     const core::TimePoint from = bench.clock.now();
     return bench.run_until([&] { return is_pilots(bench); }, seconds(2))
@@ -39,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(Link, GivingBack, ::testing::Values(Channel::kVirtualRc
                            return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
                          });
 
-// Catches a client that believes the answer "again" or its own request instead of telemetry.
+// Catches a client that relies on the answer "again" or on its own request instead of telemetry.
 TEST_P(GivingBack, AReleasedAircraftIsThePilotsAlthoughEveryAnswerIsLost) {
   RecordProperty("promise", "R15");
   LinkBench bench(options());
@@ -60,7 +61,7 @@ TEST_P(GivingBack, ItIsNotFinishedBeforeTelemetrySaysSo) {
   LinkBench bench(options());
   ASSERT_TRUE(bench.take_control());
   bench.run(seconds(2));
-  bench.cable().a_to_b().set_faults({.drop_per_write = 1.0});  // nothing of ours arrives
+  bench.cable().a_to_b().set_faults({.drop_per_write = 1.0});  // none of our bytes arrives
   bench.link.release(bench.clock.now());
   bench.run(seconds(3));
   EXPECT_EQ(bench.link.authority().stage, Stage::kReleasing);
@@ -71,7 +72,7 @@ TEST_P(GivingBack, ItIsNotFinishedBeforeTelemetrySaysSo) {
   EXPECT_LE(*taken, milliseconds(500));
 }
 
-// Control comes although every acknowledgement is lost: telemetry says so, and it is what was asked for.
+// Every acknowledgement is lost, but telemetry shows that the requested control was granted.
 TEST_P(GivingBack, AGrantWhoseAcknowledgementIsLostIsSeen) {
   RecordProperty("promise", "R15");
   LinkBench bench(options());
@@ -83,7 +84,7 @@ TEST_P(GivingBack, AGrantWhoseAcknowledgementIsLostIsSeen) {
   EXPECT_TRUE(time_to_the_pilot(bench).has_value());
 }
 
-// The operator changes his mind at any moment of the asking; what is granted all the same goes back.
+// The operator stops at any moment of the request; control that is granted all the same must be given back.
 TEST_P(GivingBack, AStopWhileAskingLeavesNothingHeld) {
   RecordProperty("promise", "R15");
   for (int wait_ms = 0; wait_ms < 2600; wait_ms += 130) {
@@ -155,7 +156,7 @@ TEST(GivingBackVirtualRc, EndedByTheAutopilotControlGoesBackAsWell) {
   EXPECT_LE((bench.sent_at.back() - ended_at).count(), bench.link.command_period().count());
 }
 
-// Our own program stands still, the autopilot goes on sending.
+// Our own program stalls while the autopilot goes on sending.
 class OwnStall : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Link, OwnStall, ::testing::Values(100, 400, 600, 2000, 5000));
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the link measures of time: its health in numbers, the autopilot's clock, the comparison with the source of pose.
+// Time measurements of the link: its health figures, the autopilot's clock, the comparison with the pose source's
+// clock.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +37,7 @@ TEST(LinkMeter, BeginsWithNothing) {
   EXPECT_EQ(meter.adapter_delay(), milliseconds(40)) << "nothing is known of the adapter: the longest";
 }
 
-// Rates and shares are those of the last full second, of a line that carries 23040 bytes in it.
+// Rates and shares refer to the last full second; the line carries 23040 bytes per second.
 TEST(LinkMeter, CountsBySeconds) {
   LinkMeter meter(230400);
   for (int tick = 1; tick <= 100; ++tick) {
@@ -67,7 +68,8 @@ TEST(LinkMeter, CountsBySeconds) {
   EXPECT_EQ(meter.health().longest_gap, milliseconds(600));
 }
 
-// A package later or sooner than the autopilot's clock says, by size: the bin's upper end belongs to the next one.
+// Packages earlier or later than the autopilot's clock says are sorted into bins by size; the upper end of a bin
+// belongs to the next one.
 TEST(LinkMeter, SortsJitterByItsSize) {
   const std::pair<std::int64_t, std::size_t> cases[] = {{0, 0},     {499, 0},    {500, 1},   {-500, 1},  {1000, 2},
                                                         {2000, 3},  {4000, 4},   {8000, 5},  {16000, 6}, {32000, 7},
@@ -120,7 +122,7 @@ TEST(TelemetryClock, TakesEachTickOnceAndOnlyForwards) {
   EXPECT_TRUE(noted(clock, 5, seconds(11)).is_new) << "the first of a clock that nobody knows";
 }
 
-// A step is judged against our clock: one second is none, one tick more is a restart.
+// A clock step is measured with our clock: a step of one second is accepted, one tick more is a restart.
 TEST(TelemetryClock, AStepOfMoreThanASecondIsARestart) {
   for (const int direction : {1, -1}) {
     for (const int ticks : {400, 401}) {
@@ -216,7 +218,8 @@ TEST(ClockComparison, KeepsTheBestAnswerUntilDriftMakesANewerOneBetter) {
   EXPECT_TRUE(clocks.due(at(milliseconds(7001))));
 }
 
-// Would catch an item that is judged by another's number, or restored from nothing.
+// Would catch an item that is refused because of another item's value, or that is replaced although no earlier value
+// exists.
 TEST(KeepFinite, RefusesTheItemThatHoldsSuchANumberAndNoOther) {
   using Item = protocol::TelemetryItem;
   const float nan = std::numeric_limits<float>::quiet_NaN();

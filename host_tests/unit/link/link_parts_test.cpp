@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The small parts of the link, each alone: what a channel sends, how often, and in which order frames leave.
+// The small parts of the link, each alone: what a channel sends, how often, and in which order frames are sent.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -25,7 +25,7 @@ TEST(LineTime, IsTenBitsAByte) {
   EXPECT_EQ(line_time(23040, 230400), std::chrono::seconds(1));
   EXPECT_EQ(line_time(1, 230400), microseconds(43));
   EXPECT_EQ(line_time(100, 0), Duration{0});
-  // Both sides of what fits into 32 bits, and the largest that is asked for.
+  // Around the limit of 32 bits, and the largest number of bytes that is asked for.
   for (const std::uint64_t bytes :
        {std::uint64_t{428}, std::uint64_t{429}, std::uint64_t{430}, std::uint64_t{1} << 40U}) {
     const std::uint64_t expected_us = bytes * 10 * 1000000 / 9600;
@@ -64,8 +64,8 @@ TEST(ToVirtualRc, PutsEachStickIntoItsChannel) {
   EXPECT_EQ(data.channels, wanted);
 }
 
-// Degrees, nose up and clockwise positive; what is beyond a range is at its end, and what is no number is refused
-// later.
+// The message has degrees, nose up and clockwise positive. Values beyond a range are limited; values that are not
+// numbers are refused later.
 TEST(ToMovement, TurnsSignsAndUnitsAndSaturates) {
   const auto near = [](const protocol::Movement& m, float x, float y, float z, float yaw) {
     EXPECT_EQ(m.flag, 0x0A);
@@ -84,7 +84,7 @@ TEST(ToMovement, TurnsSignsAndUnitsAndSaturates) {
        100.F);
 }
 
-/// A header that promises `size` bytes, found in a stream.
+/// A parser that has found a header with the length `size`.
 protocol::FrameParser waiting_for(std::size_t size) {
   std::vector<std::byte> space(300);
   const std::vector<std::byte> value(size - protocol::kHeaderBytes - 4 - 2);
@@ -122,7 +122,7 @@ struct OutboxTest : ::testing::Test {
   Outbox outbox;
   std::size_t sent_bytes = 0;
 
-  /// Everything that leaves in one call, as marks.
+  /// All bytes that one call sends, as marks.
   std::vector<int> flushed() {
     EXPECT_EQ(outbox.flush(pair.a(), [&](std::span<const std::byte> bytes) { sent_bytes += bytes.size(); }),
               core::Status::kOk);
@@ -176,7 +176,7 @@ TEST_F(OutboxTest, TheNewerCommandReplacesTheOlderUntilThatHasBegunToLeave) {
 }
 
 TEST_F(OutboxTest, DropsRequestsButKeepsAnswersInTheirOrder) {
-  for (int i = 0; i < 6; ++i) {  // so that the queue's ring has turned
+  for (int i = 0; i < 6; ++i) {  // so that the queue's ring wraps
     ASSERT_TRUE(outbox.add_request(frame_of(1, 0)));
   }
   ASSERT_EQ(flushed().size(), 6U);

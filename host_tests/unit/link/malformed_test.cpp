@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames whose sums are right and whose content is not: each is counted by its kind, and control goes on.
+// Frames with valid checksums and invalid content: each is counted by its kind, and control continues.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +16,7 @@ namespace {
 using safety::Stage;
 using Bytes = std::vector<std::byte>;
 
-/// Hides nothing: it is only to be another's key.
+/// Encrypts nothing; it only stands for another key.
 class PlainCipher final : public protocol::Cipher {
  public:
   void encrypt(std::span<std::byte, protocol::kCipherBlockBytes>) const override {}
@@ -29,7 +29,7 @@ class Malformed : public ::testing::Test {
     ASSERT_TRUE(bench_.take_control());
     before_ = bench_.link.health();
   }
-  /// Says it in the autopilot's place, and waits until it has come.
+  /// Sends it in the autopilot's place and waits until it has arrived.
   void say(const protocol::Envelope& envelope, const protocol::MessageId* id, const Bytes& value,
            const protocol::Cipher* cipher = nullptr) {
     std::array<std::byte, protocol::kMaxFrameBytes> space;
@@ -54,7 +54,7 @@ TEST_F(Malformed, WhatNoKeyOpensIsCountedAsSuch) {
   EXPECT_TRUE(in_control());
 }
 
-// Catches a package that is read beyond its end, and one whose half is believed.
+// Catches a package that is read beyond its end, and one of which a part is used.
 TEST_F(Malformed, TelemetryThatIsShorterThanItsItemsIsBad) {
   const protocol::MessageId id = protocol::ids::kTelemetry;
   say({}, &id, Bytes{std::byte{0xFF}, std::byte{0xFF}, std::byte{1}});
@@ -62,7 +62,7 @@ TEST_F(Malformed, TelemetryThatIsShorterThanItsItemsIsBad) {
   EXPECT_TRUE(in_control());
 }
 
-// Catches a loss of control that any frame of this id brings about, and an unknown push that ends something.
+// Catches a frame of any size that ends control because of its id, and an unknown push that ends anything.
 TEST_F(Malformed, PushesOfAnotherSizeOrNameAreBadAndEndNothing) {
   const protocol::MessageId lost = protocol::ids::kControlLost;
   say({}, &lost, Bytes{std::byte{4}, std::byte{4}});
@@ -75,7 +75,8 @@ TEST_F(Malformed, PushesOfAnotherSizeOrNameAreBadAndEndNothing) {
   EXPECT_TRUE(in_control());
 }
 
-// Catches an answer that is made anew, or kept back, where the autopilot has not heard it: it repeats until it does.
+// Catches a repeated push that is answered with a new answer or not at all: the autopilot repeats it until it has
+// received an answer.
 TEST_F(Malformed, AReliablePushIsAnsweredEachTimeItComesAndObeyedOnce) {
   bench_.commanding = false;
   bench_.run(std::chrono::milliseconds(200));

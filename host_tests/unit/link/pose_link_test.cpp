@@ -19,7 +19,7 @@ using mavlink::AttPosMocap;
 using mavlink::Timesync;
 using std::chrono::milliseconds;
 constexpr mavlink::Address kSender{.system = 9, .component = 197};
-constexpr std::uint64_t kUnix_us = 1763757191000000;  // of the sender, when our clock shows zero
+constexpr std::uint64_t kUnix_us = 1763757191000000;  // the sender's clock when ours shows zero
 
 AttPosMocap mocap(std::uint64_t stamp_us) {
   return {.time_usec = stamp_us, .q = {0.8F, 0.F, 0.F, 0.6F}, .x = 1.F, .y = -2.F, .z = 0.5F};
@@ -48,7 +48,7 @@ struct PoseLinkTest : ::testing::Test {
 TEST_F(PoseLinkTest, TheNewestOfATickCountsAndKeepsItsStamp) {
   write(mocap(1000));
   write(mocap(2000));
-  write(mavlink::Timesync{.tc1 = 1, .ts1 = 1});  // 21 bytes behind it, its zeros left out
+  write(mavlink::Timesync{.tc1 = 1, .ts1 = 1});  // 21 bytes follow, without the trailing zeros
   const core::Expected<core::Pose<double>> pose = after(milliseconds(20));
   ASSERT_TRUE(pose.has_value());
   EXPECT_EQ(pose->captured.time_since_epoch().count(), 2000);
@@ -104,7 +104,8 @@ TEST_F(PoseLinkTest, OtherMessagesOfTheSenderAreNotLostPoses) {
   EXPECT_EQ(link.stats().lost_frames, 0U);
 }
 
-/// A sender whose clock shows kUnix_us more than ours answers a question; `out` and `back` are the ways.
+/// A sender whose clock is kUnix_us ahead of ours answers a question; `out` and `back` are the delays of the two
+/// directions.
 struct TimesyncTest : PoseLinkTest {
   void exchange(core::Duration out, core::Duration back) {
     EXPECT_TRUE(send(kUnix_us + static_cast<std::uint64_t>(clock.now().time_since_epoch().count())));
@@ -139,7 +140,8 @@ TEST_F(TimesyncTest, AnAnswerTellsTheOffsetToHalfOfThereAndBack) {
   EXPECT_NEAR(core::seconds<double>(found.bound), 0.005, 1e-4);
 }
 
-// Would catch who takes half of there and back for the truth: the age would be wrong by 45 ms, and called known.
+// Would catch an estimate that takes half of the round trip for the truth: the age would be wrong by 45 ms and still be
+// called known.
 void expect_truth_inside_the_bound(const core::ClockOffset& found) {
   ASSERT_TRUE(found.known);
   const double wrong_s = std::abs(core::seconds<double>(found.to_ours + core::Duration(kUnix_us)));
@@ -165,8 +167,8 @@ TEST_F(TimesyncTest, ABetterAnswerCountsAndAWorseOneDoesNot) {
   EXPECT_NEAR(core::seconds<double>(offset().bound), 0.005, 1e-3);
 }
 
-/// 240 poses a second of 48 bytes fill 115200 baud: with five answers a second on top, poses came 12 ms later every
-/// second and the flight ended in the failsafe after twenty.
+/// 240 poses a second of 48 bytes fill 115200 baud. With five answers a second in addition, poses once came 12 ms later
+/// every second, and the flight ended in the failsafe after twenty seconds.
 TEST_F(TimesyncTest, AFullLineIsNotAskedForMore) {
   exchange(milliseconds(5), milliseconds(5));
   std::uint32_t questions = 0;

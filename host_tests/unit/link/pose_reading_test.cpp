@@ -27,7 +27,7 @@ core::Expected<core::Pose<double>> read(const Message& message) {
   return read_pose(*view);
 }
 
-/// The same pose in each of the three messages: NED, and a heading clockwise from above.
+/// The same pose in each of the three messages, in NED, with a heading clockwise from above.
 struct Wire {
   std::array<float, 3> ned_m;
   float heading_rad;
@@ -50,7 +50,7 @@ struct AxisCase {
 };
 class PoseAxes : public ::testing::TestWithParam<AxisCase> {};
 
-// The six directions of the world, and the two turns: what a wrong sign or a swapped axis would move.
+// The six directions of the world and both turns: each shows a wrong sign or a swapped axis.
 TEST_P(PoseAxes, AreThoseOfOurWorldInEveryMessage) {
   const AxisCase& one = GetParam();
   for (const core::Expected<core::Pose<double>>& pose : in_all_messages(one.wire)) {
@@ -74,8 +74,8 @@ INSTANTIATE_TEST_SUITE_P(Six, PoseAxes,
                                            AxisCase{"TurnedLeft", {{0.F, 0.F, 0.F}, -2.F}, {0.0, 0.0, 0.0}, 2.0}),
                          [](const auto& one) { return one.param.name; });
 
-// A banked aircraft: the heading must not be read off a wrong axis. 0.3 rad nose up, 0.4 rad right side down, 1 rad
-// east.
+// Catches a heading that is taken from a wrong axis of a banked aircraft: 0.3 rad nose up, 0.4 rad right side down, 1
+// rad to the east.
 TEST(PoseReading, KeepsTheHeadingOfABankedAircraft) {
   const auto q = core::quaternion_of(core::Euler<double>{.roll_rad = 0.4, .pitch_rad = 0.3, .yaw_rad = 1.0});
   const auto f = [](double value) { return static_cast<float>(value); };

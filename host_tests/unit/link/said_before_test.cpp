@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Telemetry that was said before says nothing of now: a release is finished by new telemetry only (promise R15).
+// Repeated telemetry says nothing about the present: only new telemetry may complete a release (promise R15).
 #include <gtest/gtest.h>
 
 #include <deque>
@@ -18,7 +18,7 @@ using std::chrono::seconds;
 
 core::TimePoint at(int time_ms) { return core::TimePoint{} + milliseconds(time_ms); }
 
-/// Ticks of 400 Hz. The package came within the last 10 ms.
+/// Notes a package with the autopilot's tick count (400 Hz) that arrived within the last 10 ms.
 TelemetryClock::Verdict note(TelemetryClock& clock, int ticks, int now_ms) {
   return clock.note(static_cast<std::uint32_t>(ticks), at(now_ms - 10), at(now_ms));
 }
@@ -63,7 +63,7 @@ TEST(TelemetryClock, TheWrapOfTheCounterIsAStep) {
   EXPECT_TRUE(note(clock, 0, 110).is_new);
 }
 
-/// The end of a line on which telemetry frames can be frozen: answers pass, telemetry is one frame over and over.
+/// One end of a line that can freeze telemetry: answers pass, but telemetry repeats one frame.
 class FreezingLine final : public hal::Uart {
  public:
   explicit FreezingLine(hal::Uart& line) : line_(line) {}
@@ -125,7 +125,8 @@ INSTANTIATE_TEST_SUITE_P(Link, FrozenTelemetry, ::testing::Values(Channel::kVirt
                            return tested.param == Channel::kVirtualRc ? "VirtualRc" : "Movement";
                          });
 
-// Catches a client that believes the transmitter has control because a frame from before the grant says so for ever.
+// Catches a client that believes that the transmitter has control because it keeps receiving a frame from before the
+// grant.
 TEST_P(FrozenTelemetry, OfATimeBeforeTheGrantFinishesNoRelease) {
   RecordProperty("promise", "R15");
   run(seconds(5));
@@ -133,7 +134,7 @@ TEST_P(FrozenTelemetry, OfATimeBeforeTheGrantFinishesNoRelease) {
   line_.is_frozen = true;
   link_.request_control(clock_.now());
   run(milliseconds(100));
-  line_.loses_what_is_sent = true;  // the first releases get lost: those that follow must do it
+  line_.loses_what_is_sent = true;  // the first releases are lost; later ones must succeed
   run(seconds(3));
   EXPECT_TRUE(link_.authority().owed) << "nothing new has said that the transmitter has it";
   EXPECT_FALSE(link_.authority().telemetry_fresh);

@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
              (std::get<1>(tested.param) == Channel::kVirtualRc ? "VirtualRc" : "Movement");
     });
 
-// Catches a client that goes on sending, one that asks again by itself, and one that cannot come back at all.
+// Catches a client that continues to send, one that asks again by itself, and one that can never return to control.
 TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   RecordProperty("promise", "R4");
   const auto& [loss, channel] = GetParam();
@@ -100,7 +100,7 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   ASSERT_TRUE(bench.run_until(loss.stage, seconds(1)));
   EXPECT_EQ(bench.link.authority().reason, loss.reason) << safety::name(bench.link.authority().reason);
   bench.run(seconds(5));
-  // A restarted or silent autopilot can be noticed only by its silence, for which the promise sheet gives 500 ms.
+  // A restarted or silent autopilot is noticed only by its silence, for which the promise allows 500 ms.
   const bool by_silence = loss.reason == Reason::kLinkSilent;
   const core::Duration allowed =
       by_silence ? SerialLink::kHeardFor + bench.link.command_period() : bench.link.command_period();
@@ -110,7 +110,7 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   }
   const std::uint64_t bytes_before = bench.link.health().bytes_sent;
   const std::uint32_t requests_before = bench.autopilot.record().obtain_requests;
-  // All is well again, and still nobody asks.
+  // The cause is gone, but nobody has asked for control.
   bench.autopilot.set_mode(mode);
   bench.autopilot.happen(N1Happening::kTake, 'r');
   bench.autopilot.happen(N1Happening::kRc, 1);
@@ -123,7 +123,7 @@ TEST_P(EveryLoss, StopsWithinAPeriodAndStaysSilentUntilTheOperatorAsks) {
   EXPECT_GE(bench.autopilot.record().least_on_spacing.count(), 2000000 - 2500);
 }
 
-/// Virtual RC on, whatever the last one was: an "on" too many makes the autopilot ignore its mode switch (protocol, 7).
+/// Switches Virtual RC on twice: a second "on" makes the autopilot ignore its mode switch (protocol, 7).
 void make_deaf_to_its_switch(LinkBench& bench) {
   const protocol::VirtualRcSwitch on{.on = true, .fall_back_to_rc = true, .reserved = 0};
   const protocol::MessageId id = id_of(on);
@@ -139,8 +139,8 @@ class RcItem : public ::testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(SerialLink, RcItem, ::testing::Values(true, false),
                          [](const auto& tested) { return tested.param ? "ShowsVirtualRc" : "ShowsTheTransmitter"; });
 
-/// The mode switch is moved in a stage; six seconds later nobody commands, and nothing was commanded for longer than a
-/// period.
+/// Moves the mode switch in a stage. Six seconds later the client must not command, and after the move it may have
+/// commanded for at most one period.
 void expect_taken_back(const LinkBench::Options& options, Stage stage, char mode) {
   SCOPED_TRACE(std::string(safety::name(stage)) + " " + mode);
   LinkBench bench(options);
@@ -164,14 +164,14 @@ void expect_taken_back(const LinkBench::Options& options, Stage stage, char mode
   EXPECT_LE(bench.autopilot.record().latest_after_loss.count(), bench.link.command_period().count());
 }
 
-// The pilot's switch in every stage on the way to control and back, with either kind of RC item.
+// The pilot's switch works in every stage on the way to control and back, with either kind of RC item.
 TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
   RecordProperty("promise", "R4");
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
     for (const Stage stage : {Stage::kReady, Stage::kObtaining, Stage::kSpacing, Stage::kConfirming, Stage::kEnabling,
                               Stage::kInControl, Stage::kReleasing}) {
       if (stage == Stage::kEnabling && channel == Channel::kMovement) {
-        continue;  // nothing is enabled there
+        continue;  // movement control has no enabling stage
       }
       LinkBench::Options options = over(channel);
       options.autopilot.rc_item_shows_virtual = GetParam();
@@ -182,8 +182,8 @@ TEST_P(RcItem, TheModeSwitchTakesTheAircraftBackInEveryStage) {
   }
 }
 
-// Catches a client that believes in its own mode channel: an autopilot that hangs says nothing else, but where the RC
-// item is the transmitter's the switch is seen all the same.
+// Catches a client that looks only at its own mode channel: an autopilot that ignores its switch reports nothing else.
+// Where the RC item shows the transmitter, the switch is seen all the same.
 TEST(SerialLinkTest, TheModeSwitchIsSeenEvenIfTheAutopilotIgnoresIt) {
   RecordProperty("promise", "R4");
   LinkBench::Options options = over(Channel::kVirtualRc);
@@ -281,7 +281,7 @@ TEST(SerialLinkTest, ALostAnswerToAnObtainRequestIsMadeGoodByTheNextRequest) {
   EXPECT_GE(bench.autopilot.record().least_obtain_spacing.count(), 2000000 - 2500);
 }
 
-// Catches a link that goes on where it was when the port comes back: another autopilot may be behind it.
+// Catches a link that continues where it was when the port returns: another autopilot may be connected.
 TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
   RecordProperty("promise", "R4");
   for (const bool in_flight : {true, false}) {
@@ -289,8 +289,8 @@ TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
     ASSERT_TRUE(in_flight ? bench.take_control() : bench.run_until(Stage::kReady));
     const std::uint32_t requests = bench.autopilot.record().obtain_requests;
     bench.cable().set_plugged(false);
-    bench.run(milliseconds(200));                   // shorter than the silence that ends control by itself
-    bench.link.request_control(bench.clock.now());  // meant for the autopilot that was there
+    bench.run(milliseconds(200));                   // shorter than the silence that ends control
+    bench.link.request_control(bench.clock.now());  // meant for the previous autopilot
     bench.cable().set_plugged(true);
     bench.run(milliseconds(30));
     EXPECT_FALSE(bench.link.authority().in_control);
@@ -306,7 +306,8 @@ TEST(SerialLinkTest, PluggedInAgainItBecomesReadyAndAsksNobodyForControl) {
   }
 }
 
-// Telemetry says "ours" whether our bytes arrive or not, on the movement channel for ever: only an answer tells.
+// On the movement channel telemetry says "ours" for ever, even if our bytes do not arrive; only an answer shows the
+// loss.
 TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
   RecordProperty("promise", "R15");
   for (const Channel channel : {Channel::kMovement, Channel::kVirtualRc}) {
@@ -327,7 +328,7 @@ TEST(SerialLinkTest, BytesOfOursThatDoNotArriveAreNoticedWithinASecond) {
   }
 }
 
-// Catches a queue of commands behind a stuck line: they would all leave, old, when it is free again.
+// Catches a queue of commands on a blocked line: they would all be sent, outdated, when it is free again.
 TEST(SerialLinkTest, AStuckLineKeepsNoStaleCommands) {
   RecordProperty("promise", "R4");
   LinkBench bench(over(Channel::kMovement));
@@ -381,7 +382,7 @@ TEST(SerialLinkTest, SticksOutsideTheirTravelNeverLeave) {
   EXPECT_EQ(bench.link.send(ctl::Command<double>{}, bench.clock.now()), core::Status::kInvalidArgument);
 }
 
-// Catches last words that the autopilot does not take: wrong session, stored answer, only one request.
+// Catches a farewell that the autopilot does not accept: wrong session, stored answer, only one request.
 TEST(SerialLinkTest, TheFarewellGivesControlBackWithoutTheLink) {
   for (const Channel channel : {Channel::kVirtualRc, Channel::kMovement}) {
     LinkBench bench(over(channel));
@@ -429,8 +430,8 @@ TEST(SerialLinkTest, TheAutopilotsClockIsWatched) {
   EXPECT_NEAR(bench.link.health().receive_share, 0.43, 0.05);  // 97 bytes at 100 Hz and position at 10 Hz
 }
 
-// Catches an age that is another item's: of the items that come at 100 Hz none grows older than two ticks, the
-// position, which comes at 10 Hz, does.
+// Catches an age that belongs to another item: items that come at 100 Hz never grow older than two ticks; the position,
+// which comes at 10 Hz, does.
 TEST(SerialLinkTest, EveryItemHasAnAgeOfItsOwn) {
   using protocol::TelemetryItem;
   LinkBench bench({});

@@ -113,7 +113,7 @@ TEST_F(SignedLineTest, HandsOnWhatIsSignedAndNewAndCountsTheRest) {
   EXPECT_EQ(network.answered, (std::vector<std::size_t>{0, 6})) << "only who was believed is answered";
 }
 
-// Catches a sender too many who takes the place of one that is known, and with it what keeps his old frames out.
+// Catches a seventeenth sender that replaces a known one: the memory that refuses its old frames would be lost.
 TEST_F(SignedLineTest, RemembersSixteenSendersAndTakesNoOther) {
   const auto signed_by = [this](std::uint8_t system) {
     mavlink::Frame frame = mavlink::encode(mavlink::AttPosMocap{.time_usec = 1}, {.system = system, .component = 1}, 0);
@@ -131,7 +131,7 @@ TEST_F(SignedLineTest, RemembersSixteenSendersAndTakesNoOther) {
   EXPECT_EQ(line.stats().replayed, 1U) << "the first is still known";
 }
 
-// Would catch a line that takes a frame of MAVLink 1, which cannot be signed.
+// Would catch a line that accepts a frame of MAVLink 1, which cannot be signed.
 TEST_F(SignedLineTest, RefusesTheOlderProtocol) {
   const Packet heartbeat_1{std::byte{0xFE}, std::byte{9}, std::byte{0}, std::byte{1}, std::byte{1}, std::byte{0}};
   Packet frame = heartbeat_1;
@@ -146,7 +146,7 @@ TEST_F(SignedLineTest, RefusesTheOlderProtocol) {
   EXPECT_EQ(line.stats().unsigned_frames, 1U);
 }
 
-// Would catch a line that joins packets: a stranger's half frame would swallow the pose behind it.
+// Would catch a line that joins packets: a stranger's half frame would swallow the following pose.
 TEST_F(SignedLineTest, HalfAFrameOfAStrangerSpoilsNothing) {
   Packet half = signed_pose(1, kNow);
   half.resize(half.size() / 2);
@@ -166,7 +166,7 @@ TEST_F(SignedLineTest, SeveralFramesInAPacketCount) {
   EXPECT_EQ(line.stats().accepted, 2U);
 }
 
-// Would catch a line that works as long as anything comes: a flood would stop the flight.
+// Would catch a line that verifies frames as long as any come: a flood would stop the flight.
 TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
   for (int i = 0; i < 500; ++i) {
     send(signed_pose(1, kNow, kOtherKey));
@@ -179,7 +179,7 @@ TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
   EXPECT_LE(network.reads, SignedLine::kReadsPerTick + 1U);
   const std::uint32_t in_a_tick = line.stats().wrong;
   EXPECT_GT(in_a_tick, 10U);
-  // A late tick empties what waited, because its reader drops it.
+  // A late tick empties the queue, because its reader drops old poses.
   line.tick(now += std::chrono::milliseconds(300), kNow);
   for (int call = 0; call < 100; ++call) {
     (void)poses.receive(now);
@@ -190,7 +190,7 @@ TEST_F(SignedLineTest, AFloodCostsABoundedShareOfATickAndIsWorkedOffLater) {
 }
 
 TEST_F(SignedLineTest, SignsWhatLeavesWithRisingTimesNotBehindWhatItHeard) {
-  send(signed_pose(1000, kNow + 500));  // a sender whose clock is ahead of ours
+  send(signed_pose(1000, kNow + 500));  // the sender's clock is ahead of ours
   ASSERT_TRUE(tick());
   poses.ask_time(now);
   now += std::chrono::seconds(1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Requests for the autopilot's own tasks: in control only, one at a time, and none behind a loss of control.
+// Requests for the autopilot's own tasks: only in control, one at a time, and not repeated after a loss of control.
 #include <gtest/gtest.h>
 
 #include "host_tests/sim/ports/link_bench.h"
@@ -44,7 +44,7 @@ TEST_F(TaskRequests, AreRepeatedThreeTimesWhereNoAnswerComes) {
   EXPECT_TRUE(bench.link.authority().answer.name.empty());
 }
 
-// Would catch a landing that is asked for again when the pilot has already taken the aircraft.
+// Would catch a landing that is requested again after the pilot has taken the aircraft.
 TEST_F(TaskRequests, AreNotRepeatedBehindALossOfControl) {
   RecordProperty("promise", "R4");
   bench.autopilot.happen(N1Happening::kLoseAcks, 1000.0, sim::N1Asked::kTask);
@@ -58,7 +58,7 @@ TEST_F(TaskRequests, AreNotRepeatedBehindALossOfControl) {
   EXPECT_EQ(bench.link.request(kLanding, bench.clock.now()), core::Status::kRefused) << "control is the pilot's";
 }
 
-// Catches motors that are asked for without control, and a second ask before the first is answered.
+// Catches a motor request without control, and a second request before the first is answered.
 TEST_F(TaskRequests, MotorsAreAskedForLikeATask) {
   const auto ask = [this](bool start) {
     return bench.link.request(protocol::MotorRequest{.start = start}, bench.clock.now());

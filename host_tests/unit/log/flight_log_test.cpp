@@ -51,7 +51,7 @@ std::size_t bytes_of_format(std::string_view format) {
   return total;
 }
 
-// Catches a field that was added to the record and not to its description, or the other way round.
+// Catches a field that was added to the record but not to its description, or the other way round.
 TEST(Records, AreAsTheirFormatsSay) {
   EXPECT_EQ(bytes_of_format(kTickFormat), sizeof(TickRecord));
   EXPECT_EQ(bytes_of_format(kBytesFormat), sizeof(BytesRecord));
@@ -82,7 +82,7 @@ TEST(FlightLog, BeginsAsUlogDoes) {
   EXPECT_EQ(all[5].body, std::string("\0\0\0tick", 7));
 }
 
-// Catches a note that is cut without a word: a replay would read half a course as a damaged one, or fly it.
+// Catches a note that is truncated without an error: a replay would read half a course as a damaged one, or fly it.
 TEST(FlightLog, RefusesANoteThatIsTooLongAndLeavesItOut) {
   std::vector<std::byte> storage(262144);
   for (const std::size_t size : {kLongestNote_bytes, kLongestNote_bytes + 1}) {
@@ -127,7 +127,7 @@ TEST(FlightLog, KeepsEveryByteOfALongRead) {
   EXPECT_EQ(back, sent);
 }
 
-// A slow medium costs whole messages, never half of one, and never time.
+// A slow medium may only lose whole messages, never a part of one, and may never block.
 TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
   std::vector<std::byte> storage(1024);
   Ring ring(storage);
@@ -150,7 +150,8 @@ TEST(FlightLog, DropsWholeMessagesWhenNobodyEmptiesTheRing) {
   }
 }
 
-// A log of an older program is read with the same meaning, and a replay gives the same orders: the bits stay.
+// An older log must keep its meaning, and its replay must give the same orders, so the values of the bits must not
+// change.
 TEST(TickRecord, OrdersAreTheBitsThatOlderLogsHold) {
   EXPECT_EQ(kOrderEngage, 1U);
   EXPECT_EQ(kOrderRelease, 2U);
@@ -206,7 +207,7 @@ TEST(FlightLog, WritesTextAndAnExcitationAsUlogHasThem) {
   EXPECT_EQ(all[2].body.size(), 9U + 60000U) << "a text is cut where a message would not hold it";
 }
 
-// Catches a beginning that finds no room and says it did: whichever message it is that has none.
+// Catches a beginning that reports success although one of its messages found no room; every message is tried.
 TEST(FlightLog, SaysWhetherItsWholeBeginningFoundRoom) {
   const std::array notes{Note{"vehicle", "[axis.roll]\n"}};
   std::vector<std::byte> large(16384);

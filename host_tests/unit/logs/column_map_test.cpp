@@ -29,12 +29,12 @@ battery = { column = "battery_v" }
 struct BadMap {
   const char* name;
   const char* text;
-  const char* says;  // file, line and key, and what is wrong
+  const char* says;  // file, line, key and error
 };
 
 class BadColumnMap : public ::testing::TestWithParam<BadMap> {};
 
-// Catches a reader that ignores what it does not know: a misspelt key would quietly become "no such signal".
+// Catches a reader that ignores unknown keys: a misspelt key would silently become "no such signal".
 TEST_P(BadColumnMap, IsRefusedWithItsPlace) {
   const std::string said = complaint_of([] { parse_column_map(GetParam().text, "m.toml"); });
   EXPECT_EQ(said.rfind(GetParam().says, 0), 0U) << said;
@@ -45,7 +45,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         BadMap{"NotToml", "time = \n", "m.toml:1: "},
         BadMap{"UnknownSection", "time = \"t\"\n[signal]\nrate_x = \"p\"\n", "m.toml:2: 'signal': unknown key"},
-        BadMap{"UnknownSignal", "time = \"t\"\n[signals]\nroll = \"p\"\n", "m.toml:3: 'roll': is no canonical signal"},
+        BadMap{"UnknownSignal", "time = \"t\"\n[signals]\nroll = \"p\"\n", "m.toml:3: 'roll': is not a canonical signal"},
         BadMap{"UnknownEntryKey", "time = \"t\"\n[signals]\nrate_x = { column = \"p\", gain = 2 }\n",
                "m.toml:3: 'rate_x.gain': unknown key"},
         BadMap{"OffsetIsText", "time = \"t\"\n[signals]\nrate_x = { column = \"p\", offset = \"2\" }\n",

@@ -24,7 +24,7 @@ TEST(Csv, TakesSemicolonsAndTabs) {
   EXPECT_EQ(open_log(tabs.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
 }
 
-// A text column, or holes in one that nobody asks for, is none of our business.
+// A text column, or a column with empty cells, does not matter unless it is asked for.
 TEST(Csv, LooksOnlyAtColumnsThatAreAskedFor) {
   const TemporaryFile file("a.csv", "t,mode,x\n0,F,1\n1,,2\n");
   EXPECT_EQ(open_log(file.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
@@ -68,13 +68,13 @@ TEST(OpenLog, RefusesADamagedMatFile) {
   EXPECT_EQ(complaint_of([&] { open_log(file.path()); }).rfind(file.path() + ": ", 0), 0U);
 }
 
-// A short row must not silence the clock of all rows that follow it in the list of topics.
+// Catches a short row after which the list of topics loses the clock of all following rows.
 TEST(Csv, OneSpoiltRowDoesNotSpoilTheClockOfTheTopics) {
   const TemporaryFile file("a.csv", "t,x\n0,1\n0.1\n0.2,2\n0.3,3\n");
   EXPECT_NEAR(open_log(file.path())->topics().at(0).to_s, 0.3, 1e-12);
 }
 
-// A stream that is slower than its file has empty cells in most rows: that is no column of words.
+// A stream slower than its file has empty cells in most rows; that does not make it a text column.
 TEST(Csv, EmptyCellsAreNotSampled) {
   const TemporaryFile file("a.csv", "t,x\n0,1\n1,\n2,\n3,\n4,5\n");
   const std::vector<double> x = open_log(file.path())->column("x", "rate_x").values;
@@ -102,7 +102,7 @@ FlightLog with_gaps() {
   return log;
 }
 
-// Catches a converted log in which a gap has become data, or whose samples fall on one stamp.
+// Catches a converted log in which a gap has become data, or in which samples share a time stamp.
 TEST(WriteCsv, KeepsGapsAndClocks) {
   const FlightLog log = with_gaps();
   const TemporaryFile csv("a.csv", "");

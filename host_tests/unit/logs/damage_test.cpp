@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Damaged logs of every format: what comes out is a log or one line, never a crash, and never the work that a damaged
-// number asks for. The fuzzer of host_tests/fuzz goes on where this ends.
+// Damaged logs of every format must give a log or a one-line error, never a crash, and never the amount of work that a
+// damaged number demands. The fuzzer of host_tests/fuzz goes further.
 #include <random>
 
 #include "host_tests/lab/logs/propose.h"
@@ -11,7 +11,7 @@
 namespace m100::lab::logs {
 namespace {
 
-/// All that a user can ask of a file. @returns whether it was a log.
+/// Calls everything that a user can ask of a file. @returns whether it was a log.
 bool ask_everything(const std::string& path) {
   try {
     const auto log = open_log(path);
@@ -51,7 +51,7 @@ TEST(DamagedLogs, EveryTruncationIsSurvived) {
   }
 }
 
-/// Up to four places overwritten, each by a flipped bit or by a number that is small, large or anything.
+/// Overwrites up to four places with a flipped bit or with a small, large or arbitrary number.
 std::string with_damage(std::string bytes, std::uint32_t seed) {
   std::mt19937 random(seed);
   const auto place = [&](std::size_t room) { return random() % (bytes.size() - room); };
@@ -68,7 +68,7 @@ std::string with_damage(std::string bytes, std::uint32_t seed) {
   return bytes;
 }
 
-// 19 of 1400 single bits and 77 of 450 mutants of a MAT-file once ended in a segmentation fault (a null field).
+// Once, 19 of 1400 single bits and 77 of 450 mutants of a MAT-file ended in a segmentation fault (a null field).
 TEST(DamagedLogs, FlippedBitsAndWildNumbersAreSurvived) {
   constexpr int kRounds = 120;
   for (const auto& [format, bytes] : log_samples("flip")) {

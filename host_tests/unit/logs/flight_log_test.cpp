@@ -10,7 +10,7 @@
 namespace m100::lab::logs {
 namespace {
 
-/// Columns from memory, so that each test shows its clock.
+/// Columns in memory, so that each test shows its time stamps.
 class MadeLog final : public RawLog {
  public:
   explicit MadeLog(std::map<std::string, RawColumn> columns) : RawLog("made"), columns_(std::move(columns)) {}
@@ -105,7 +105,7 @@ TEST(FlightLog, RefusesATimeInMicroseconds) {
             0U);
 }
 
-// The defect of the published MAT-files: each stream's clock begins with its own first message.
+// In the published MAT-files the clock of each stream begins with its own first message.
 TEST(FlightLog, MovesSticksToMatchTheMessageCounters) {
   const auto t = clock_of(400, 0.01);
   std::vector<double> counter(400);
@@ -137,7 +137,7 @@ TEST(FlightLog, FindsByCorrelationRatesThatLieBesideTheAttitude) {
   EXPECT_EQ(log.alignment.evidence, "correlation");
 }
 
-// The page that came with the measured flights: "CSV row = odometry index i, RC index i - 2".
+// The documentation of the measured flights says: "CSV row = odometry index i, RC index i - 2".
 TEST(FlightLog, ReadsThePublishedMatFileAsItsCsvWithTheStickRowsTwoSamplesLater) {
   M100_SHARED_FILE_OR_SKIP(mat, "data/m100/ExperimentPitchRoll.mat");
   M100_SHARED_FILE_OR_SKIP(csv, "data/m100/pitch_roll.csv");
@@ -163,7 +163,7 @@ rate_x = "imu_wx_rad_s"
   EXPECT_EQ(from_mat.alignment.rate_shift_samples, 25);
   EXPECT_EQ(from_mat.alignment.evidence, "sequence");
   EXPECT_EQ(from_csv.alignment.stick_shift_samples, 0);
-  // Both start at their own first row; the CSV's first row is number 25 of the file.
+  // Both logs start at their own first row; the CSV's first row is number 25 of the MAT-file.
   const double offset_s = 0.25;
   double worst_counts = 0;
   for (std::size_t k = 1000; k < 5000; ++k) {
@@ -172,7 +172,7 @@ rate_x = "imu_wx_rad_s"
         std::max(worst_counts, std::abs(from_mat.of(Signal::kStickRoll)[m] - from_csv.of(Signal::kStickRoll)[k]));
     EXPECT_NEAR(from_mat.of(Signal::kAttitudeRoll)[m], from_csv.of(Signal::kAttitudeRoll)[k], 0.012);
   }
-  EXPECT_LT(worst_counts, 60.0);  // sub-sample clock offset on the steepest stick movement
+  EXPECT_LT(worst_counts, 60.0);  // effect of a sub-sample clock offset on the steepest stick movement
 }
 
 }  // namespace

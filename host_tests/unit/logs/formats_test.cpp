@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Formats are found by the first bytes; ArduPilot logs and ROS 2 bags that the test writes, and the shared ones.
+// Formats are recognised by their first bytes. Tests ArduPilot logs and ROS 2 bags that the test writes, and the shared
+// ones.
 #include <sqlite3.h>
 
 #include <cmath>
@@ -30,7 +31,8 @@ struct Foreign {
 };
 class ForeignFile : public ::testing::TestWithParam<Foreign> {};
 
-// Catches a reader of text that takes whatever no other reader wants: it once printed an ArduPilot log, with exit 0.
+// Catches a text reader that accepts every file that no other reader wants: it once printed an ArduPilot log and
+// returned 0.
 TEST_P(ForeignFile, IsRefusedWithoutShowingIt) {
   const TemporaryFile file("a.bin", GetParam().bytes);
   const std::string said = complaint_of([&] { open_log(file.path()); });
@@ -40,18 +42,18 @@ TEST_P(ForeignFile, IsRefusedWithoutShowingIt) {
 
 INSTANTIATE_TEST_SUITE_P(
     Table, ForeignFile,
-    ::testing::Values(Foreign{"Binary", "t,x\x01\x02\x03\n0,1\n"s, "no format that is read"},
-                      Foreign{"Zeros", std::string(5000, '\0'), "no format that is read"},
+    ::testing::Values(Foreign{"Binary", "t,x\x01\x02\x03\n0,1\n"s, "has an unknown format"},
+                      Foreign{"Zeros", std::string(5000, '\0'), "has an unknown format"},
                       Foreign{"Gzip", "\x1f\x8b\x08 and so on"s, "gzip"}, Foreign{"Hdf5", "\x89HDF\r\n\x1a\n"s, "-v7"},
                       Foreign{"Mcap", "\x89MCAP0\r\n"s, "MCAP"}, Foreign{"Utf16", "\xff\xfet\0,\0x\0"s, "UTF-8"},
-                      Foreign{"OtherUlog", "ULog\x02\x02\x02\x02 and so on"s, "no format that is read"},
+                      Foreign{"OtherUlog", "ULog\x02\x02\x02\x02 and so on"s, "has an unknown format"},
                       Foreign{"OtherBase", "SQLite format 3\0"s + std::string(100, '\0'), "sqlite3"}),
     [](const auto& tested) { return tested.param.name; });
 
 TEST(OpenLog, RefusesWhatHasNoEnd) {
   for (const char* const device : {"/dev/zero", "/dev/urandom", "/"}) {
-    EXPECT_NE(complaint_of([&] { open_log(device); }).find("no regular file"), std::string::npos) << device;
-    EXPECT_NE(complaint_of([&] { read_column_map(device); }).find("no regular file"), std::string::npos) << device;
+    EXPECT_NE(complaint_of([&] { open_log(device); }).find("not a regular file"), std::string::npos) << device;
+    EXPECT_NE(complaint_of([&] { read_column_map(device); }).find("not a regular file"), std::string::npos) << device;
   }
 }
 
@@ -94,7 +96,7 @@ TEST(ArduPilot, ReadsTheSharedFile) {
 
 // --- ROS 2 ---
 
-/// CDR as it was published: little endian, aligned behind the head.
+/// The published CDR encoding: little endian, aligned after the header.
 class Cdr {
  public:
   template <typename T>
@@ -183,7 +185,7 @@ void write_sticks_and_attitude(Base& base, int k) {
   base.message(6, t_ns, "\0\1\0\0 whatever"s);
 }
 
-/// Thirty messages of each type that is known without a definition, and of one that is not.
+/// Writes thirty messages of each type that needs no definition, and of one unknown type.
 void write_bag(const std::string& path) {
   Base base(path);
   base.run("BEGIN");
@@ -223,7 +225,7 @@ TEST(RosBag2, DecodesItsTypesWithoutDefinitions) {
   EXPECT_NEAR(flight.of(Signal::kStickYaw)[20], -660.0, 1e-3);
 }
 
-// A view can be a program without an end; a file is data and is not run.
+// A view can be an endless program. A file is data and must not be executed.
 TEST(RosBag2, RefusesAViewInThePlaceOfATable) {
   const TemporaryFile file("a.db3", "");
   {

@@ -12,7 +12,7 @@
 
 namespace m100::lab::logs {
 
-/// A file that lives as long as one test.
+/// A file that exists for one test.
 class TemporaryFile {
  public:
   TemporaryFile(const std::string& name, const std::string& content)
@@ -38,7 +38,7 @@ class TemporaryFile {
   std::filesystem::path path_;
 };
 
-/// What `act` complains about; fails the test if it does not.
+/// @returns the error message of `act`; the test fails if there is none.
 template <typename Act>
 std::string complaint_of(Act&& act) {
   try {

@@ -17,7 +17,7 @@
 
 namespace m100::lab::logs {
 
-// One small sound log of each format, as bytes: what damage is done to, and where the fuzzer begins.
+// One small intact log of each format, as bytes. The damage tests damage them, and the fuzzer starts from them.
 
 using namespace std::string_literals;
 
@@ -61,7 +61,7 @@ inline std::string definition(char type, int length, const std::string& name, co
 }
 inline std::string record(char type, const std::string& body) { return "\xa3\x95"s + type + body; }
 
-/// Attitude in hundredths of a degree and in float, two gyros in one message, a unit and a multiplier table.
+/// Attitude in hundredths of a degree and in float, two gyros in one message, and tables of units and multipliers.
 inline std::string ardupilot_sample(int count = 40) {
   std::string out = definition('\x80', 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns");
   out += definition(1, 17, "ATT", "QcfB", "TimeUS,Roll,Pitch,N") + definition(2, 16, "IMU", "QBf", "TimeUS,I,GyrX");
@@ -112,7 +112,7 @@ inline std::string rosbag_sample() {
          bag_record(bag_field("op", "\x05") + bag_field("compression", "none"), inside);
 }
 
-/// What `make` writes into a file that it is given the name of.
+/// The bytes that `make` writes into the file whose name it receives.
 template <typename Make>
 std::string bytes_of_file(const std::string& name, Make&& make) {
   const std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_sample_" + name);
@@ -144,7 +144,7 @@ inline std::string rosbag2_sample(const std::string& name) {
   });
 }
 
-/// A structure with a vector, a matrix and a structure inside, as the published files have them.
+/// A structure that contains a vector, a matrix and a structure, as the published files do.
 inline std::string mat_sample(const std::string& name, bool compressed) {
   return bytes_of_file(name + ".mat", [&](const std::string& path) {
     mat_t* const mat = Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5);
@@ -171,7 +171,7 @@ inline std::string mat_sample(const std::string& name, bool compressed) {
   });
 }
 
-/// Name of the format and bytes.
+/// Name and bytes of a sample of each format.
 inline std::vector<std::pair<std::string, std::string>> log_samples(const std::string& name) {
   return {{"csv", csv_sample()},
           {"mat", mat_sample(name, false)},

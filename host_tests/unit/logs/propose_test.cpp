@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Maps that are proposed for what is recognised: they load, and say what is known of the flights.
+// Column maps that are proposed for recognised logs: they must load, and say what is known of the flights.
 #include "host_tests/lab/logs/propose.h"
 
 #include <cmath>

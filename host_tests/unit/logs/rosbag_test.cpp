@@ -149,13 +149,13 @@ TEST(RosBag, Bz2ChunksAreTheSameBag) {
 }
 #endif
 
-// Catches a length that is believed: every truncation ends in an error, or in fewer messages, never in a crash.
+// Catches a length field that is trusted: every truncation must end in an error or in fewer messages, never in a crash.
 TEST(RosBag, EveryTruncationIsSurvived) {
   const std::string inside = messages().substr(0, 3000);
   const std::string whole = bag("none", inside, inside.size());
   for (std::size_t length = 0; length < whole.size(); length += 7) {
     const std::string file = write("cut.bag", whole.substr(0, length));
-    if (complaint(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and the cut is said
+    if (complaint(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and a note reports the truncation
       EXPECT_FALSE(open_log(file)->notes().empty()) << length;
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Quaternions and frames of reference, against rotations that are made in another way; spoilt rows; joined logs.
+// Quaternions and frames of reference, compared with rotations that are computed in another way; spoilt rows; joined
+// logs.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -67,7 +68,7 @@ attitude_qy = "y"
 attitude_qz = "z"
 )";
 
-/// The body's attitude in a log of one of both conventions; signs change at random, as they do in logs.
+/// The body's attitude in a log, in either convention. The sign of the quaternion changes at random, as in real logs.
 std::map<std::string, std::vector<double>> attitude_columns(bool ned) {
   const Eigen::Matrix3d turn = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   std::mt19937 random(2);
@@ -98,7 +99,8 @@ TEST(ColumnMapFrame, BothConventionsTellTheSameAttitude) {
   }
 }
 
-// Vectors by an independent rotation: half a turn about x, of the world for the world's and of the body for the body's.
+// Vectors are compared with an independent rotation: half a turn about x, of the world for world vectors and of the
+// body for body vectors.
 TEST(ColumnMapFrame, TurnsEveryVectorByHalfATurnAboutX) {
   const Eigen::AngleAxisd half(std::acos(-1.0), Eigen::Vector3d::UnitX());
   for (const char* const name : {"rate", "position", "velocity", "force"}) {
@@ -117,7 +119,7 @@ TEST(ColumnMapFrame, TurnsEveryVectorByHalfATurnAboutX) {
       EXPECT_NEAR(log.of(*signal)[5], turned[i], 1e-12) << name << i;
     }
   }
-  // The body's z axis: downwards in one convention, upwards in the other; level, it is (0, 0, 1) in both.
+  // The body's z axis points downwards in one convention and upwards in the other; when level it is (0, 0, 1) in both.
   const Motion m = motion(0.4);
   const Eigen::Vector3d up = rotation(m).col(2);
   const Eigen::Vector3d down_ned = half * Eigen::Vector3d(-up);
@@ -158,7 +160,7 @@ TEST(Quaternion, RefusesWhatIsNone) {
             std::string::npos);
 }
 
-// A row that nobody can use is a gap of that signal and of no other, and the rest of the log is as it was.
+// An unusable cell must be a gap of its signal only; the rest of the log must not change.
 TEST(SpoiltRows, AreGapsOfTheirSignalOnly) {
   std::map<std::string, std::vector<double>> columns{{"t", clock()}, {"a", clock()}, {"b", clock()}};
   columns["a"][50] = std::numeric_limits<double>::quiet_NaN();

@@ -7,7 +7,7 @@
 
 namespace m100::lab::logs {
 
-/// Writes ULog by hand, from the published format: an independent second reading of it.
+/// Writes ULog from the published format, independently of the reader.
 class UlogBytes {
  public:
   UlogBytes() : bytes_(std::string("ULog\x01\x12\x35\x01", 8) + std::string(8, '\0')) {}

@@ -47,7 +47,7 @@ TEST(Ulog, ReadsNestedFieldsArraysAndInstances) {
   EXPECT_EQ(log->names().size(), 10U) << "two instances of five numbers, and no padding";
 }
 
-// PX4 does so on 50 of 65 topics; a reader that counts the padding refuses every one of its logs.
+// PX4 omits the trailing padding on 50 of 65 topics; a reader that requires it refuses every PX4 log.
 TEST(Ulog, ReadsMessagesWithoutTheirTrailingPadding) {
   const TemporaryFile file("a.ulg", sticks(0).bytes());
   EXPECT_EQ(open_log(file.path())->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026}));
@@ -59,8 +59,8 @@ TEST(Ulog, KeepsWhatCameBeforeTheLossOfPower) {
   EXPECT_EQ(open_log(file.path())->column("sticks:1.place.x", "x").values.size(), 2U);
 }
 
-// The logger lost power in the middle of a message; what was appended later begins where the flags say, not where the
-// broken message says that it ends.
+// The logger lost power in the middle of a message. The data appended later begin where the flags say, not where the
+// broken message claims to end.
 TEST(Ulog, ReadsAppendedDataBehindABrokenMessage) {
   UlogBytes log;
   log.message('B', std::string(40, '\0'));
@@ -74,7 +74,7 @@ TEST(Ulog, ReadsAppendedDataBehindABrokenMessage) {
   bytes.replace(16 + 3 + 16, 8, UlogBytes::raw(offset));
   const TemporaryFile file("a.ulg", bytes);
   EXPECT_EQ(open_log(file.path())->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026, 1027}));
-  bytes[16 + 3 + 8] = 3;  // and a flag that nobody has defined
+  bytes[16 + 3 + 8] = 3;  // also an undefined flag
   const TemporaryFile unknown("b.ulg", bytes);
   EXPECT_NE(complaint_of([&] { open_log(unknown.path()); }).find("not known"), std::string::npos);
 }
@@ -134,8 +134,8 @@ std::vector<std::string> wide() {
   return out;
 }
 
-// Each of these once took all of the memory or more than 12 s of processor time. The sound topic beside it must be
-// read.
+// Each of these once used all of the memory or more than 12 s of processor time. The intact topic beside it must still
+// be read.
 TEST_P(HostileUlog, FormatsCostNoMoreThanTheirText) {
   UlogBytes log = sticks();
   for (const std::string& format : GetParam().formats) {
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Table, HostileUlog,
                                            Hostile{"NoClosingBracket", {"bad:uint64_t timestamp;float[3 a;"}}),
                          [](const auto& tested) { return tested.param.name; });
 
-// The refusal that brought this about: five of five real logs of PX4 were refused.
+// Once, five of five real PX4 logs were refused.
 class Px4File : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(Px4File, Opens) {
@@ -174,7 +174,7 @@ TEST_P(Px4File, Opens) {
   ASSERT_GT(w.values.size(), 50U);
   for (std::size_t k = 0; k < w.values.size(); ++k) {
     const double size = std::hypot(std::hypot(w.values[k], x.values[k]), std::hypot(y.values[k], z.values[k]));
-    EXPECT_NEAR(size, 1.0, 1e-5) << k;  // single precision: another offset of a field would not give unit length
+    EXPECT_NEAR(size, 1.0, 1e-5) << k;  // single precision; a wrong field offset would not give unit length
   }
   for (std::size_t k = 1; k < w.time_s.size(); ++k) {
     EXPECT_GT(w.time_s[k], w.time_s[k - 1]);

@@ -13,13 +13,14 @@ namespace {
 
 constexpr std::array kBauds{57600.0, 115200.0, 230400.0, 460800.0, 921600.0};
 
-/// A share in per cent; in brackets where doctor refuses it.
+/// A share in per cent, in brackets if doctor refuses it.
 std::string cell(double share) {
   const std::string percent = std::to_string(std::lround(100.0 * share));
   return share > kMostPoseShare ? " (" + percent + " %) |" : " " + percent + " % |";
 }
 
-// The table of the README: each message at each baud rate, unsigned and signed; in brackets what doctor refuses.
+// The table of the README: each message at each baud rate, unsigned and signed; shares that doctor refuses are in
+// brackets.
 TEST(PoseWire, WhatAPoseTakesOfALine) {
   std::ostringstream table;
   table << "\n| message | bytes | 57600 | 115200 | 230400 | 460800 | 921600 |\n|---|---|---|---|---|---|---|\n";
@@ -37,7 +38,7 @@ TEST(PoseWire, WhatAPoseTakesOfALine) {
   RecordProperty("figure.pose_wire", table.str());
 }
 
-// Ten bits a byte: 48 bytes a hundred times a second are 48 000 bits.
+// Ten bits per byte: 48 bytes, 100 times a second, are 48 000 bits.
 TEST(PoseWire, AShareIsBitsOverBaud) {
   EXPECT_DOUBLE_EQ(line_share({"x", 48}, 100.0, 48000.0), 1.0);
   EXPECT_DOUBLE_EQ(line_share({"x", 48}, 50.0, 96000.0), 0.25);

@@ -18,7 +18,7 @@ Frame signed_pose(SignatureTime time, const Key& key = kKey) {
   return frame;
 }
 
-/// The frame as a parser finds it. @returns a view of the bytes, or of nothing.
+/// Parses one frame. @returns a view of the bytes, or a status if no frame was found.
 core::Expected<FrameView> parse(Parser& parser, std::span<const std::byte> bytes) {
   EXPECT_EQ(parser.push(bytes), bytes.size());
   return parser.poll();
@@ -38,7 +38,7 @@ TEST(Signature, HoldsForItsKeyOnly) {
   EXPECT_EQ(signature_of(*view).link, 2);
 }
 
-// Would catch a signature that leaves a byte out: the header, the link, the time stamp.
+// Would catch a signature that does not cover a byte: of the header, the link id or the time stamp.
 TEST(Signature, NoFlippedBitPasses) {
   const Frame good = signed_pose(1000);
   for (std::size_t bit = 0; bit < 8 * good.size; ++bit) {
@@ -72,7 +72,7 @@ TEST(ReplayGuard, EachStreamOnlyMovesOn) {
   EXPECT_EQ(guard.newest(), kNow + 1);
 }
 
-// Would catch a guard that takes a recording of an earlier flight, played back under a new name.
+// Would catch a guard that accepts a recording of an earlier flight that is played back under a new name.
 TEST(ReplayGuard, AnOldRecordingBeginsNoStream) {
   ReplayGuard guard;
   constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
@@ -90,7 +90,8 @@ TEST(ReplayGuard, TheNumberOfStreamsIsBounded) {
   EXPECT_EQ(guard.accept({3, 1}, {.link = 0, .time = 6}, 5), core::Status::kOk) << "a known one goes on";
 }
 
-// A forgotten stream must not come back with what it sent before: it may be forgotten only when that is too old anyway.
+// A forgotten stream must not be accepted again with old frames: a stream may be forgotten only when its frames are too
+// old anyway.
 TEST(ReplayGuard, AStreamThatFellSilentMakesRoomAndItsRecordingStaysRefused) {
   constexpr SignatureTime kMinute = ReplayGuard::kLatestStart;
   ReplayGuard guard;
@@ -104,8 +105,8 @@ TEST(ReplayGuard, AStreamThatFellSilentMakesRoomAndItsRecordingStaysRefused) {
   EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = 5}, 5), core::Status::kRefused) << "one that is still known";
 }
 
-// Would catch a guard that forgets with the program what it had accepted: the last minute of a flight could be played
-// back to the next one.
+// Would catch a guard that loses its memory with the program: the last minute of a flight could be played back to the
+// next one.
 TEST(ReplayGuard, RemembersWhatAnEarlierLifeAccepted) {
   constexpr SignatureTime kNow = 1000 * kSignatureTicksPerSecond;
   ReplayGuard before;
@@ -120,7 +121,7 @@ TEST(ReplayGuard, RemembersWhatAnEarlierLifeAccepted) {
       << "held back for longer than a minute, and then delivered to the next flight";
 }
 
-// A clock of ours that was wrong once must not shut everybody out for ever.
+// If our own clock was wrong once, that must not exclude every sender for ever.
 TEST(ReplayGuard, OurOwnClockIsNotRemembered) {
   ReplayGuard guard;
   EXPECT_EQ(guard.accept({1, 1}, {.link = 0, .time = 50}, 40), core::Status::kOk);

@@ -19,15 +19,16 @@ using Square2 = SquareMatrix<double, 2>;
 /// v = w sqrt(1 - z^2), above z = 1 with the hyperbolic functions.
 Square2 closed_form(double w, double z, double h) {
   const double v = w * std::sqrt(std::abs(1.0 - z * z));
-  // The hyperbolic functions as differences of exponentials, so that no large number is multiplied by a small one.
+  // The hyperbolic functions are differences of exponentials here, so that no large number is multiplied by a small
+  // one.
   const double fast = std::exp(-(z * w + v) * h), slow = std::exp(-(z * w - v) * h);
   const double f = z < 1.0 ? std::exp(-z * w * h) * std::sin(v * h) / v : (slow - fast) / (2.0 * v);
   const double g = z < 1.0 ? std::exp(-z * w * h) * std::cos(v * h) : (slow + fast) / 2.0;
   return {g + z * w * f, f, -w * w * f, g - z * w * f};
 }
 
-// Catches a series that ends too early, a halving that is not squared back, and a product with exchanged factors, over
-// the whole range of axes. A halving doubles the rounding of its square: 2^-52 times the row sum and some operations.
+// Catches a series that is too short, a halving that is not squared back, and factors in the wrong order, over the
+// whole range of axes. Each halving doubles the rounding error: 2^-52 times the row sum and some operations.
 TEST(Exponential, AgreesWithTheClosedForm) {
   for (const double w : {0.5, 3.0, 7.2, 20.0, 50.0}) {
     for (const double z : {0.0, 0.3, 0.7, 0.99, 1.01, 2.0, 5.0}) {
@@ -45,7 +46,8 @@ TEST(Exponential, AgreesWithTheClosedForm) {
   }
 }
 
-// The tables of the MPC have more digits than double. e^[0 1; 0 0] shows a term lost, e^1 all the digits.
+// The tables of the MPC are computed with more digits than double. e^[0 1; 0 0] shows a missing term, e^1 the number of
+// digits.
 TEST(Exponential, HasTheDigitsOfItsNumbers) {
   const auto e = exponential<1>(SquareMatrix<long double, 1>{1.0L});
   EXPECT_NEAR(static_cast<double>((e[0] - std::exp(1.0L)) / std::exp(1.0L)), 0.0,
@@ -54,8 +56,8 @@ TEST(Exponential, HasTheDigitsOfItsNumbers) {
   EXPECT_EQ(nilpotent, (Square2{1.0, 3.0, 0.0, 1.0}));
 }
 
-// Catches a command held on the wrong side of the step, and a kick of the lead zero that is lost or doubled. The
-// integration is of second order in steps of 1e-7 s: its error is far below the tolerance.
+// Catches a command that is held on the wrong side of the step, and a jump of the lead zero that is lost or doubled.
+// The reference integration is of second order with steps of 1e-7 s: its error is far below the tolerance.
 TEST(AxisStep, AgreesWithFineIntegrationOfTheLawWithItsZero) {
   for (const double zero_s : {0.0, 0.05}) {
     const StickAxis law{.natural_frequency_rad_s = 8.69, .damping_ratio = 0.682, .lead_zero_s = zero_s};

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPeriod_s = 0.01;
 
-// Would catch a lost exponent bit or a short series: libm is the second implementation.
+// Would catch a lost bit of the exponent, or a series that is too short; libm is the second implementation.
 TEST(Power, AgreesWithLibm) {
   for (double x = 0.001; x < 8.0; x *= 1.37) {
     for (double exponent = 0.3; exponent < 4.1; exponent += 0.31) {
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
                       make("TiltLimitShortensTheVector", 30, 40, 15, [](M& m) { m.tilt_limit = 25; })),
     [](const auto& tested) { return tested.param.name; });
 
-// The play follows the stick by its half width, and stays when the stick turns back inside of it.
+// The backlash follows the stick at half its width and holds when the stick turns back inside it.
 TEST(StickLaw, BacklashFollowsAndHolds) {
   M axis = unit_gain();
   axis.backlash_counts = 10.0;
@@ -82,7 +82,7 @@ TEST(StickLaw, BacklashFollowsAndHolds) {
   EXPECT_NEAR(law.command(20.0, 0.0, 0.0), 30.0, 1e-12);
 }
 
-// Catches a slew that limits the way to the very first command, or only one direction, or is taken per sample.
+// Catches a slew limit that also applies to the first command, applies in one direction only, or counts per sample.
 TEST(StickLaw, SlewLimitsEachStepOfTheCommandButNotItsBeginning) {
   M axis = unit_gain();
   axis.command_slew_per_s = 500.0;
@@ -94,7 +94,7 @@ TEST(StickLaw, SlewLimitsEachStepOfTheCommandButNotItsBeginning) {
   EXPECT_NEAR(law.command(0.0, 0.0, 0.0), 107.0, 1e-12);
 }
 
-// The tilt is limited as one vector of both axes, each by its own scale; inside of the limit nothing is changed.
+// The tilt of both axes is limited as one vector, each axis with its own scale; below the limit nothing changes.
 TEST(StickLaw, TiltLimitTakesTheOtherAxisByItsOwnScale) {
   M axis = unit_gain();
   axis.tilt_limit = 25.0;
@@ -103,16 +103,16 @@ TEST(StickLaw, TiltLimitTakesTheOtherAxisByItsOwnScale) {
   EXPECT_NEAR(StickLaw<double>(axis, kPeriod_s).command(12.0, 8.0, 0.0), 12.0, 1e-12);
 }
 
-// Catches a number of the struct that no effect of the table is about: files, fits and reports would not know it. The
-// slew of a command is the one exception; it is the rate limit at its other place.
+// Catches a member of the struct without a row in the table: files, fits and reports would not know it. The command
+// slew is the one exception; it is the rate limit in another place.
 TEST(AxisEffects, EveryNumberOfTheStructHasARow) {
   std::size_t rows = 0;
   for_each_axis_number([&](const AxisNumber&) { ++rows; });
-  constexpr std::size_t kShape = sizeof(double);  // of the dead zone, padded
+  constexpr std::size_t kShape = sizeof(double);  // the dead zone's shape, padded
   EXPECT_EQ(rows, (sizeof(StickAxis) - kShape) / sizeof(double) - 1);
 }
 
-// Catches a neutral value that is none: the fit would be judged by its distance from a number that does something.
+// Catches a neutral value that has an effect: the size of the fitted effect would be measured from the wrong value.
 TEST(AxisEffects, ANewAxisHasNoEffects) {
   const StickAxis plain;
   for (const AxisEffect& effect : kAxisEffects) {
@@ -122,8 +122,8 @@ TEST(AxisEffects, ANewAxisHasNoEffects) {
   }
 }
 
-// Catches two effects of one name, an effect that needs or contains one that there is not, and an effect that no fit
-// would ever start.
+// Catches two effects with the same name, an effect that refers to an unknown one, and an effect without starts for the
+// fit.
 TEST(AxisEffects, NamesAreUniqueAndReferToEffects) {
   EXPECT_EQ(axis_effect("no such effect"), nullptr);
   std::set<std::string_view> names;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What each effect of translation does to one moment, or to a series of thrust, held against its equation by hand.
+// The effect of each translation effect on one moment, or on a series of thrust, compared with its equation by hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace m100::model {
 namespace {
 
-/// Heading 90 degrees, in air that passes with (3, 4, -12) m/s: 13 m/s in all. Leans 30 degrees along x.
+/// Heading 90 degrees, tilted by 30 degrees along x, in an airflow of (3, 4, -12) m/s: 13 m/s in total.
 Moment turned_left() {
   return {.time_s = 10.25,
           .air_velocity_w_m_s = {3.0, 4.0, -12.0},
@@ -41,28 +41,28 @@ TEST_P(Column, IsTheAccelerationOfItsEquation) {
   }
 }
 
-/// Along the rotors' axis, 0.5 * 3 - sqrt(0.75) * 12 m/s.
+/// Airflow along the rotor axis, m/s.
 const double kAlong_m_s = 1.5 - 12.0 * std::sqrt(0.75);
 
 INSTANTIATE_TEST_SUITE_P(
     Table, Column,
     ::testing::Values(
         ColumnCase{"steady_wind", 0, 0.0, {1.0, 0.0, 0.0}}, ColumnCase{"steady_wind", 1, 0.0, {0.0, 1.0, 0.0}},
-        ColumnCase{"body_bias", 0, 0.0, {0.0, 1.0, 0.0}},   // forward is along y
-        ColumnCase{"body_bias", 1, 0.0, {-1.0, 0.0, 0.0}},  // and its left against x
+        ColumnCase{"body_bias", 0, 0.0, {0.0, 1.0, 0.0}},   // forward is +y
+        ColumnCase{"body_bias", 1, 0.0, {-1.0, 0.0, 0.0}},  // left is -x
         ColumnCase{"linear_drag", 0, 0.0, {-3.0, -4.0, 12.0}},
         ColumnCase{"quadratic_drag", 0, 0.0, {-39.0, -52.0, 156.0}}, ColumnCase{"body_drag", 0, 0.0, {0.0, -4.0, 0.0}},
         ColumnCase{"body_drag", 1, 0.0, {-3.0, 0.0, 0.0}}, ColumnCase{"tilt_gain", 0, 0.0, {5.0, 1.0, 0.0}},
         ColumnCase{"thrust_gain", 0, 0.0, {5.0, 1.0, 8.0}},
         ColumnCase{"axial_inflow", 0, 0.0, {-0.5 * kAlong_m_s, 0.0, -std::sqrt(0.75) * kAlong_m_s}},
-        // 0.2 Hz after 10.25 s: two turns and a twentieth, 18 degrees.
+        // 0.2 Hz after 10.25 s: two turns and a twentieth of a turn, which is 18 degrees.
         ColumnCase{"periodic_wind", 0, 0.2, {std::cos(std::numbers::pi / 10.0), 0.0, 0.0}},
         ColumnCase{"periodic_wind", 1, 0.2, {std::sin(std::numbers::pi / 10.0), 0.0, 0.0}},
         ColumnCase{"periodic_wind", 2, 0.2, {0.0, std::cos(std::numbers::pi / 10.0), 0.0}},
         ColumnCase{"periodic_wind", 3, 0.2, {0.0, std::sin(std::numbers::pi / 10.0), 0.0}}),
     [](const auto& tested) { return tested.param.effect + std::to_string(tested.param.which); });
 
-// Catches an effect that has come without a row above: what it does is held by nothing then.
+// Catches a new effect without a row above: no test would check it.
 TEST(Columns, EachIsInTheTable) {
   std::size_t columns = 0;
   for (const TranslationEffect& effect : kTranslationEffects) {
@@ -73,7 +73,7 @@ TEST(Columns, EachIsInTheTable) {
   EXPECT_EQ(translation_effect("no such effect"), nullptr);
 }
 
-/// A series at 100 Hz, with room of its own.
+/// A series at 100 Hz with its own working space.
 struct Series {
   std::vector<double> thrust, x, y, z, spare;
   explicit Series(const std::vector<double>& values)
@@ -103,7 +103,7 @@ TEST(ThrustLag, FollowsAStepAsTheExponentialSays) {
 
 TEST(TimeOffset, TakesThrustAndAttitudeEarlierBetweenTheSamplesAndHoldsTheEnds) {
   Series late({0.0, 10.0, 20.0, 30.0, 50.0});
-  late.reshape("time_offset", 0.015);  // one sample and a half
+  late.reshape("time_offset", 0.015);  // 1.5 samples
   const std::vector<double> expected{0.0, 0.0, 5.0, 15.0, 25.0};
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_NEAR(late.thrust[i], expected[i], 1e-6) << i;
@@ -132,7 +132,7 @@ TEST(YawMisalignment, TurnsTheThrustAboutTheVerticalToTheLeft) {
   EXPECT_EQ(untouched.x[0], 2.0);
 }
 
-/// What is reported of what was searched and what was linear, and the size of that.
+/// The reported numbers, from the searched and the linear parameters.
 TEST(Reports, SayTheNumbersOfTheirParameters) {
   const auto reported = [](const char* name, std::vector<double> searched, std::vector<double> linear) {
     std::vector<double> out(3, -7.0);
@@ -154,7 +154,7 @@ TEST(Reports, SayTheNumbersOfTheirParameters) {
   EXPECT_EQ(size("tilt_gain", {1.25}), 0.25);
 }
 
-// The simulated air: drags add up, each times its number and the share of the mass; what acts in the thrust does not
+// The simulated air: drags add up, each times its number and the mass ratio. Effects that act on the thrust do not
 // count.
 TEST(OuterAcceleration, IsTheSumOfTheForcesThatTheNumbersDescribe) {
   Translation numbers;

@@ -8,7 +8,7 @@
 namespace m100::lab::gains {
 namespace {
 
-/// The tilt of the tables' states; `command` acts at that time.
+/// The tilt that belongs to a state of the tables while `command` acts.
 double tilt_of(const model::StickAxis& axis, const Vector& state, double command) {
   if (axis.is_first_order()) {
     const Real share = Real(axis.lead_zero_s) / Real(axis.time_constant_s);
@@ -17,8 +17,9 @@ double tilt_of(const model::StickAxis& axis, const Vector& state, double command
   return static_cast<double>(state(2) + Real(axis.lead_zero_s) * state(3));
 }
 
-// The observer carries tilt and tilt rate, the tables a state without the lead zero: one axis nevertheless. Catches a
-// lead zero, a damping or a step that only one of the two knows. Tolerance: rounding of a few dozen operations.
+// The observer's state holds tilt and tilt rate, the tables' state excludes the lead zero; both must describe the same
+// axis. Catches a lead zero, a damping or a step that only one of them has. Tolerance: rounding of a few dozen
+// operations.
 TEST(AxisModel, TiltsAsTheObserversStepDoes) {
   constexpr double kStep_s = 0.01;
   for (const model::StickAxis& axis :

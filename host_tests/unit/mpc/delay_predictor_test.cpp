@@ -20,7 +20,7 @@ struct Case {
   double time_constant_s, natural_frequency_rad_s, damping_ratio, delay_s, lead_zero_s;
 };
 
-/// The same axis, integrated in steps of 10 us from its differential equations, delay line included.
+/// The same axis with its delay, integrated from the differential equations in steps of 10 us.
 class FineAxis {
  public:
   FineAxis(const Case& axis, double sign, double disturbance, double offset)
@@ -33,7 +33,7 @@ class FineAxis {
     }
   }
   void continue_for(double time_s) {
-    inputs_.push_back(inputs_.back());  // not seen yet by the vehicle, whatever it is
+    inputs_.push_back(inputs_.back());  // not effective yet, so its value does not matter
     for (int i = 0; i < static_cast<int>(std::lround(time_s / kStep_s)); ++i, ++steps_) {
       step();
     }
@@ -88,7 +88,7 @@ class FineAxis {
 
 class DelayPredictorTable : public ::testing::TestWithParam<Case> {};
 
-// Catches inputs taken one tick too early or too late, and a forgotten fraction of a tick: either moves the tilt by
+// Catches inputs used one tick too early or too late, and an ignored fraction of a tick: either changes the tilt by
 // 1e-3.
 TEST_P(DelayPredictorTable, SeesWhereTheVehicleWillBeWhenTheNextInputActs) {
   const Case& axis = GetParam();

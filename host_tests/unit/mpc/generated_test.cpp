@@ -11,7 +11,7 @@
 namespace m100::lab::gains {
 namespace {
 
-// A table that was edited by hand, or forgotten after a change of the vehicle or of the generator.
+// Catches a table that was edited by hand, or not regenerated after a change of the vehicle or of the generator.
 TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
   const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
   std::ifstream stream("firmware/mpc/generated/gain_table.h");
@@ -21,13 +21,13 @@ TEST(GeneratedTable, IsWhatTheVehicleFileGives) {
   EXPECT_EQ(mpc::generated::kVehicleDigest, file.digest);
 }
 
-// Catches a field that the vehicle file knows and the generated vehicle does not.
+// Catches a field of the vehicle file that the generated vehicle lacks.
 TEST(GeneratedTable, CarriesTheWholeVehicle) {
   const companion::VehicleFile file = companion::load_vehicle("firmware/mpc/generated/vehicle.toml");
   EXPECT_EQ(companion::to_text(mpc::generated::kVehicle, {}), companion::to_text(file.vehicle, {}));
 }
 
-// The inputs of the program are slopes: a box that ended at the angle would end at 23.6 degrees.
+// The inputs of the quadratic program are slopes. A limit that uses the angle as a slope would end at 23.6 degrees.
 TEST(GeneratedTable, EndsAtTheTiltLimitInDegrees) {
   const double limit_rad = mpc::generated::kVehicle.translation.tilt_limit_rad;
   for (const mpc::GainTable<double>* table : {&mpc::generated::kX<double>, &mpc::generated::kY<double>}) {

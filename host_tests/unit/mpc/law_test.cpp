@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The laws' words, and what both do at the limits and with what is no number.
+// The names of the laws, and how both behave at the limits and with values that are not numbers.
 #include "firmware/mpc/law.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ class BothLaws : public ::testing::TestWithParam<Law> {
 INSTANTIATE_TEST_SUITE_P(Laws, BothLaws, ::testing::Values(Law::kMpc, Law::kLqr),
                          [](const auto& tested) { return std::string(name(tested.param)); });
 
-// Catches limits that move with the trim: what is commanded keeps them, whatever the vehicle makes of it.
+// Catches limits that shift with the trim: the command itself must keep them, whatever tilt the vehicle makes of it.
 TEST_P(BothLaws, KeepTheLimitsOfTheCommandBesideATrim) {
   for (const double offset_rad : {0.0, 0.05, -0.05}) {
     Problem<double> problem;
@@ -44,7 +44,8 @@ TEST_P(BothLaws, KeepTheLimitsOfTheCommandBesideATrim) {
   EXPECT_EQ(mpc_.counters().clipped, GetParam() == Law::kMpc ? 0U : 6U);
 }
 
-// Catches a command that is no number: it is the middle between the limits, and the path says that it is no optimum.
+// Catches a command that is not a number: it must be the middle between the limits, and the path must say that it is
+// not an optimum.
 TEST_P(BothLaws, AnswerWhatIsNoNumberInTheMiddle) {
   Problem<double> problem;
   problem.state[1] = std::numeric_limits<double>::quiet_NaN();

@@ -22,7 +22,8 @@ model::Vehicle second_order() {
   return vehicle;
 }
 
-/// First order 87 ms, delay 107 ms. What the model lacks there moves the tilt itself, so its process noise is larger.
+/// First order 87 ms, delay 107 ms. The dynamics that this model lacks disturb the tilt itself, so its process noise is
+/// larger.
 model::Vehicle first_order() {
   model::Vehicle vehicle;
   for (model::StickAxis* axis : {&vehicle.pitch, &vehicle.roll}) {
@@ -34,11 +35,12 @@ model::Vehicle first_order() {
   return vehicle;
 }
 
-// A trial with another observer of the same kind found 1.21, 7.4, 70 degrees, 211 ms with the input weight 35.
+// An independent trial with another observer of the same kind found 1.21, 7.4, 70 degrees, 211 ms with the input weight
+// 35.
 TEST(Margins, OfTheIdentifiedAxisAreThoseOfAnIndependentTrial) {
   model::Vehicle vehicle = second_order();
   vehicle.mpc.input = 35;
-  vehicle.estimator.velocity_process_m_s = 0.02;  // a livelier observer than the default one, as the trial's was
+  vehicle.estimator.velocity_process_m_s = 0.02;  // a faster observer than the default, as in the trial
   vehicle.estimator.tilt_rate_process_rad_s = 1.0;
   vehicle.estimator.disturbance_process_m_s2 = 0.5;
   vehicle.estimator.input_offset_process_rad = 0.003;
@@ -63,8 +65,8 @@ TEST(Margins, OfTheDefaultWeightsAreAboveTheLimits) {
   }
 }
 
-// The eigenvalues of the closed loop know nothing of frequency responses: a delay just below the margin must leave the
-// loop stable, one just above must not.
+// The eigenvalues of the closed loop are an independent check of the frequency response: a delay just below the margin
+// must leave the loop stable, one just above must not.
 TEST(Margins, TheDelayMarginIsWhereTheLoopReallyBreaks) {
   const model::Vehicle vehicle = second_order();
   const Margins margins = margins_of(vehicle, Axis::kY);
@@ -75,7 +77,8 @@ TEST(Margins, TheDelayMarginIsWhereTheLoopReallyBreaks) {
   EXPECT_FALSE(margins_of(vehicle, late, Axis::kY).stable);
 }
 
-// An old pose is known to be old: it costs something, more with age, and the loop still breaks where the margin says.
+// The observer knows the age of a pose. The age costs some margin, more with age, and the loop must still become
+// unstable at the margin.
 TEST(Margins, AnOldPoseCostsALittle) {
   model::Vehicle vehicle = second_order();
   double before = 0.0;
@@ -94,8 +97,9 @@ TEST(Margins, AnOldPoseCostsALittle) {
   EXPECT_FALSE(margins_of(vehicle, late, Axis::kY, 8).stable);
 }
 
-// Two loops written on their own: the one as flown, with a command in every tick and nothing old, is the paper's. Of
-// second order only: on an axis of first order the flight's observer reads the gyro, which the paper's loop does not.
+// Two independent implementations: the loop as flown, with a command in every tick and no delay, must equal the paper's
+// loop. This holds for second order only: on a first-order axis the flight's observer uses the gyro, which the paper's
+// loop does not.
 TEST(FlownMargins, WithACommandInEveryTickAreThoseOfThePapersLoop) {
   const Way way{.command_ticks = 1, .attitude_age_ticks = 0, .pose_age_ticks = 0};
   const model::Vehicle vehicle = second_order();
@@ -109,7 +113,7 @@ TEST(FlownMargins, WithACommandInEveryTickAreThoseOfThePapersLoop) {
   }
 }
 
-// A command that holds for 40 ms costs something, 20 ms less; a stick that gives more tilt than believed likewise.
+// Holding a command for 40 ms costs margin, for 20 ms less; so does a stick gain above the believed one.
 TEST(FlownMargins, TheHoldAndTheSticksGainCostThem) {
   const model::Vehicle vehicle = second_order();
   const auto delay_margin_s = [&](const model::Vehicle& truth, const Way& way) {
@@ -126,8 +130,8 @@ TEST(FlownMargins, TheHoldAndTheSticksGainCostThem) {
 }
 
 // An axis with a lead zero turns at once when its command jumps. An observer that trusts the gyro and expects the jump
-// one sample too early makes a loop that breaks at the rate of the commands: with the numbers that once shipped, 15 ms
-// of delay were enough. The vehicle file that ships trusts the gyro less.
+// one sample too early makes the loop unstable at the rate of the commands: with the numbers that were once shipped, 15
+// ms of additional delay were enough. The shipped vehicle file trusts the gyro less.
 TEST(FlownMargins, AJumpThatTheGyroSeesAtAnotherTickBreaksTheLoopThatTrustsIt) {
   model::Vehicle vehicle = mpc::generated::kVehicle;
   EXPECT_GT(flown_margins_of(vehicle, vehicle, Axis::kX, kVirtualRcWay).delay_margin_s, 0.05);
@@ -147,7 +151,7 @@ TEST(Margins, NotKnowingTheDelayCostsThem) {
             margins_of(truth, truth, Axis::kX).peak_sensitivity + 0.3);
 }
 
-// Catches a sensor of the simulated loop that does not see the zero which the observer expects in it.
+// Catches a simulated sensor without the zero that the observer expects in its signal.
 TEST(Margins, AKnownLeadZeroCostsLittle) {
   model::Vehicle vehicle = second_order();
   const double without = margins_of(vehicle, Axis::kX).peak_sensitivity;
@@ -157,8 +161,8 @@ TEST(Margins, AKnownLeadZeroCostsLittle) {
   EXPECT_LT(with.peak_sensitivity, without + 0.4);
 }
 
-// Both limits as flown count, and the command's motion beside them: a loop of the paper's margins alone would be
-// faster.
+// The tuning must keep both limits of the loop as flown and the limit of the command's motion. With the margins of the
+// paper's loop alone it would choose a faster loop.
 TEST(Tuning, FindsTheEdgeOfTheLimitsAsFlown) {
   const model::Vehicle vehicle = second_order();
   const std::vector<Structure> structures{{"own", vehicle}};

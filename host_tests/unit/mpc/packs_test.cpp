@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every operation of a pack works lane by lane. Flights and programs run the copy for the widest registers of this
-// machine; this is the one that runs where there are no such registers.
+// Every operation of a pack works lane by lane. Flights and programs use the copy for the widest registers of this
+// machine; this test runs the copy for machines without them.
 #include "firmware/mpc/packs.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ TYPED_TEST(Packs, ComputeLaneByLane) {
   this->expect_lanewise(choose<T>(is_below<T>(a, b), a, b), [](T x, T y) { return x < y ? x : y; });
 }
 
-// Each lane once less, once equal, once more, once no number.
+// Each lane is once less, once equal, once greater and once NaN.
 TYPED_TEST(Packs, CompareLaneByLane) {
   using T = TypeParam;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {

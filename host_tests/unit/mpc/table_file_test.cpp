@@ -55,14 +55,14 @@ TEST_F(TableFile, InFloatIsTheTableOfTheFirmware) {
   EXPECT_EQ(single->tables().y.filter_gain, lab::gains::to_float(set.tables.y).filter_gain);
 }
 
-// Without the check the controller's own assertion would end a flight program that was given such a file.
+// Without this check the controller's own assertion would end the flight program.
 TEST_F(TableFile, WithLimitsThatCrossIsRefused) {
   TableSet crossed = made_from(file);
   std::swap(crossed.tables.y.input_min_rad, crossed.tables.y.input_max_rad);
   EXPECT_EQ(storage->load(to_file(crossed), file.digest), Status::kInvalidArgument);
 }
 
-// Catches rows that are written behind the room that there is for them.
+// Catches rows that are written past the end of their array.
 TEST_F(TableFile, WithMoreLawsOrNodesThanThereIsRoomForIsRefused) {
   TableSet full = made_from(file);
   full.x.laws.assign(kMaxSetpointLaws * kLawNumbers, -2.0);
@@ -77,12 +77,12 @@ TEST_F(TableFile, WithMoreLawsOrNodesThanThereIsRoomForIsRefused) {
 }
 
 #ifdef M100_SANITIZED
-constexpr std::size_t kStride = 13;  // the release build walks through all of them; under sanitizers that takes minutes
+constexpr std::size_t kStride = 13;  // the release build tries every byte; under sanitizers that takes minutes
 #else
 constexpr std::size_t kStride = 1;
 #endif
 
-// A digest over half of the file, or one that is compared in part, passes some of these.
+// Catches a digest over a part of the file, or one that is compared in part.
 class EveryBit : public TableFile, public ::testing::WithParamInterface<unsigned> {};
 TEST_P(EveryBit, OfATableFileIsGuarded) {
   RecordProperty("promise", "R10");
@@ -136,7 +136,7 @@ TEST_F(TableFile, OfAnyOtherLengthIsRefused) {
   EXPECT_NE(storage->load(longer, file.digest), Status::kOk);
 }
 
-/// The file with its checksum made again, as another version of the program would have written it.
+/// The file with a new valid checksum, as another version of the program would have written it.
 std::vector<std::byte> summed(std::vector<std::byte> file) {
   const std::size_t body = file.size() - std::tuple_size_v<core::Sha256Digest>;
   const core::Sha256Digest sum = core::sha256(std::span(file).first(body));
@@ -145,7 +145,7 @@ std::vector<std::byte> summed(std::vector<std::byte> file) {
   return file;
 }
 
-// Catches a version that is looked at and let pass: nothing would be read, and the law would fly zeros.
+// Catches a version that is read but not refused: no gains would be read, and the law would command zeros.
 TEST_F(TableFile, OfAnotherVersionIsRefused) {
   RecordProperty("promise", "R10");
   ASSERT_EQ(storage->load(summed(bytes), file.digest), Status::kOk) << "the sum is made as the file's is";
@@ -159,7 +159,7 @@ TEST_F(TableFile, OfAnotherVersionIsRefused) {
   EXPECT_EQ(storage->load(summed(other), file.digest), Status::kInvalidArgument) << "it is no table at all";
 }
 
-// Catches a reader that takes what fits and leaves the rest, or reads past the end.
+// Catches a reader that reads what fits and ignores the rest, or reads past the end.
 TEST_F(TableFile, WithRowsTooManyOrTooFewIsRefused) {
   std::vector<std::byte> longer = bytes;
   longer.resize(bytes.size() + 8);
@@ -171,7 +171,7 @@ TEST_F(TableFile, WithRowsTooManyOrTooFewIsRefused) {
   }
 }
 
-// Whoever can compute a SHA-256 could still write a tree that never ends or points outside.
+// A file with a valid SHA-256 could still hold a tree that never ends or points outside.
 TEST_F(TableFile, WithATreeThatWouldNotEndIsRefused) {
   for (const SetpointNode& bad :
        {SetpointNode{{0, 1, 1, 1, 1, 1, 1, 1}}, SetpointNode{{1, 1, 1, 1, 1, 1, 1, 0}},

@@ -14,7 +14,7 @@ VersionAnswer answer_with(std::string_view name) {
   return answer;
 }
 
-// With one byte DJI's SDK invents the other, with three it throws.
+// Given one byte, DJI's SDK invents the second; given three, it throws.
 TEST(Ack, IsExactlyTwoBytes) {
   const std::vector<std::byte> bytes(8, std::byte{2});
   for (std::size_t size = 0; size <= bytes.size(); ++size) {
@@ -81,7 +81,7 @@ TEST(VersionAnswer, ComesIn49Bytes38BytesOrNotAtAll) {
   EXPECT_EQ(text(again->version_name), text(answer.version_name));
   EXPECT_FALSE(again->activated());
 
-  std::vector<std::byte> old(value.bytes().begin(), value.bytes().begin() + 6);  // without the device id
+  std::vector<std::byte> old(value.bytes().begin(), value.bytes().begin() + 6);  // an answer without the device id
   old.insert(old.end(), value.bytes().begin() + 17, value.bytes().end());
   const auto from_old = decode_version_answer(old);
   ASSERT_TRUE(from_old);

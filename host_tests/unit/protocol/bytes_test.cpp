@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stands below every message: reading and writing up to the end and beyond it, and opening a frame.
+// The basis of every message: reading and writing up to the end and beyond it, and opening a frame.
 #include "protocol/bytes.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ TEST(ByteReader, ReadsUpToTheEnd) {
   EXPECT_TRUE(reader.ok() && reader.complete());
 }
 
-// Would catch a decoder that goes on with what happens to stand behind the message.
+// Would catch a decoder that reads bytes after the end of the message.
 TEST(ByteReader, GivesZerosBehindTheEndForGood) {
   ByteReader reader{std::span(kBytes).first(3)};
   EXPECT_EQ(reader.take<std::uint32_t>(), 0U);

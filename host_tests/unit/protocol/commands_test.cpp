@@ -20,7 +20,7 @@ struct MovementCase {
 
 class MovementLimits : public ::testing::TestWithParam<MovementCase> {};
 
-// Ranges of DJI's documents, at the edge and just beyond it, and what is no number at all.
+// The ranges of DJI's documents, at the limit and just beyond it, and values that are not numbers.
 TEST_P(MovementLimits, AreHeldByTheEncoder) {
   RecordProperty("promise", "R5");
   EXPECT_EQ(encode(GetParam().movement).status(), GetParam().status);
@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
                       MovementCase{"FrameThree", {0x04, 0.F, 0.F, 0.F, 0.F}, kInvalid}),
     [](const auto& tested) { return tested.param.name; });
 
-// The fourteen combinations DJI allows, times frame and stability: no more and no fewer.
+// Exactly the fourteen combinations that DJI allows, times frame and stability.
 TEST(MovementMode, KnowsExactlyTheAllowedFlags) {
   std::size_t allowed = 0;
   for (unsigned flag = 0; flag < 256; ++flag) {
@@ -68,7 +68,7 @@ TEST(MovementMode, KnowsExactlyTheAllowedFlags) {
   EXPECT_EQ(allowed, 14U * 2U * 2U);
 }
 
-// Yaw last: the 2015 document swaps it with z.
+// Yaw comes last; the 2015 document swaps it with z.
 TEST(Movement, PutsVerticalBeforeYaw) {
   const auto value = encode(Movement{.flag = 0x0A, .x = 1.F, .y = 2.F, .z = 3.F, .yaw = 4.F});
   ASSERT_TRUE(value);
@@ -91,7 +91,7 @@ TEST(VirtualRc, NoChannelLeavesTheTravelOfAStick) {
   }
 }
 
-// DJI's SDK never initialises the reserved bits: a receiver must read past them.
+// DJI's SDK never initialises the reserved bits, so a receiver must ignore them.
 TEST(VirtualRc, SwitchIsReadPastReservedBits) {
   const std::array<std::byte, 1> value{std::byte{0xFD}};
   const auto command = decode_command(ids::kVirtualRcSwitch, value);
@@ -102,7 +102,7 @@ TEST(VirtualRc, SwitchIsReadPastReservedBits) {
   EXPECT_FALSE(to->fall_back_to_rc);
 }
 
-// SDK 3.3.0 to 4.1.0 sends stick data under the id of the switch; the length tells.
+// SDK 3.3.0 to 4.1.0 sends stick data under the id of the switch; the length distinguishes them.
 TEST(VirtualRc, DataUnderTheIdOfTheSwitchIsToldByItsLength) {
   const std::array<std::byte, 64> value{std::byte{1}};
   const auto command = decode_command(ids::kVirtualRcSwitch, value);
@@ -113,7 +113,7 @@ TEST(VirtualRc, DataUnderTheIdOfTheSwitchIsToldByItsLength) {
   EXPECT_EQ(decode_command(ids::kVirtualRcSwitch, std::span(value).first(2)).status(), kInvalid);
 }
 
-// Every command and every size from nothing to too much: only sizes of the catalogue are read.
+// Every command with every size: only the sizes of the catalogue are accepted.
 TEST(DecodeCommand, RefusesEveryWrongSize) {
   const std::vector<std::byte> bytes(200, std::byte{1});
   for (const MessageInfo& info : kCatalogue) {
@@ -135,7 +135,7 @@ TEST(DecodeCommand, RefusesCodesThatDoNotExist) {
   EXPECT_FALSE(decode_command({0x07, 0x07}, two));
 }
 
-// The SDK clamps what it does not know to "leave as it is", and so do we when we receive it.
+// The SDK replaces unknown rates by "leave as it is", and our decoder does the same.
 TEST(TelemetryFrequency, ClampsUnknownRatesAndZeroesReservedItems) {
   std::array<std::byte, 16> value{};
   value[3] = std::byte{9};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What sessions count, the order message of the bare board, and the edges of the telemetry layouts.
+// The counts of sessions, the order message of the bare board, and the edges of the telemetry layouts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Statistics are what a person sees of a bad cable; one that begins at one, or counts twice, misleads.
+// An operator sees a bad cable in these counts; a count that starts at one, or counts twice, misleads.
 TEST(RequestSessions, CountWhatHappened) {
   RequestSessions sessions;
   const core::TimePoint start{std::chrono::seconds(1)};
@@ -67,7 +67,7 @@ TEST(AnswerSessions, CountWhatHappened) {
   EXPECT_EQ(sessions.stats().repeated, 1U);
 }
 
-// The switch of the bare board: one changed bit anywhere is no order.
+// The switch of the bare board: a message with one changed bit is not an order.
 TEST(OrderMessage, IsTakenWholeAndUnchangedOnly) {
   for (const bool flies : {false, true}) {
     const OrderBytes good = encode_order(flies);

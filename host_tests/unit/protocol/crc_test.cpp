@@ -22,7 +22,7 @@ std::vector<std::byte> random_bytes(std::size_t count, unsigned seed) {
   return bytes;
 }
 
-/// The definition, bit by bit.
+/// The CRC by its definition, bit by bit.
 std::uint32_t slow_crc(std::span<const std::byte> bytes, std::uint32_t state, std::uint32_t polynomial) {
   for (const std::byte byte : bytes) {
     state ^= std::to_integer<std::uint32_t>(byte);
@@ -33,13 +33,13 @@ std::uint32_t slow_crc(std::span<const std::byte> bytes, std::uint32_t state, st
   return state;
 }
 
-// The check values of the protocol description; catches a wrong start, reflection or final XOR.
+// The check values of the protocol description. Catches a wrong start value, reflection or final XOR.
 TEST(Crc, GivesTheCheckValues) {
   EXPECT_EQ(crc16(bytes_of("123456789")), 0x2752);
   EXPECT_EQ(crc32(bytes_of("123456789")), 0xE4D9DC14U);
 }
 
-// Catches a slicing table off by one for any length and remainder.
+// Catches a slicing table that is off by one, for any length and remainder.
 TEST(Crc, AgreesWithTheDefinitionForEveryLength) {
   const std::vector<std::byte> bytes = random_bytes(100, 1);
   for (std::size_t size = 0; size <= bytes.size(); ++size) {
@@ -65,7 +65,7 @@ TEST(Crc, RunsFromBlockToBlock) {
   }
 }
 
-// Catches a wrong power or a carry in the product: every distance, against feeding zeros.
+// Catches a wrong power or a carry in the product: every distance is compared with feeding zeros.
 TEST(Crc, AdvanceEqualsFeedingZeros) {
   const std::vector<std::byte> zeros(1023);
   for (const std::uint32_t state : {1U, 0x80000000U, 0xFFFFFFFFU, 0x12345678U, 0U}) {
@@ -75,7 +75,7 @@ TEST(Crc, AdvanceEqualsFeedingZeros) {
   }
 }
 
-// The identity that the parser rests on.
+// The parser relies on this identity.
 TEST(Crc, OfAnyStretchFollowsFromTwoRunningValues) {
   const std::vector<std::byte> bytes = random_bytes(1200, 7);
   std::vector<std::uint32_t> running{0xDEADBEEFU};

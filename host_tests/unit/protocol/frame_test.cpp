@@ -51,7 +51,7 @@ TEST(Frame, EverySizeComesBackAsItWent) {
   }
 }
 
-// The block of FIPS-197, appendix C.3: catches a swapped key schedule.
+// The block of FIPS-197, appendix C.3. Catches a swapped key schedule.
 TEST(Frame, CipherIsAes256) {
   CipherKey key;
   std::array<std::byte, 16> block;
@@ -98,8 +98,8 @@ INSTANTIATE_TEST_SUITE_P(
                       BadFrame{"NoRoom", {}, 10, 25, core::Status::kResourceExhausted}),
     [](const auto& tested) { return tested.param.name; });
 
-// Catches a parser that counts otherwise, or holds a byte back, where its bytes come one by one; and one that is full
-// and says nothing.
+// Catches a parser that counts differently, or keeps a byte back, when bytes come one by one; and one that is full and
+// does not report it.
 TEST(FrameParser, TakesBytesOneByOneAsItTakesThemTogether) {
   Space space;
   const std::vector<std::byte> value = counting_bytes(20);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every limit of what may leave, at its last good number and at the first bad one; what a value says that nobody has
-// set; and the numbers of the catalogue, written out a second time (protocol/README.md).
+// Every limit of a sent value, at its last valid and first invalid number; the defaults of the messages; and the
+// numbers of the catalogue, written out a second time (protocol/README.md).
 #include <gtest/gtest.h>
 
 #include <array>
@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A number of a command, and what may be said with it.
+/// A number of a command and its range.
 struct Edge {
   const char* name;
   bool (*fits)(double);
@@ -101,11 +101,11 @@ std::vector<unsigned> bytes_of_default() {
   return numbers(encode(Command{})->bytes());
 }
 
-// Would catch a member that begins as something else: a gimbal that moves, a motor that starts, a fallback given up.
+// Would catch a wrong default: a gimbal that moves, a motor that starts, a fallback that is given up.
 TEST(Defaults, AreWhatNobodyHasAskedFor) {
   EXPECT_EQ(bytes_of_default<VersionQuery>(), (std::vector<unsigned>{0}));
   std::vector<unsigned> activation(44, 0);
-  activation[4] = 2;  // the level that DJI's SDK says
+  activation[4] = 2;  // the level that DJI's SDK sends
   EXPECT_EQ(bytes_of_default<Activation>(), activation);
   EXPECT_EQ(bytes_of_default<TelemetryFrequency>(), std::vector<unsigned>(16, 0));
   EXPECT_TRUE(bytes_of_default<ToMobile>().empty());
@@ -165,7 +165,7 @@ struct CatalogueRow {
   int timeout_ms, transmissions;
 };
 
-// The protocol's table, written out a second time: time-outs and repetitions decide how long an aircraft waits.
+// The protocol's table, written out a second time: its time-outs and retries decide how long an aircraft waits.
 TEST(Catalogue, SaysWhatTheProtocolsTableSays) {
   constexpr auto kOnce = Delivery::kUnanswered;
   constexpr auto kSure = Delivery::kReliable;

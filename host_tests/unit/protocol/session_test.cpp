@@ -27,7 +27,7 @@ Message ack(std::uint8_t session, std::uint16_t sequence) {
 
 FrameHeader command(std::uint8_t session, std::uint16_t sequence) { return {.session = session, .sequence = sequence}; }
 
-// Catches a client that repeats for ever, gives up silently, or stamps the repetition with a new number.
+// Catches a client that retries for ever, gives up silently, or gives the retry a new sequence number.
 TEST(RequestSessions, RepeatsTheIdenticalBytesAndThenReportsTheFailure) {
   RequestSessions sessions;
   const auto first = sessions.request(ids::kControlRequest, kObtain, kThrice, kStart);
@@ -84,7 +84,7 @@ TEST(RequestSessions, ThirtyAreOpenAtATimeAndTheLowestFreeIsTaken) {
   EXPECT_EQ(again->sequence, 30) << "the refused request used no number";
 }
 
-// One counter for all sessions; it wraps, and never gives a session the number it used last.
+// All sessions share one counter. It wraps, and skips the number that the session used last.
 TEST(RequestSessions, SequenceWrapsAndSkipsTheLastNumberOfItsSession) {
   RequestSessions sessions(65535);
   const auto last = sessions.request(ids::kTask, kObtain, kThrice, kStart);
@@ -108,7 +108,7 @@ TEST(RequestSessions, ShortTimeoutsCountAsTwentyMilliseconds) {
   EXPECT_TRUE(sessions.poll(kStart + milliseconds(21)));
 }
 
-// DJI's SDK repeats for ever when it is told 0.
+// DJI's SDK retries for ever if it is given 0.
 TEST(RequestSessions, NoTransmissionsMeansOne) {
   RequestSessions sessions;
   ASSERT_TRUE(sessions.request(ids::kTask, kObtain, {.timeout = milliseconds(50), .transmissions = 0}, kStart));
@@ -129,7 +129,7 @@ TEST(RequestSessions, SessionOneIsHeldForTheTimeoutAndTakesNoAnswer) {
   EXPECT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart + milliseconds(101)));
 }
 
-// Catches a session that stays taken because nobody polls, and a poll that gives it free too early.
+// Catches a session that stays occupied because nobody polls, and a poll that frees it too early.
 TEST(RequestSessions, SessionOneIsFreeAfterItsTimeWithoutAPoll) {
   RequestSessions sessions;
   ASSERT_TRUE(sessions.request_tolerant(ids::kTask, kObtain, kThrice, kStart));
@@ -160,7 +160,7 @@ TEST(RequestSessions, FramesTooLongToKeepAreRefused) {
   EXPECT_FALSE(sessions.send(ids::kToMobile, no_frame)) << "no frame is so long";
 }
 
-// Header fields of a frame have five bits for the session; a caller's header may say anything.
+// A frame's header has five bits for the session, but a caller's header may hold any number.
 TEST(Sessions, NumbersThatThereAreNotAreRefused) {
   RequestSessions requests;
   EXPECT_EQ(requests.accept(ack(32, 1), kStart).status(), core::Status::kRefused);
@@ -229,7 +229,7 @@ TEST(AnswerSessions, MirrorsTheEncryptionOfTheCommand) {
   EXPECT_EQ(*decode_ack(open(*frame, &cipher, scratch)->value), 2);
 }
 
-// An autopilot whose key we do not have: what we can say is said in the clear.
+// The autopilot encrypts with a key that we do not have; we answer unencrypted.
 TEST(AnswerSessions, WithoutAKeyTheAnswerIsPlain) {
   AnswerSessions sessions;
   FrameHeader to = command(4, 9);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whose telemetry is decoded, and what other controllers are refused by name. The sizes and bits are those of the
-// protocol, section 8: written out by hand.
+// Which controllers' telemetry is decoded, and which controllers are refused by name. The sizes and bits of protocol,
+// section 8, are written out by hand.
 #include "protocol/telemetry_layout.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ void put(std::vector<std::byte>& bytes, T value) {
   std::memcpy(bytes.data() + at, &value, sizeof value);
 }
 
-/// An A3's package with every item: 14 of them, 2 + 198 bytes.
+/// An A3 package with all 14 items: 2 + 198 bytes. The comments give the size of each item.
 std::vector<std::byte> whole_package() {
   std::vector<std::byte> bytes;
   put<std::uint16_t>(bytes, 0x3FFF);
@@ -136,7 +136,7 @@ TEST(FamilyTelemetry, EveryItemIsFoundInItsPlace) {
   EXPECT_EQ(more.rtk.yaw_flag, 51);
 }
 
-// As an M100's it would be somebody else's numbers: a status for an RC, an RC for a gimbal.
+// Decoded as an M100's, the numbers would be wrong: a status would become an RC item, an RC item a gimbal.
 TEST(FamilyTelemetry, IsNeverTakenForAnM100s) {
   constexpr std::uint16_t kRcAndControl = (1U << 9U) | (1U << 13U);
   const std::vector<std::byte> whole = whole_package();

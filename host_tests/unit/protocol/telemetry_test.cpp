@@ -9,7 +9,7 @@
 namespace m100::protocol {
 namespace {
 
-/// Each byte of each item different, so that a swapped or shifted item shows.
+/// Every byte of every item is different, so that a swapped or shifted item shows.
 std::vector<std::byte> package(std::uint16_t items) {
   std::vector<std::byte> value(telemetry_value_bytes(items));
   std::memcpy(value.data(), &items, sizeof(items));
@@ -30,7 +30,7 @@ TEST(Telemetry, EveryCombinationOfItemsComesBackAsItWent) {
   }
 }
 
-// DJI's decoder reads its own CRC when a package is short; and an A3's package has other sizes.
+// DJI's decoder reads the CRC as data when a package is short, and an A3 package has other sizes.
 TEST(Telemetry, RefusesEverySizeThatDoesNotFitTheFlags) {
   for (const std::uint16_t items : {std::uint16_t{0}, std::uint16_t{1}, std::uint16_t{0x0A5}, kAllTelemetryItems}) {
     std::vector<std::byte> value = package(items);
@@ -59,7 +59,7 @@ TEST(Telemetry, ItemsThatAreNotThereKeepTheirValues) {
   EXPECT_EQ(telemetry.rc.mode, before.mode);
 }
 
-// Offsets of the protocol description with all items: 2, 11, 27, 39, 52, 64, 89, 95, 107, 120, 121, 122.
+// The offsets in the protocol description, with all items: 2, 11, 27, 39, 52, 64, 89, 95, 107, 120, 121, 122.
 TEST(Telemetry, ItemsStandWhereTheDescriptionPutsThem) {
   std::vector<std::byte> value(124);
   const std::uint16_t items = kAllTelemetryItems;

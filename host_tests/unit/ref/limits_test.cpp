@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a trajectory takes at its last good number, and refuses at the first bad one; and how long its pieces last.
+// Each limit of a trajectory at its last valid and first invalid number, and the durations of its pieces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -74,7 +74,7 @@ double seconds_to(const Waypoint<double>& place, const SpeedLimits& limits) {
   return core::seconds<double>(course->duration());
 }
 
-// The quintic's peaks: 15/8 of its mean speed, 10/sqrt(3) of way over time squared.
+// Peaks of the quintic: 15/8 of its mean speed; 10/sqrt(3) times the distance over the time squared.
 TEST(Quintic, TakesAsLongAsItsTightestLimitAsks) {
   EXPECT_NEAR(seconds_to(at(3, 0, 1), {}), 1.875 * 3.0 / 1.5, 2e-6) << "speed";
   EXPECT_NEAR(seconds_to(at(0, 3, 5), {.speed_m_s = 100.0}), std::sqrt(10.0 / std::sqrt(3.0) * 5.0 / 2.0), 2e-6)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a trajectory does before it has a piece, at its ends, and with what it cannot take.
+// How a trajectory behaves without pieces, at its ends, and with invalid input.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ Waypoint<double> place(double x_m, double y_m = 0.0, double z_m = 1.0, double ya
   return {.position_w_m = {x_m, y_m, z_m}, .yaw_rad = yaw_rad};
 }
 
-/// Stands at (1, 2, 3), turned by 4 rad.
+/// A course that stands at (1, 2, 3) with a heading of 4 rad.
 std::unique_ptr<Course> standing() {
   auto course = std::make_unique<Course>();
   course->hold(place(1.0, 2.0, 3.0, 4.0));
@@ -71,7 +71,8 @@ TEST(Standing, EndsWithItsLastPieceToTheMicrosecond) {
   EXPECT_EQ(course->window(core::TimePoint(5s), 0us).x[0].position_m, 2.0) << "before its time, at its first piece";
 }
 
-/// A way to append, whose answer is asked with a bad part. Each is good where the part is.
+/// A function that appends a way to a given place. The test checks its status for a bad place; with a good place every
+/// way is valid.
 struct Append {
   const char* name;
   Status (*with_place)(Course&, const Waypoint<double>&);
@@ -153,7 +154,7 @@ TEST(RefusedLength, IsWhatFindsNoRoom) {
   EXPECT_EQ(standing()->append_timed(timed), Status::kResourceExhausted);
   timed.pop_back();
   EXPECT_EQ(standing()->append_timed(timed), Status::kOk);
-  // A course that has room for one piece more, and not for two.
+  // A course with room for one more piece, but not for two.
   const auto course = standing();
   for (std::size_t i = 0; i + 1 < Course::kMaxPieces; ++i) {
     ASSERT_EQ(course->append_step(place(1.0), 1s), Status::kOk) << i;
@@ -169,7 +170,7 @@ TEST(RefusedLength, IsWhatFindsNoRoom) {
   EXPECT_EQ(course->append_polynomial({}, 1s), Status::kResourceExhausted);
 }
 
-// A curve keeps the tilt where that is the tighter limit: half of the acceleration is for the ramp.
+// A curve keeps the tighter of the limits of tilt and acceleration; half of the acceleration is reserved for the ramp.
 TEST(CurveLimits, TheTighterOfTiltAndAccelerationCounts) {
   const auto length = [](double acceleration_m_s2, double tilt_rad) {
     const auto course = standing();

@@ -24,8 +24,8 @@ Waypoint<double> at(double x, double y, double z, double yaw = 0.0) {
 
 core::TimePoint time_of(double s) { return core::TimePoint(core::Duration(std::llround(s * 1e6))); }
 
-// The optimum of one inner point in the middle of a straight line is known: by symmetry it passes with no acceleration
-// and 35/16 of the mean speed (the rest-to-rest polynomial of degree 7 over the whole way).
+// The optimum for one inner point in the middle of a straight line is known: by symmetry it passes the point without
+// acceleration, at 35/16 of the mean speed (the rest-to-rest polynomial of degree 7 over the whole way).
 TEST(MinimumSnap, MiddlePointOfAStraightLineMovesAsTheSinglePolynomialDoes) {
   std::array<Node, 3> nodes{};
   nodes[1].position[0] = 1.0;
@@ -55,7 +55,7 @@ double snap_cost(std::span<const Node> nodes, std::span<const double> times) {
   return cost;
 }
 
-// Catches a wrong block of the tridiagonal system: at the optimum every change of a free derivative costs.
+// Catches a wrong block of the tridiagonal system: at the optimum every change of a free derivative raises the cost.
 TEST(MinimumSnap, NoSmallChangeOfAnInnerDerivativeIsCheaper) {
   std::array<Node, 5> nodes{};
   const std::array<double, 5> x{0.0, 1.0, -0.5, 2.0, 1.5};
@@ -99,18 +99,18 @@ TEST(Trajectory, MinimumSnapPassesItsWaypointsInsideItsLimits) {
     strongest =
         std::max(strongest, std::hypot(w.x[0].acceleration_m_s2, w.y[0].acceleration_m_s2, w.height.acceleration_m_s2));
     turning = std::max(turning, std::abs(w.yaw_rate_rad_s));
-    EXPECT_NEAR(w.x[0].acceleration_m_s2, before.x[0].acceleration_m_s2, 0.05);  // continuous: no kicks
+    EXPECT_NEAR(w.x[0].acceleration_m_s2, before.x[0].acceleration_m_s2, 0.05);  // continuous, without jumps
     before = w;
   }
   for (const double distance : nearest) {
-    EXPECT_LE(distance, 0.003);  // sampled every 2 ms at up to 1.2 m/s
+    EXPECT_LE(distance, 0.003);  // sampled every 2 ms at 1.2 m/s or less
   }
-  EXPECT_LE(fastest, limits.speed_m_s * 1.01);  // peaks are searched at 32 points a piece
+  EXPECT_LE(fastest, limits.speed_m_s * 1.01);  // peaks are searched at 32 points per piece
   EXPECT_LE(strongest, limits.acceleration_m_s2 * 1.01);
   EXPECT_LE(turning, limits.yaw_rate_rad_s * 1.01);
   EXPECT_GE(
       std::max({fastest / limits.speed_m_s, strongest / limits.acceleration_m_s2, turning / limits.yaw_rate_rad_s}),
-      0.98);  // and one of them is used up
+      0.98);  // and one limit is reached
 }
 
 TEST(Trajectory, VelocityAndAccelerationAreTheDerivativesOfPosition) {
@@ -139,7 +139,7 @@ TEST(Trajectory, TheWindowLooksAheadByTheLeadAndTenthsOfSeconds) {
   EXPECT_FALSE(shifted.constant);
 }
 
-// Catches a preview that lets the vehicle lean before a step that nobody could know of.
+// Catches a preview in which the vehicle leans before a step that cannot be known in advance.
 TEST(Trajectory, AStepIsNotSeenBeforeItComesAndFillsTheWindowAtOnce) {
   Trajectory<double> course;
   course.hold(at(0, 0, 1));
@@ -164,7 +164,7 @@ TEST(Trajectory, ASetPointBeforeACourseIsConstantOnlyWhileTheCourseIsOutOfSight)
   EXPECT_GT(course.window(time_of(4.0), core::Duration(0)).x[kHorizon].position_m, 0.4);
 }
 
-// Catches a short window that takes what is beyond its last point for constant, or moves height and heading.
+// Catches a short window that treats the reference after its last point as constant, or that shifts height and heading.
 TEST(Trajectory, AWindowOfOnePointIsTheFirstOfTheWholeOneAndKnowsWhatIsBehindIt) {
   Trajectory<double> course;
   course.hold(at(0, 0, 1));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ways through points and round curves: where they pass, and how smoothly.
+// Ways through points and along curves: where they pass, and how smooth they are.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ Waypoint<double> at(double x, double y, double z, double yaw = 0.0) {
   return place;
 }
 
-/// The largest jump of a derivative at the joints of the pieces, over the largest value that it has anywhere.
+/// The largest jump of a derivative at the joints of the pieces, relative to its largest value anywhere.
 double worst_jump(const Trajectory<double>& course, std::size_t axis, std::size_t order, bool ends_too) {
   double jump = 0.0, largest = 1e-9;
   for (std::size_t piece = 0; piece + (ends_too ? 0 : 1) < course.pieces(); ++piece) {
@@ -39,7 +39,7 @@ double worst_jump(const Trajectory<double>& course, std::size_t axis, std::size_
   return jump / largest;
 }
 
-/// Ten random courses of 2 to 9 points inside a room, no two neighbours closer than 0.2 m.
+/// Ten random courses of 2 to 9 points inside a room; neighbours are at least 0.2 m apart.
 class RandomWay : public ::testing::TestWithParam<unsigned> {
  protected:
   RandomWay() : random_(GetParam()) {
@@ -62,8 +62,8 @@ class RandomWay : public ::testing::TestWithParam<unsigned> {
 };
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomWay, ::testing::Range(1U, 11U));
 
-// Least snap leaves the fourth derivative continuous at every waypoint: that is the condition of the optimum, so a
-// wrong elimination shows here. 1e-6: the blocks hold times to the seventh power.
+// With minimum snap the fourth derivative is continuous at every waypoint. This is the condition of the optimum, so a
+// wrong elimination shows here. Tolerance 1e-6, because the blocks hold the seventh power of times.
 TEST_P(RandomWay, OfLeastSnapPassesItsPointsAndIsContinuousToTheFourthDerivative) {
   const SpeedLimits limits{.speed_m_s = 2.0, .acceleration_m_s2 = 3.0, .yaw_rate_rad_s = 1.0, .tilt_rad = 0.2};
   ASSERT_EQ(course_->append_minimum_snap(std::span<const Waypoint<double>>(points_), limits), core::Status::kOk);
@@ -82,8 +82,8 @@ TEST_P(RandomWay, OfLeastSnapPassesItsPointsAndIsContinuousToTheFourthDerivative
   }
 }
 
-// Tilt is an angle: the acceleration that 0.2 rad flies is g tan(0.2), not 0.2 g. One limit is used up, none passed;
-// 1 %: peaks are looked for in 32 points a piece.
+// Tilt is an angle: the acceleration at 0.2 rad is g tan(0.2), not 0.2 g. One limit must be reached, none exceeded.
+// Tolerance 1 %, because peaks are searched at 32 points per piece.
 TEST_P(RandomWay, KeepsItsLimitsAndUsesOneUp) {
   const SpeedLimits limits{.speed_m_s = 6.0, .acceleration_m_s2 = 9.0, .yaw_rate_rad_s = 6.0, .tilt_rad = 0.2};
   ASSERT_EQ(course_->append_minimum_snap(std::span<const Waypoint<double>>(points_), limits), core::Status::kOk);
@@ -100,7 +100,7 @@ TEST_P(RandomWay, KeepsItsLimitsAndUsesOneUp) {
   EXPECT_GE(used, 0.98);
 }
 
-// Times as far apart as 1 to 20: the blocks then differ by 20^7.
+// Times with ratios of up to 1 to 20; the blocks then differ by 20^7.
 TEST_P(RandomWay, ByTheClockIsAtItsPointsInTime) {
   std::vector<TimedWaypoint<double>> timed;
   core::Duration when{0};
@@ -143,9 +143,9 @@ INSTANTIATE_TEST_SUITE_P(Table, CurveFlown,
                                            Round{"SlenderEight", Curve::figure_of_eight(6.0, 0.5, 2.0, 1.0)}),
                          [](const auto& one) { return std::string(one.param.name); });
 
-// The pieces are polynomials: 1e-6 of the size is what eight of them a turn can do (the eighth derivative of the sine
-// times (pi/4)^8 / (8! 2^8) is 1.4e-8, of the ramp 2e-7). The fourth derivative agrees to 1 % of its peak, because a
-// piece meets three derivatives and the fourth is what is left: (pi/4)^4 / 1680 = 2.3e-4, and 0.1 % in the ramp.
+// The pieces are polynomials. Eight of them per turn reach 1e-6 of the size: the eighth derivative of the sine times
+// (pi/4)^8 / (8! 2^8) is 1.4e-8, of the ramp 2e-7. The fourth derivative agrees to 1 % of its peak, because a piece
+// matches three derivatives and the fourth is the remainder: (pi/4)^4 / 1680 = 2.3e-4, and 0.1 % in the ramp.
 TEST_P(CurveFlown, KeepsItsShapeAndIsContinuousToTheFourthDerivative) {
   const Curve& curve = GetParam().curve;
   auto course = std::make_unique<Trajectory<double>>();
@@ -156,7 +156,7 @@ TEST_P(CurveFlown, KeepsItsShapeAndIsContinuousToTheFourthDerivative) {
   for (core::Duration t{0}; t <= course->duration(); t += milliseconds(3)) {
     const Motion m = course->motion(t, true);
     const double x = (m[0][0] - 3.0) / curve.a_m, y = (m[1][0] + 2.0) / curve.b_m;
-    // Of the circle x^2 + (1 - y)^2 = 1; of the eight y^2 = 4 x^2 (1 - x^2).
+    // The circle satisfies x^2 + (1 - y)^2 = 1, the figure of eight y^2 = 4 x^2 (1 - x^2).
     EXPECT_NEAR(curve.eight ? y * y - 4.0 * x * x * (1.0 - x * x) : x * x + (1.0 - y) * (1.0 - y) - 1.0, 0.0, 1e-5);
     EXPECT_EQ(m[2][0], 1.5);
     fastest = std::max(fastest, std::hypot(m[0][1], m[1][1]));
@@ -183,7 +183,8 @@ TEST(CurveFlown, ThatIsTooLongForTheTableIsRefusedWhole) {
   EXPECT_EQ(course->pieces(), 0U);
 }
 
-// The tick finds its piece by halving; the window of the last piece of many must be that of the piece alone.
+// The tick finds its piece by bisection; with many pieces the window in the last one must equal that of the piece
+// alone.
 TEST(Trajectory, FindsThePieceOfATimeAmongMany) {
   auto course = std::make_unique<Trajectory<double>>();
   course->hold(at(0, 0, 1));

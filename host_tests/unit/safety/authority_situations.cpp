@@ -10,7 +10,7 @@ using X = Action;
 using R = Reason;
 using A = AuthoritySituation;
 
-// The stages by hand: a stage that drops out of a set of the table is missed here.
+// The stages are written out by hand, so that a stage that is missing in a set of the table is found.
 constexpr StageSet kAsking = S::kObtaining | S::kSpacing | S::kConfirming | S::kEnabling;
 constexpr StageSet kOurs = kAsking | S::kInControl | S::kReleasing;
 constexpr StageSet kStarting = S::kAskingVersion | S::kActivating | S::kSettingRates;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Each limit of the supervisor at its last good value and at the first bad one, its counters, and what a flight begins
-// with. The numbers are those of PROMISES.md, written out.
+// Each limit of the supervisor at its last good and first bad value, its counters, and the defaults at the start of a
+// flight. The numbers are those of PROMISES.md, written out.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -27,7 +27,7 @@ Observation good(core::TimePoint now) {
           .mode_f = true};
 }
 
-/// A supervisor in flight, one tick at a time.
+/// A supervisor in flight, run one tick at a time.
 struct Flight {
   core::TimePoint now{};
   Supervisor<double> supervisor{Limits{}, Envelope{}};
@@ -46,14 +46,14 @@ struct Flight {
     seen.now = now;
     return supervisor.review(wanted, settled, seen, 0.01);
   }
-  /// One tick `after` the last.
+  /// Runs one tick at the time `after` later than the previous tick.
   Rung later(Duration after, Observation seen) {
     now += after - milliseconds(10);
     return tick(seen).rung;
   }
 };
 
-/// Something seen in normal flight that the ladder bears, and that one step more ends.
+/// An observation at a limit of normal flight, which the ladder accepts and which ends normal flight one step beyond.
 struct Edge {
   const char* name;
   void (*at)(Observation& seen, Duration beyond);
@@ -102,7 +102,7 @@ TEST(FlightLimit, TelemetryIsDeadBehind500Ms) {
   EXPECT_EQ(flight.tick(seen).rung, Rung::kRelease);
 }
 
-// Times of the rungs: each ends with the tick in which it is as old as it may be, not with the one before.
+// Each rung ends with the tick in which its time is over, not with the one before.
 TEST(FlightLimit, RungsLastAsLongAsTheySay) {
   Observation old = good({});
   old.pose_age = milliseconds(61);
@@ -120,8 +120,8 @@ TEST(FlightLimit, RungsLastAsLongAsTheySay) {
   }
 }
 
-// The pilot gets an aircraft slower than 0.9 m/s, or the one that there is when time is up: 2.5 s unseen, 10 s seen. A
-// speed that no pose shows may be larger than it is reckoned to be, by 0.2 m/s^2 since the last pose.
+// The pilot gets an aircraft that is slower than 0.9 m/s, or any when the time is up: 2.5 s without poses, 10 s with
+// poses. Without poses the true speed may exceed the estimate by 0.2 m/s^2 since the last pose.
 TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   for (const bool sees : {false, true}) {
     Flight flight;
@@ -139,7 +139,8 @@ TEST(FlightLimit, AMovingAircraftIsHandedOverInTheEnd) {
   }
 }
 
-// Catches a hand-over of 1.1 m/s that the prediction took for 0.85: each second without a pose it knows its speed less.
+// Catches a handover at 1.1 m/s that was predicted as 0.85: the predicted speed becomes less certain with every second
+// without a pose.
 TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
   Flight flight;
   Observation old = good({});
@@ -154,8 +155,8 @@ TEST(FlightLimit, ASpeedThatNobodySeesIsTrustedLessTheLongerItIs) {
   EXPECT_EQ(slower.later(milliseconds(1000), old), Rung::kRelease);
 }
 
-// A step that was flown through half a second without a pose ended with the pilot, though poses came back. Braking
-// begins where the error exceeds the reserve, as in kLevel, and is counted as kLevel.
+// Once a step flown through half a second without a pose ended with the pilot, although poses came back. Braking begins
+// where the error exceeds the reserve, as in kLevel, and its time counts as time of kLevel.
 TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAfterItBegan) {
   constexpr ctl::Command<double> kWanted{.roll_rad = 0.1}, kSettled{.roll_rad = -0.1};
   Flight flight;
@@ -166,7 +167,7 @@ TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAft
   EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, 0.1);
   old.error_m = 2.0001;
   EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
-  old.reserve_m = 3.0;  // slow: the way to stop is short again, and the law would set out anew without a pose
+  old.reserve_m = 3.0;  // slow: the stopping distance is short again, but without a pose the law must not resume
   EXPECT_EQ(flight.tick(old, kWanted, kSettled).command.roll_rad, -0.1);
   Flight seeing = flight;
   EXPECT_EQ(flight.later(milliseconds(470) - kLeast, old), Rung::kCoast);
@@ -176,8 +177,8 @@ TEST(FlightLimit, CoastBrakesWhereItsErrorExceedsTheReserveAndEndsHalfASecondAft
   EXPECT_EQ(seeing.tick(good({}), kWanted, kSettled).command.roll_rad, 0.1) << "the place is known again";
 }
 
-// Poses between two gaps renew the time of COAST only where they leave nothing of the first one: they are used, and the
-// error that is claimed is no larger than when it began.
+// Poses between two gaps restart the time of COAST only if they remove the effect of the first gap: they are accepted,
+// and the estimated error is no larger than when COAST began.
 TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
   struct Case {
     double error_m;
@@ -205,7 +206,7 @@ TEST(FlightLimit, TwoGapsAreTwoCoastsOnceThePlaceIsKnownAgain) {
   }
 }
 
-// Twice the envelope is a command that no law of ours makes.
+// No law of ours commands more than twice the envelope.
 TEST(FlightLimit, ACommandBeyondTwiceItsRangeIsUnsound) {
   struct Case {
     double ctl::Command<double>::*member;
@@ -289,7 +290,7 @@ TEST(Recovery, CountsAPoseOnlyWhereItsCaptureHasMovedByAMillisecond) {
   }
 }
 
-// What nobody has seen yet speaks against flying, and nobody has given an order.
+// A fresh observation forbids flying and holds no order.
 TEST(Observation, AFreshOneLetsNobodyFly) {
   const Observation fresh;
   EXPECT_EQ(fresh.pose_age, core::Duration::max());

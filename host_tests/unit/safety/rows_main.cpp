@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tests of the safety tables, with a row switched off if asked to: `--without=ladder:3`, `--without=authority:17`.
-// `--rows` lists what can be switched off. Run by every_row_is_missed.sh.
+// Runs the tests of the safety tables with one row switched off if asked to: `--without=ladder:3`,
+// `--without=authority:17`. `--rows` lists the rows that can be switched off. Used by every_row_is_missed.sh.
 #include <gtest/gtest.h>
 
 #include <charconv>
@@ -25,7 +25,7 @@ void list_rows() {
   }
 }
 
-/// @returns false: there is no such row.
+/// @returns false if the row does not exist.
 bool switch_off(std::string_view row) {
   const std::size_t colon = row.find(':');
   const std::string_view table = row.substr(0, colon);

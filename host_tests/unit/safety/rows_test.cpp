@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every row of both safety tables: what it is for, and whether anybody would miss it.
+// Every row of both safety tables must answer a situation, and a test must fail without it.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -22,7 +22,7 @@ static_assert(kEveryStageOnce.size() == kStageCount);
 
 std::string words(std::size_t row) { return row < kAuthorityTable.size() ? "row " + std::to_string(row) : "no row"; }
 
-// Situations, in the order of the promises. They do not read the tables' rows, so a row that is gone is missed.
+// The situations, in the order of the promises. They do not read the tables' rows, so a missing row is found.
 
 class SituationOfTheLadder : public ::testing::TestWithParam<LadderSituation> {};
 
@@ -59,10 +59,10 @@ TEST_P(SituationOfAuthority, IsAnsweredAsThePromisesSay) {
 INSTANTIATE_TEST_SUITE_P(All, SituationOfAuthority, ::testing::ValuesIn(kAuthoritySituations),
                          [](const auto& tested) { return tested.param.name; });
 
-// One test per row, made from the tables: a row without a situation that it alone answers is a row that nobody asked
-// for, or one whose loss nobody would see.
+// One test per row, made from the tables. A row that is the only answer to no situation is either unnecessary, or its
+// loss would not be noticed.
 
-/// The row that answers if row `gone` is not there.
+/// The row that answers when row `gone` is missing.
 template <typename Row, std::size_t kRows, typename Matches>
 std::size_t answer_without(const std::array<Row, kRows>& table, std::size_t gone, const Matches& matches) {
   for (std::size_t i = 0; i < kRows; ++i) {

@@ -8,9 +8,9 @@
 
 namespace m100::safety::situations {
 
-// What both tables have to say in a situation, written by hand and from the promises, not from the tables: a row that
-// is deleted, changed or moved says something else in at least one of them. rows_test.cpp asks the reverse of every
-// row, too: there has to be a situation that only this row answers.
+// The required answers of both tables in each situation, written by hand from the promises, not from the tables. A row
+// that is deleted, changed or moved changes at least one answer. rows_test.cpp also checks the reverse: for every row
+// there must be a situation that only this row answers.
 
 struct LadderSituation {
   const char* name;
@@ -21,7 +21,7 @@ struct LadderSituation {
 };
 
 inline constexpr LadderSign kWell = LadderSign::kCommandable | LadderSign::kFresh | LadderSign::kRecovered;
-inline constexpr LadderSign kBlind = LadderSign::kCommandable;  ///< ours to command, and the pose is old
+inline constexpr LadderSign kBlind = LadderSign::kCommandable;  ///< control is ours, and the pose is old
 
 inline constexpr auto kLadderSituations = [] {
   using enum LadderSign;
@@ -110,7 +110,7 @@ inline constexpr auto kLadderSituations = [] {
   };
 }();
 
-/// The same for the authority table, in each of the stages.
+/// The same for the authority table, in each of the given stages.
 struct AuthoritySituation {
   const char* name;
   StageSet stages;
@@ -121,7 +121,7 @@ struct AuthoritySituation {
   bool stays = false;  ///< no row answers; `after` has no meaning
 };
 
-/// On the ground and ready: everything of ours is with the transmitter.
+/// On the ground and ready: the transmitter has control.
 inline constexpr AuthoritySign kGround =
     AuthoritySign::kHeard | AuthoritySign::kItemsFresh | AuthoritySign::kModeF | AuthoritySign::kNeedsVirtualRc |
     AuthoritySign::kSpaced | AuthoritySign::kTriesLeft | AuthoritySign::kSwitchSpaced | AuthoritySign::kSwitchesLeft;

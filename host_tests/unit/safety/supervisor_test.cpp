@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr ctl::Command<double> kWanted{.roll_rad = 0.1, .pitch_rad = -0.05, .climb_m_s = 0.3, .yaw_rate_rad_s = 0.2};
 
-/// A supervisor and the world it hears of, ten milliseconds a tick.
+/// A supervisor and its observations, with ticks of 10 ms.
 class Ladder : public ::testing::Test {
  protected:
   Observation good() const {
@@ -40,7 +40,7 @@ class Ladder : public ::testing::Test {
       tick(good());
     }
   }
-  /// Ticks until the state is left. @returns how many; 0: not within five seconds.
+  /// Runs ticks until the state is left. @returns their number; 0: not within five seconds.
   int ticks_in(Rung state, const Observation& seen) {
     for (int i = 1; i <= 500; ++i) {
       if (tick(seen).rung != state) {
@@ -83,7 +83,8 @@ TEST_F(Ladder, WalksDownWhenThePoseStaysAway) {
   EXPECT_EQ(supervisor_.rung(), Rung::kSilent);
 }
 
-// Catches a limit that punishes the honest sender of an old pose, and one that grows without end.
+// Catches a freshness limit that punishes a sender which reports the true age of its poses, and one that grows without
+// bound.
 TEST(FreshLimit, FollowsFromTheMeasuredLatency) {
   constexpr Limits kDefault;
   EXPECT_EQ(fresh_limit(kDefault, {}), milliseconds(60));
@@ -126,7 +127,7 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodTicks) {
   EXPECT_EQ(supervisor_.rung(), Rung::kNominal);
 }
 
-// Catches ten ticks taken for ten poses: at 30 Hz three poses were enough.
+// Catches a count of ten ticks instead of ten poses: at 30 Hz three poses were enough.
 TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
   RecordProperty("promise", "R3");
   fly();
@@ -145,7 +146,8 @@ TEST_F(Ladder, ComesBackFromCoastAfterTenGoodPosesHoweverSlowTheyCome) {
   EXPECT_EQ(supervisor_.rung(), Rung::kNominal);
 }
 
-// Catches an order that nobody can obey and that keeps the aircraft from its pilot for as long as it stands (20 s).
+// Catches an order that cannot be carried out and that delays the handover to the pilot for as long as it stands (20
+// s).
 TEST_F(Ladder, HandsOverThoughAnOrderStands) {
   RecordProperty("promise", "R15");
   fly();
@@ -158,7 +160,7 @@ TEST_F(Ladder, HandsOverThoughAnOrderStands) {
   EXPECT_EQ(supervisor_.rung(), Rung::kRelease);
 }
 
-// Catches a pilot who gets an aircraft that is still fast, and one who never gets it.
+// Catches a pilot who gets a fast aircraft, and one who never gets it.
 TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
   RecordProperty("promise", "R12");
   const auto level = [this](core::Duration pose_age) {
@@ -177,19 +179,19 @@ TEST_F(Ladder, HandsOverBelowAMetrePerSecondOrInTheEnd) {
     ASSERT_EQ(tick(seen).rung, Rung::kLevel);
   }
   seen.speed_m_s = 0.8;
-  seen.speed_then_m_s = 1.0;  // a wind beyond the tilt pushes on: half a second later it would be that fast
+  seen.speed_then_m_s = 1.0;  // a wind beyond the tilt limit: half a second later it would be that fast
   EXPECT_EQ(tick(seen).rung, Rung::kLevel);
   seen.speed_then_m_s = 0.8;
   EXPECT_EQ(tick(seen).rung, Rung::kRelease);
   seen = level(milliseconds(20));
   seen.speed_m_s = 3.0;
-  EXPECT_EQ(ticks_in(Rung::kLevel, seen), 0);  // not within five seconds; ten
+  EXPECT_EQ(ticks_in(Rung::kLevel, seen), 0);  // not within five seconds, but after ten
   seen = level(milliseconds(600));
   seen.speed_m_s = 3.0;
   EXPECT_EQ(ticks_in(Rung::kLevel, seen), 250);
 }
 
-// Catches a release in a wind that the aircraft has just been held against: half a second of level sticks.
+// Catches a release with half a second of level sticks, in a wind that the aircraft was just held against.
 TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
   fly();
   Observation lost = good();
@@ -207,7 +209,7 @@ TEST_F(Ladder, HoldsAgainstTheWindUntilTheSticksAreThePilots) {
       ASSERT_EQ(grant.command.pitch_rad, held.pitch_rad) << i;
     }
   }
-  // An operator who gives a flight back gives back level sticks.
+  // When the operator gives control back, the sticks are level.
   supervisor_ = Supervisor<double>{Limits{}, Envelope{}};
   fly();
   Observation leave = good();
@@ -285,7 +287,7 @@ TEST_F(Ladder, SlewsInsteadOfJumping) {
   EXPECT_NEAR(tick(good(), {.roll_rad = 0.6}).command.roll_rad, 0.5235987755982988, 1e-12);
 }
 
-// Each axis at its own 30 degrees would be 41 degrees of tilt, and R12 says 35.
+// Catches a limit of 30 degrees for each axis alone: together they tilt by 41 degrees, and R12 allows 35.
 TEST_F(Ladder, LeansByNoMoreThanItsLimitWhateverTheDirection) {
   RecordProperty("promise", "R12");
   fly();

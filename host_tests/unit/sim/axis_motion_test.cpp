@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"BacklashLags", with([](model::StickAxis& law) { law.backlash_counts = 10.0; }), 1054.0, 0.02}),
     [](const auto& tested) { return tested.param.name; });
 
-// Step response of a second-order system, the textbook formula; 1 ms midpoint steps are good to 1e-4.
+// The textbook step response of a second-order system; midpoint steps of 1 ms are accurate to 1e-4.
 TEST(AxisMotion, FollowsTheTextbookStepAfterItsDelay) {
   model::StickAxis law = kPlain;
   law.transport_delay_s = 0.033;

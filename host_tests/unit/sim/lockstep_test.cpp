@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Simulated ports, which carry time with them: a program behind one against the host that keeps its time.
+// Simulated ports, which also carry time: a program behind a port, and the host that keeps its time.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/inotify.h>
@@ -27,7 +27,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Bytes = std::array<std::byte, 8>;
 
-constexpr double kPatience_s = 60.0;  // only a test that fails waits for so long
+constexpr double kPatience_s = 60.0;  // only a failing test waits that long
 
 core::Duration machine_time() {
   timespec now{};
@@ -43,7 +43,7 @@ struct Lockstep : ::testing::Test {
   LockstepHost::End end = host.add_end(path);
   std::vector<pid_t> children;
 
-  /// A program of its own, as a child of the test. @returns its process.
+  /// Runs a program as a child process of the test. @returns its process id.
   pid_t start(const std::function<void()>& program) {
     const pid_t child = ::fork();
     if (child == 0) {
@@ -69,7 +69,7 @@ struct Lockstep : ::testing::Test {
 
 Bytes bytes_of(std::uint64_t number) { return std::bit_cast<Bytes>(number); }
 
-/// Ticks of 10 ms; answers the one number that came within each, and writes 0 where none or more than one did.
+/// Runs ticks of 10 ms. Answers the number that came within a tick, and writes 0 if none or several came.
 void answer_each_tick(const std::string& port) {
   hal::SerialPort uart(port, 115200);
   hal::PortClock clock(port);
@@ -83,7 +83,8 @@ void answer_each_tick(const std::string& port) {
   }
 }
 
-// Catches a name that is there before anybody listens: on a busy machine, who had waited for it was refused.
+// Catches a socket name that exists before the socket listens: on a busy machine, a program that waited for the name
+// was refused.
 TEST_F(Lockstep, ASocketGetsItsNameWhenItListens) {
   const std::filesystem::path seen = path + "_seen";
   std::filesystem::create_directory(seen);
@@ -97,7 +98,7 @@ TEST_F(Lockstep, ASocketGetsItsNameWhenItListens) {
   const ssize_t size = ::read(watch, events.data(), events.size());
   ::close(watch);
   std::filesystem::remove_all(seen);
-  std::uint32_t how = 0;  // the name came into being
+  std::uint32_t how = 0;  // how the name appeared
   for (ssize_t at = 0; at < size;) {
     inotify_event event{};
     std::memcpy(&event, events.data() + at, sizeof(event));
@@ -125,16 +126,16 @@ TEST_F(Lockstep, NoByteComesLaterThanTheTimeItBelongsTo) {
   }
 }
 
-// Catches a flight program that could be led through a false time over a port that carries a real aircraft.
+// Catches a flight program that accepts a simulated time over a port that carries a real aircraft.
 TEST_F(Lockstep, ARealPortHasNoClockButTheMachines) {
   const core::Duration before = machine_time();
   hal::PortClock real("/dev/ttyUSB0");
   const core::Duration constructed = machine_time();
   const pid_t child = start([&] { answer_each_tick(port); });
-  std::thread here([&] {  // this process lives in the host's time as well, and is led 100 s through it
+  std::thread here([&] {  // this process also follows the host's time, for 100 s
     hal::PortClock simulated(port);
     simulated.sleep_until(core::TimePoint{seconds(100)});
-    host.stop();  // it will not sleep again
+    host.stop();  // it does not sleep again
   });
   ASSERT_TRUE(host.wait_for([&] { return host.attends(::getpid()) && host.attends(child); }, kPatience_s));
   while (host.now() < core::TimePoint{seconds(100)}) {
@@ -195,7 +196,7 @@ TEST_F(Lockstep, TimeGoesOnWithoutAProgramThatIsStoppedAndWithoutOneThatIsKilled
   host.advance(core::TimePoint{seconds(6)});
   EXPECT_EQ(host.now(), core::TimePoint{seconds(5)}) << "it is late, and woken at once";
   EXPECT_EQ(host.take(end).size(), sizeof(Bytes));
-  ::kill(child, SIGSTOP);  // nobody tells the host
+  ::kill(child, SIGSTOP);  // the host is not told
   host.advance(core::TimePoint{seconds(7)});
   host.advance(core::TimePoint{seconds(7)});
   EXPECT_EQ(host.now(), core::TimePoint{seconds(7)});

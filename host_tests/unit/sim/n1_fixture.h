@@ -13,7 +13,8 @@
 #include "protocol/acks.h"
 #include "protocol/frame_encoder.h"
 
-/// The emulated autopilot as a client's raw frames see it: a cable, a vehicle that hovers, a clock by hand.
+/// The emulated autopilot as the raw frames of a client see it: a cable, a hovering vehicle, and a clock that the test
+/// advances.
 namespace m100::sim {
 
 using std::chrono::milliseconds;

@@ -82,8 +82,8 @@ struct Mode {
   std::uint8_t control_mode;
 };
 class N1Modes : public N1Test, public ::testing::WithParamInterface<Mode> {};
-// The vehicle rests at 1.5 m with its nose 90 degrees to the left (west). Hand-made: 1 m/s of error is 1 m/s^2 is
-// atan(1/9.8066) = 0.10162 rad.
+// The vehicle rests at 1.5 m with its nose 90 degrees to the left (west). Computed by hand: a speed error of 1 m/s
+// commands 1 m/s^2, which is atan(1/9.8066) = 0.10162 rad.
 INSTANTIATE_TEST_SUITE_P(
     N1, N1Modes,
     ::testing::Values(Mode{"AngleBodyYawRate", 0x0A, 5.7296F, 0.F, 0.F, 0.F, {0.1, 0.0, 0.0, 0.0}, 2},
@@ -197,7 +197,7 @@ TEST_F(N1Test, TakeOffAndItsResult) {
   EXPECT_EQ(code(ids::kTaskQuery, bytes({7})), 5U);
 }
 
-// Would catch a client that may be sure of a task that the reference says is refused.
+// Would catch an emulated autopilot that accepts a task which the reference says is refused.
 TEST_F(N1Test, TakeOffIsRefusedWithMotorsOnAndLandingOnTheGround) {
   vehicle.mutable_state().in_air = false;
   vehicle.mutable_state().position_w_m.z() = 0.0;
@@ -231,7 +231,7 @@ TEST_F(N1Test, MotorsAreRefusedByName) {
   EXPECT_EQ(code(ids::kMotors, bytes({0})), 3U) << "in the air";
 }
 
-// The pilot of a session may use one channel after the other, each at its own rate.
+// A client may use one channel after the other, each at its own rate.
 TEST_F(N1Test, EachChannelIsHeldToItsOwnRate) {
   obtain();
   int violations = 0;
@@ -253,8 +253,8 @@ TEST_F(N1Test, EachChannelIsHeldToItsOwnRate) {
   EXPECT_GT(violations, 0);
 }
 
-// Virtual RC that ran out takes nothing from the movement channel of a client in control, and what is given back is not
-// lost.
+// If Virtual RC times out, a client in control keeps its movement channel. Control that was given back does not count
+// as lost.
 TEST_F(N1Test, OnlyAChannelThatWasLostCountsAsCommandedAfterLoss) {
   obtain();
   send(ids::kVirtualRcSwitch, bytes({3}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pilot behind the emulated autopilot: who judges where an aircraft went after its release relies on him.
+// The simulated pilot of the emulated autopilot. Tests that judge where an aircraft goes after its release rely on him.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Air {
   double turbulence_m_s;
 };
 class PilotIn : public ::testing::TestWithParam<Air> {};
-// Calm; the strongest wind promised (R12) at realistic drag.
+// Calm, a breeze, and the strongest promised wind (R12), the last two with realistic drag.
 INSTANTIATE_TEST_SUITE_P(N1Pilot, PilotIn,
                          ::testing::Values(Air{"Calm", 0.0144, 0.0, 0.0}, Air{"Breeze", 0.3, 5.0, 0.5},
                                            Air{"Storm", 0.3, 12.0, 1.2}),

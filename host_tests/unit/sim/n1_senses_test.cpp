@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the emulated autopilot believes of its motion is as wrong as in the measured logs: the same statistics of both,
-// each within the range of the two logs widened by the factor that their own difference shows.
+// The emulated autopilot's own estimate of its motion must be as wrong as in the measured logs: the same statistics,
+// within the range of the two logs widened by the factor by which the logs differ.
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
@@ -16,16 +16,16 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Of a horizontal velocity, sampled each 10 ms in the air.
+/// Defects of a horizontal velocity, sampled every 10 ms in the air.
 struct Defects {
   double zero_share = 0.0;
-  double drift_rms_m_s = 0.0;     ///< of what is not zero
+  double drift_rms_m_s = 0.0;     ///< of the samples that are not zero
   double largest_step_m_s = 0.0;  ///< from one sample to the next
   double longest_zero_s = 0.0;
 };
 
 Defects defects_of(const std::vector<double>& x, const std::vector<double>& y) {
-  constexpr double kZero_m_s = 0.02;  // as the logs' own column of validity has it
+  constexpr double kZero_m_s = 0.02;  // as in the validity column of the logs
   Defects out;
   double square = 0.0;
   double moving = 0.0;
@@ -64,7 +64,7 @@ N1SensorNoise as_measured() {
           .height_drift_m = sensors.height_drift_m};
 }
 
-/// A minute of an aircraft that a hand moves to and fro at 1 m/s, as in the logs.
+/// An aircraft that is moved by hand at 1 m/s, as in the logs.
 VehicleState moved_by_hand(double t_s) {
   VehicleState truth;
   truth.motors_on = true;
@@ -126,7 +126,7 @@ TEST(N1Senses, TheForceHasAnOffsetOfTenthsThatDiffersFromFlightToFlight) {
     }
     return sum;
   };
-  // The mean acceleration of a flight that begins and ends at rest is zero: what is left is the offset.
+  // A flight that begins and ends at rest has a mean acceleration of zero; the measured mean is the offset.
   double measured_square = 0.0;
   for (const char* const column : {"imu_acc_north_m_s2", "imu_acc_east_m_s2"}) {
     measured_square += std::pow(mean_of(airborne(pitch_roll, column, 7.0, 62.0)), 2.0) / 4.0;
@@ -141,7 +141,7 @@ TEST(N1Senses, TheForceHasAnOffsetOfTenthsThatDiffersFromFlightToFlight) {
     });
     square += (sum.x() * sum.x() + sum.y() * sum.y()) / (2.0 * kFlights);
   }
-  // Four measured numbers know their root mean square to a factor of two (chi-squared, 95 %).
+  // Four measurements give their root mean square to a factor of two (chi-squared, 95 %).
   EXPECT_GT(std::sqrt(square), std::sqrt(measured_square) / 2.0);
   EXPECT_LT(std::sqrt(square), std::sqrt(measured_square) * 2.0);
 }
@@ -158,7 +158,7 @@ TEST(N1Senses, HeightDriftsByTenthsOfAMetreInAMinuteAndIsSetAnewAfterLanding) {
     });
     mean_range_m += (high - low) / kFlights;
   }
-  // 1.04 m in pitch_roll.csv and 0.93 m in height.csv, beside the integral of the climb speed.
+  // Measured against the integral of the climb speed: 1.04 m in pitch_roll.csv and 0.93 m in height.csv.
   EXPECT_NEAR(mean_range_m, 1.0, 0.4);
 
   N1Senses senses({.height_drift_m = 0.3}, 1);

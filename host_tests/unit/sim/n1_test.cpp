@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The emulated autopilot, command by command, as a client's raw frames see it (protocol, sections 4 to 6 and 11).
+// The emulated autopilot, command by command, as the raw frames of a client see it (protocol, sections 4 to 6 and 11).
 #include "firmware/core/frames.h"
 #include "host_tests/unit/sim/n1_fixture.h"
 #include "protocol/aes256.h"
@@ -12,7 +12,7 @@ TEST_F(N1Test, TelemetryStreamsBeforeActivationAtTheAssistantsRates) {
   EXPECT_EQ(pushes(ids::kTelemetry), 100U);
 }
 
-// The autopilot counts its own milliseconds, and so does everything that it does by them.
+// The autopilot counts its own milliseconds, and times all its actions by them.
 TEST_F(N1Test, RunsOnItsOwnClock) {
   start({.clock_drift_ppm = 2000.0});
   autopilot->advance(core::TimePoint(seconds(100)));
@@ -75,7 +75,7 @@ TEST_F(N1Test, NothingOfSet1BeforeActivation) {
 TEST_F(N1Test, ARepeatedFrameIsAnsweredFromStoreAndNotExecutedAgain) {
   activate();
   ASSERT_EQ(code(ids::kControlRequest, bytes({1})), 3U);
-  // The identical frame once more: executed twice it would obtain.
+  // The identical frame once more: executing it a second time would obtain control.
   const auto stored = ask_again(ids::kControlRequest, bytes({1}));
   ASSERT_TRUE(stored.has_value());
   EXPECT_EQ((*stored)[0], std::byte{3});
@@ -145,7 +145,7 @@ TEST_F(N1Test, EncryptedCommandsAreAnsweredEncryptedAndAWrongKeyByItsCode) {
   EXPECT_EQ(*refused, bytes({0x00, 0xFF})) << "in plain: a client with another key could not read it";
 }
 
-// A command that was deciphered and is refused all the same is answered as the plain one is: its key is right.
+// A command that was decrypted but is refused gets the same answer as a plain one, because its key was right.
 TEST_F(N1Test, ARefusedEncryptedCommandIsAnsweredAsThePlainOne) {
   const protocol::Aes256 key(protocol::CipherKey{1, 2, 3});
   start({.cipher = &key});
@@ -178,7 +178,7 @@ TEST_F(N1Test, AcknowledgementsOfOneCommandCanBeLostByName) {
 TEST_F(N1Test, ARestartForgetsEverything) {
   obtain();
   autopilot->happen(N1Happening::kRestart);
-  run(milliseconds(10));  // what was on the line
+  run(milliseconds(10));  // empties the line
   heard.clear();
   run(seconds(1));
   EXPECT_TRUE(heard.empty()) << "booting";
@@ -199,7 +199,7 @@ TEST(N1Script, NamesALieAndItsSize) {
   }
 }
 
-// Catches a lie that changes another channel than its own, or none.
+// Catches a lie that changes another channel than its own, or no channel.
 TEST(Lies, EachChangesItsOwnChannelAlone) {
   for (const Lie& lie : lies()) {
     ASSERT_NE(lie.pose == nullptr, lie.telemetry == nullptr) << lie.name;

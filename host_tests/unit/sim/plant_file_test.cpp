@@ -54,7 +54,7 @@ TEST(PlantFile, ZeroSwitchesAnEffectOff) {
       "p.toml");
   EXPECT_EQ(plant.roll.dead_zone_counts, 0.0);
   EXPECT_EQ(plant.roll.transport_delay_s, 0.0);
-  EXPECT_EQ(plant.roll.gain_asymmetry, 1.0);  // a gain of nothing would be another effect
+  EXPECT_EQ(plant.roll.gain_asymmetry, 1.0);  // its neutral value; zero would be an effect
   EXPECT_EQ(plant.roll.stick_exponent, 1.0);
   EXPECT_EQ(plant.air.linear_drag_per_s, 0.0);
 }
@@ -92,7 +92,8 @@ TEST(PlantFile, ReadsTheSourceOfPoseUnderItsNewAndItsOldNames) {
   EXPECT_EQ(old.sensors.attitude_noise_rad, 0.01);
 }
 
-// No damping was measured where no second order was; and a device or a folder is no plant, as it is no other file.
+// The default plant has no damping where it has no second order, so the reader must supply one. A device or a folder is
+// refused, as everywhere.
 TEST(PlantFile, ASecondOrderInThePlaceOfAFirstIsDampedAndAFileIsRegular) {
   const Plant plant = parse_plant("[axis.yaw_rate]\nnatural_frequency_rad_s = 6\n", "p.toml");
   EXPECT_EQ(plant.yaw_rate.time_constant_s, 0.0);
@@ -187,7 +188,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"UnknownAge", "[pose]\nreported_age = 3\n", "must be \"true\" or \"constant\" or \"none\""},
         Bad{"NoRate", "[pose]\nrate_hz = 0\n", "p.toml:2: 'pose.rate_hz'"},
         Bad{"OldAndNewName", "[pose]\nlatency_s = 0.1\n[sensors]\npose_delay_s = 0.2\n",
-            "p.toml:4: 'sensors.pose_delay_s': is given as pose.latency_s too"},
+            "p.toml:4: 'sensors.pose_delay_s': is also given as pose.latency_s"},
         Bad{"WindIsTwoNumbers", "[air]\nwind_m_s = [1, 2]\n", "three numbers"},
         Bad{"NotANumber", "[battery]\nsag = nan\n", "p.toml:2: 'battery.sag'"}),
     [](const auto& tested) { return tested.param.name; });

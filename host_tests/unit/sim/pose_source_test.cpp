@@ -16,7 +16,7 @@ struct Arrival {
 };
 constexpr double kSpeed_m_s = 1.0;
 
-/// What arrives in so many seconds from a vehicle that moves at 1 m/s in x, visited whenever something happens.
+/// Records the poses of a vehicle that moves at 1 m/s in x; the source is polled at each of its events.
 std::vector<Arrival> record(PoseSource& source, double seconds) {
   std::vector<Arrival> out;
   VehicleState truth;
@@ -47,7 +47,8 @@ TEST(PoseSource, DeliversAHundredPosesASecondTwentyMillisecondsOld) {
   }
 }
 
-// A source that captures at our ticks hides every error of timing; the phase must differ from seed to seed.
+// A source that captures in step with our ticks hides every error of timing, so the phase must differ from seed to
+// seed.
 TEST(PoseSource, TakesAPhaseOfItsOwnUnlessItIsLocked) {
   const auto first_s = [](PosePhase phase, std::uint64_t seed) {
     return core::seconds<double>(
@@ -96,7 +97,7 @@ TEST(PoseSource, BunchesPosesAndLosesNone) {
   EXPECT_NEAR(bunches, 100.0 / 1.08, 30.0);  // three sigmas
 }
 
-// The age that a receiver works out who knows the source's clock: the truth, or off by a constant.
+// The age computed by a receiver that knows the source's clock: the truth, or off by a constant.
 TEST(PoseSource, StampsAsItIsToldToStamp) {
   const auto told_ms = [](const PoseNumbers& numbers) {
     PoseSource source(numbers, 1);
@@ -167,9 +168,9 @@ TEST(PoseSource, IsSilentFrozenWrongOrNotANumberWhenToldSo) {
 
 TEST(PoseSource, DropsOutAsOftenAndAsLongAsStated) {
   const auto poses = record({.dropout_per_s = 1.0, .dropout_s = 0.1}, 100.0, 5);
-  // A dropout begins only while poses come or go: expected share lost 0.1 / 1.1, three sigmas of 100 dropouts.
+  // A dropout cannot begin during another one: the expected lost share is 0.1 / 1.1; three sigmas of 100 dropouts.
   EXPECT_NEAR(static_cast<double>(poses.size()), 10000.0 * (1.0 - 0.1 / 1.1), 300.0);
-  // Catches dropouts that lengthen each other: of half a second became one of up to a second.
+  // Catches dropouts that prolong each other: half a second became up to a second.
   const auto often = record({.dropout_per_s = 5.0, .dropout_s = 0.1}, 100.0, 5);
   EXPECT_NEAR(static_cast<double>(often.size()), 10000.0 * (1.0 - 0.5 / 1.5), 365.0);
 }

@@ -24,7 +24,7 @@ std::vector<std::byte> text() {
   return bytes;
 }
 
-/// What has come; a pseudo-terminal hands over within the call, so nobody waits here.
+/// The bytes that have arrived; a pseudo-terminal delivers within the call, so no wait is needed.
 std::vector<std::byte> read_all(hal::Uart& uart) {
   std::vector<std::byte> bytes(512);
   bytes.resize(uart.read(bytes).value_or(0));
@@ -42,7 +42,7 @@ TEST(PtyUart, AClientAtTheSameRateReadsWhatWasSent) {
   EXPECT_EQ(read_all(ours), text());
 }
 
-// Catches an emulated line on which every client is right, whatever rate it believes in.
+// Catches an emulated line that works at any baud rate of the client.
 TEST(PtyUart, AClientAtAnotherRateReadsAndSendsGarbage) {
   PtyUart ours(kLink, 230400);
   hal::SerialPort client(kLink, 115200);

@@ -110,7 +110,7 @@ TEST(Vehicle, IsPushedByTheFanAsThePaperSaysAndNoMore) {
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.y() / vehicle.state().velocity_w_m_s.x(), 0.930 / 0.175, 0.02);
 }
 
-// On the ground it stands: the specific force is gravity's, whatever the throttle stick still asks for.
+// On the ground the specific force is gravity's, whatever the throttle stick commands.
 TEST(Vehicle, FeelsItsWeightOnTheGround) {
   Vehicle vehicle(still_plant(), 1, Vector<double, 3>(0.0, 0.0, 0.3));
   vehicle.command(StickInput{.roll_vrc = 1080.0, .pitch_vrc = 998.0, .throttle_vrc = 824.0});
@@ -119,7 +119,7 @@ TEST(Vehicle, FeelsItsWeightOnTheGround) {
   EXPECT_NEAR(vehicle.state().specific_force_b_m_s2.norm(), 9.8066, 1e-6);
 }
 
-// The wander of the air does not lift an aircraft whose motors stand still.
+// The disturbance by the air must not lift an aircraft whose motors are off.
 TEST(Vehicle, StaysOnTheGroundWithItsMotorsOff) {
   Vehicle vehicle(measured_plant(), 3, Vector<double, 3>(0.0, 0.0, 0.0));
   vehicle.set_motors(false);
@@ -165,7 +165,7 @@ TEST(Vehicle, IsTheSameFlightForTheSameSeed) {
   EXPECT_NE(one.state().position_w_m, other.state().position_w_m);
 }
 
-// Measured floors of pitch_roll.csv and height.csv, see Air.
+// The noise floors measured in pitch_roll.csv and height.csv, see Air.
 TEST(Vehicle, WandersAsMuchAsTheMeasuredAircraftAtRest) {
   Vehicle vehicle(measured_plant(), 3, Vector<double, 3>(0.0, 0.0, 500.0));
   vehicle.command(kBalanced);
@@ -187,7 +187,7 @@ TEST(Vehicle, HasAnotherDragAlongItsHeadingThanAcross) {
   plant.air.body_drag_x_per_s = 0.5;
   plant.air.body_drag_y_per_s = 0.2;
   plant.air.wind_m_s = {3.0, 4.0, 0.0};
-  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0), core::kPi / 2.0);  // its x points along world y
+  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0), core::kPi / 2.0);  // body x points along world y
   vehicle.command(kBalanced);
   vehicle.advance(milliseconds(10));
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.x(), 0.01 * 0.2 * 3.0, 1e-4);
@@ -202,7 +202,7 @@ TEST(Vehicle, PicksItsPayloadUpWhenToldAndSags) {
   fly(vehicle, 199);
   EXPECT_NEAR(vehicle.state().position_w_m.z(), 5.0, 1e-9);
   fly(vehicle, 201);
-  // g m / (M + m) for the 0.1 s of the height loop is lost, and found again within 0.3 s: 0.228 m/s times 0.3 s.
+  // g m / (M + m) acts for the 0.1 s of the height loop, and the speed is regained within 0.3 s: 0.228 m/s times 0.3 s.
   EXPECT_NEAR(vehicle.state().position_w_m.z(), 5.0 - 0.0684, 0.002);
 }
 

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kPeriod_s = 0.01;
 
-// Would catch Euler steps or an input held at the wrong side of the sample: the closed form of the step response.
+// Would catch Euler steps, and an input that is held on the wrong side of the sample: the result must equal the closed
+// form of the step response.
 TEST(AxisDynamics, SecondOrderStepIsExact) {
   model::StickAxis axis;
   axis.natural_frequency_rad_s = 8.69;
@@ -27,7 +28,8 @@ TEST(AxisDynamics, SecondOrderStepIsExact) {
   }
 }
 
-// Overdamped and fast: the series of the matrix exponential must still converge at the edge of the permitted range.
+// An overdamped, fast axis: the series of the matrix exponential must still converge at the limit of the permitted
+// range.
 TEST(AxisDynamics, OverdampedFastAxisSettlesAtTheCommand) {
   model::StickAxis axis;
   axis.natural_frequency_rad_s = 50.0;
@@ -56,7 +58,7 @@ TEST(AxisDynamics, RateLimitHoldsInEveryStep) {
   }
 }
 
-// Catches a limit that only the second order keeps. From rest a fast axis runs at its limit until it is there.
+// Catches a rate limit that only second-order axes keep. From rest a fast axis moves at its limit until it arrives.
 TEST(AxisDynamics, FirstOrderKeepsItsRateLimitAndArrives) {
   model::StickAxis axis;
   axis.time_constant_s = 0.02;

@@ -23,7 +23,7 @@ model::StickAxis measured_roll() {
           .dead_zone_counts = 14.9};
 }
 
-/// Sticks of a busy hand and the response of `truth` with a little noise.
+/// Active stick movements of a hand, and the response of `truth` with a little noise.
 lab::identify::AxisData fly(const model::StickAxis& truth, std::size_t size, double noise_rad) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
@@ -60,7 +60,7 @@ ResidualReport<double> watch(const model::StickAxis& believed, const lab::identi
   return residual.report();
 }
 
-// The vehicle must see what the host sees: the same block, the same start, the same error.
+// The monitor on the vehicle must compute what the host computes: the same block, the same start, the same error.
 TEST(AxisResidual, EqualsTheHostsSimulationError) {
   RecordProperty("promise", "R13");
   const lab::identify::AxisData data = fly(measured_roll(), 266, 0.002);
@@ -82,7 +82,7 @@ TEST(AxisResidual, StaysQuietWhileTheModelHolds) {
   EXPECT_FALSE(seen.departed);
 }
 
-// Nothing but a part of the gain, or a little time: the size of the error is no more than an honest model's.
+// Only a part of the gain, or a little time, is wrong: the error is no larger than that of a correct model.
 TEST(AxisResidual, NoticesAThirdOfTheGain) {
   RecordProperty("promise", "R17");
   for (const double factor : {0.7, 1.3}) {
@@ -104,7 +104,7 @@ TEST(AxisResidual, NoticesSixtyMilliseconds) {
   EXPECT_NEAR(seen.response.late_s, 0.06, 0.01);
 }
 
-// Ten seconds, wherever in a block reality changes.
+// The change must be noticed within ten seconds, wherever in a block it happens.
 TEST(AxisResidual, NoticesAChangeWithinTenSeconds) {
   RecordProperty("promise", "R17");
   model::StickAxis late = measured_roll();
@@ -121,7 +121,7 @@ TEST(AxisResidual, NoticesAChangeWithinTenSeconds) {
   }
 }
 
-// In hover the prediction answers the wander: sticks that push against it must not be taken for a gain that is lost.
+// In a hover the prediction follows small corrections against disturbances; they must not be taken for a lost gain.
 TEST(AxisResidual, BelievesNoResponseWithoutSwing) {
   lab::identify::AxisData hover = fly(measured_roll(), 3000, 0.0);
   for (std::size_t i = 0; i < hover.measured.size(); ++i) {
@@ -133,7 +133,7 @@ TEST(AxisResidual, BelievesNoResponseWithoutSwing) {
   EXPECT_FALSE(seen.departed);
 }
 
-// Reality leaves the model: half the gain is gone, or 150 ms of delay have come.
+// The vehicle departs from the model: half of the gain is lost, or 150 ms of delay are added.
 TEST(AxisResidual, NoticesALostGain) {
   model::StickAxis truth = measured_roll();
   truth.scale_per_count *= 0.5;
@@ -148,7 +148,7 @@ TEST(AxisResidual, NoticesADelay) {
   EXPECT_TRUE(seen.departed) << "ratio " << seen.ratio;
 }
 
-// An offset is a trim, and est::TrimWatch's: here it says nothing.
+// An offset is a trim, which est::TrimWatch reports; this monitor must not.
 TEST(AxisResidual, LeavesAnOffsetToTheTrim) {
   lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
   for (double& measured : data.measured) {
@@ -157,7 +157,7 @@ TEST(AxisResidual, LeavesAnOffsetToTheTrim) {
   EXPECT_FALSE(watch(measured_roll(), data, 0.008).departed);
 }
 
-// A block with a hole in it would compare the model with nothing.
+// A block with a gap must be discarded: it has nothing to compare the model with.
 TEST(AxisResidual, ThrowsABlockWithAGapAway) {
   const lab::identify::AxisData data = fly(measured_roll(), 500, 0.002);
   AxisResidual<double> residual(measured_roll(), 0.008, kPeriod_s);
@@ -168,7 +168,8 @@ TEST(AxisResidual, ThrowsABlockWithAGapAway) {
   EXPECT_EQ(residual.report().blocks, 0U);
 }
 
-// Catches a stick that is no number and spoils the prediction for good: it costs its block as a lost measurement does.
+// Catches a stick value that is not a number and spoils the prediction for good: it must cost only its block, like a
+// lost measurement.
 TEST(AxisResidual, ThrowsABlockWithAStickThatIsNoNumberAway) {
   lab::identify::AxisData data = fly(measured_roll(), 900, 0.002);
   data.stick[150] = std::numeric_limits<double>::infinity();
@@ -177,7 +178,7 @@ TEST(AxisResidual, ThrowsABlockWithAStickThatIsNoNumberAway) {
   EXPECT_LT(seen.ratio, 1.0);
 }
 
-// float is what flies: its residual must be the same within a few millionths of the axis' range.
+// The flight program uses float: its residual must agree within a few millionths of the axis' range.
 TEST(AxisResidual, FloatAgreesWithDouble) {
   const lab::identify::AxisData data = fly(measured_roll(), 3000, 0.002);
   AxisResidual<float> residual(measured_roll(), 0.008F, 0.01F);
@@ -201,7 +202,7 @@ TEST(ResidualMonitor, SaysWhichChannelIsWorst) {
   EXPECT_FALSE(monitor.departed()) << "before anything has flown";
   for (int i = 0; i < 600; ++i) {
     ResidualMonitor<double>::Sample sample;
-    sample.measured = {0.0, 0.2 * std::sin(0.03 * i), 0.0, 0.0};  // pitch goes where no stick sent it
+    sample.measured = {0.0, 0.2 * std::sin(0.03 * i), 0.0, 0.0};  // pitch moves without a stick command
     monitor.update(sample);
   }
   EXPECT_EQ(monitor.worst(), MonitoredAxis::kPitch);

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kSample_s = 0.01;
 
-/// One block of a swing about `offset`, whose error is made of both causes. @returns whether the fit has its three.
+/// Adds one block of an oscillation about `offset`, whose error has both causes. @returns whether the fit has the three
+/// blocks that it needs.
 bool add_block(ResponseFit<double>& fit, double gain, double late_s, double offset) {
   fit.begin();
   for (int k = 0; k < 250; ++k) {
@@ -22,7 +23,7 @@ bool add_block(ResponseFit<double>& fit, double gain, double late_s, double offs
   return fit.end();
 }
 
-// Catches a sign, a share that is taken twice, and an offset that is taken for a gain: the model is exact here.
+// Catches a wrong sign, a share that is counted twice, and an offset that is taken for a gain; the model is exact here.
 TEST(ResponseFit, FindsGainAndTimeOfAnExactResponse) {
   ResponseFit<double> fit(kSample_s);
   EXPECT_FALSE(add_block(fit, 0.25, -0.03, 0.5));
@@ -34,7 +35,7 @@ TEST(ResponseFit, FindsGainAndTimeOfAnExactResponse) {
   EXPECT_NEAR(fit.report().swing, 0.2 / std::sqrt(2.0), 0.01) << "of a sine";
 }
 
-// Catches a gain that is divided by nothing: a prediction that stands, and one whose slope is its copy.
+// Catches a gain that is divided by zero: a constant prediction, and one that is proportional to its slope.
 TEST(ResponseFit, SaysNothingOfAPredictionThatCannotTell) {
   for (const double copied : {0.0, 2.0}) {
     ResponseFit<double> fit(kSample_s);

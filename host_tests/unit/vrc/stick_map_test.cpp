@@ -30,7 +30,7 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.name << ": " << c.com
 
 class StickMapTable : public ::testing::TestWithParam<Case> {};
 
-// Catches a forgotten trim, a dead zone added on the wrong side, rounding towards zero, a wrapped count beyond the
+// Catches a missing trim, a dead zone added on the wrong side, rounding towards zero, and a count that wraps beyond the
 // travel.
 TEST_P(StickMapTable, GivesTheStickOfTheTable) {
   RecordProperty("paper", "III-B.3, III-B.5, Table I");
@@ -59,7 +59,7 @@ TEST(StickMap, RefusesWhatIsNotANumber) {
 
 class StickMapRoundTrip : public ::testing::TestWithParam<StickMap> {};
 
-// Catches an inverse that forgets the curve, the asymmetry, the sign or the order of dead zone and curve.
+// Catches an inverse that ignores the curve, the asymmetry, the sign or the order of dead zone and curve.
 TEST_P(StickMapRoundTrip, EveryStickComesBack) {
   const StickMap& map = GetParam();
   for (int counts = 364; counts <= 1684; ++counts) {
@@ -94,8 +94,8 @@ model::Vehicle paper_like() {
   return vehicle;
 }
 
-// Catches an effect that the table says is inverted at the stick, and the map does not know: the same law that the
-// simulated aircraft obeys must give the command back, within the count that a stick is rounded to.
+// Catches an effect that the table says is inverted at the stick but the map does not invert: the law of the simulated
+// aircraft must give the command back, to the count that a stick is rounded to.
 TEST(CommandMap, InvertsEveryEffectThatTheTableSaysItInverts) {
   int inverted = 0;
   for (const model::AxisEffect& effect : model::kAxisEffects) {
@@ -121,7 +121,7 @@ TEST(CommandMap, InvertsEveryEffectThatTheTableSaysItInverts) {
   EXPECT_EQ(inverted, 4);
 }
 
-// Catches a relay around level: the plain map answers every small command with the edge of the dead zone.
+// Catches a relay about level: the plain map answers every small command with the edge of the dead zone.
 TEST(CommandMap, TheMeanOfManySticksIsTheCommandInsideTheDeadZone) {
   RecordProperty("paper", "III-B.5");
   CommandMap map(paper_like());
@@ -159,7 +159,7 @@ TEST(CommandMap, ANumberThatIsNoneChangesNothing) {
   EXPECT_EQ(map.to_sticks({.roll_rad = std::numeric_limits<float>::infinity()}).status(), core::Status::kOutOfRange);
 }
 
-// Every member alone: one that is not looked at would reach the sticks.
+// Each member alone: one that is not checked would reach the sticks.
 TEST(CommandMap, EachNumberThatIsNoneIsRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   CommandMap map(paper_like());
@@ -169,7 +169,7 @@ TEST(CommandMap, EachNumberThatIsNoneIsRefused) {
   EXPECT_EQ(map.to_sticks({.yaw_rate_rad_s = nan}).status(), core::Status::kOutOfRange);
 }
 
-// An axis that nobody has identified is flown by the paper's scale, not divided by zero.
+// An axis that was not identified uses the paper's scale; nothing is divided by zero.
 TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
   RecordProperty("paper", "Table I");
   model::Vehicle unknown;
@@ -193,7 +193,7 @@ TEST(CommandMap, AnAxisWithoutAScaleHasThePapers) {
   }
 }
 
-// What rounding leaves is carried on to the next stick of the same axis, at most the dead zone and a count.
+// The rounding remainder is carried over to the next stick of the same axis, limited to the dead zone and a count.
 TEST(CommandMap, CarriesAtMostTheDeadZoneAndACount) {
   model::Vehicle vehicle;
   vehicle.roll.scale_per_count = 1e-3;
@@ -201,7 +201,7 @@ TEST(CommandMap, CarriesAtMostTheDeadZoneAndACount) {
   vehicle.roll.dead_zone_shape = model::DeadZoneShape::kJump;
   CommandMap map(vehicle);
   ctl::Command<float> far;
-  far.roll_rad = 5.F;  // beyond the travel: the rest can never be made up for
+  far.roll_rad = 5.F;  // beyond the travel: the remainder can never be made up for
   ASSERT_TRUE(map.to_sticks(far).has_value());
   ctl::Command<float> none;
   const core::Expected<Sticks> after = map.to_sticks(none);
