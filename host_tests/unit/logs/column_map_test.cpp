@@ -45,7 +45,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         BadMap{"NotToml", "time = \n", "m.toml:1: "},
         BadMap{"UnknownSection", "time = \"t\"\n[signal]\nrate_x = \"p\"\n", "m.toml:2: 'signal': unknown key"},
-        BadMap{"UnknownSignal", "time = \"t\"\n[signals]\nroll = \"p\"\n", "m.toml:3: 'roll': is not a canonical signal"},
+        BadMap{"UnknownSignal", "time = \"t\"\n[signals]\nroll = \"p\"\n",
+               "m.toml:3: 'roll': is not a canonical signal"},
         BadMap{"UnknownEntryKey", "time = \"t\"\n[signals]\nrate_x = { column = \"p\", gain = 2 }\n",
                "m.toml:3: 'rate_x.gain': unknown key"},
         BadMap{"OffsetIsText", "time = \"t\"\n[signals]\nrate_x = { column = \"p\", offset = \"2\" }\n",
