@@ -169,9 +169,9 @@ struct Leaving {
 // goes to nominal as soon as it can, and the law flies the whole distance at once.
 TEST_P(PilotageTest, WhoLeavesWhileControlIsAskedForIsNotFlown) {
   RecordProperty("promise", "R16");
-  for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring it inside"},
+  for (const Leaving& way : {Leaving{"fence", 5.0, 1e9, false, "m outside its fence: bring the aircraft inside"},
                              Leaving{"reach", 1e3, 5.0, false, "the course begins at"},
-                             Leaving{"fence, unseen", 5.0, 1e9, true, "m outside its fence: bring it inside"},
+                             Leaving{"fence, unseen", 5.0, 1e9, true, "m outside its fence: bring the aircraft inside"},
                              Leaving{"reach, unseen", 1e3, 5.0, true, "the course begins at"}}) {
     SCOPED_TRACE(way.name);
     const core::Vector<double, 3> start = bench_start();
