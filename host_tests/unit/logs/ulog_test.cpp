@@ -76,7 +76,7 @@ TEST(Ulog, ReadsAppendedDataBehindABrokenMessage) {
   EXPECT_EQ(open_log(file.path())->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026, 1027}));
   bytes[16 + 3 + 8] = 3;  // also an undefined flag
   const TemporaryFile unknown("b.ulg", bytes);
-  EXPECT_NE(complaint_of([&] { open_log(unknown.path()); }).find("not known"), std::string::npos);
+  EXPECT_NE(complaint_of([&] { open_log(unknown.path()); }).find("unknown features"), std::string::npos);
 }
 
 TEST(Ulog, FindsItsWayBackAfterDamage) {
