@@ -4,12 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <deque>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -45,6 +45,17 @@ class RunDelays {
     return longest;
   }
 
+  /// What can be read of a file of /proc, up to where reading fails.
+  static std::string text(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    std::string out;
+    // A process may end between opening and reading: read() then gives less, where an iterator over the file throws.
+    for (std::array<char, 4096> part; file.read(part.data(), part.size()) || file.gcount() > 0;) {
+      out.append(part.data(), static_cast<std::size_t>(file.gcount()));
+    }
+    return out;
+  }
+
  private:
   /// Adds the time for which any task of this machine waited for a disk (/proc/pressure/io, in microseconds). The
   /// counts of runnable threads do not include such a wait. Adds nothing if the kernel does not count it.
@@ -55,15 +66,13 @@ class RunDelays {
       waited[kDisk] = 1e-6 * std::strtod(pressure.c_str() + total + 6, nullptr);
     }
   }
-  static std::string text(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  }
   static std::map<long, long> parents() {
     std::map<long, long> found;
-    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-      const long id = std::atol(entry.path().filename().c_str());
-      const std::string stat = id > 0 ? text(entry.path() / "stat") : std::string();
+    std::error_code ended;
+    for (std::filesystem::directory_iterator entry("/proc", ended), none; !ended && entry != none;
+         entry.increment(ended)) {
+      const long id = std::atol(entry->path().filename().c_str());
+      const std::string stat = id > 0 ? text(entry->path() / "stat") : std::string();
       const std::size_t name_ends = stat.rfind(')');  // followed by the state, a letter, and the parent's id
       if (name_ends != std::string::npos && name_ends + 4 < stat.size()) {
         found[id] = std::atol(stat.c_str() + name_ends + 4);
